@@ -1,0 +1,67 @@
+"""The one error tree.
+
+Every message a user can meet names the *place* (file, line, key, or element and time), the *value* found, the *rule*
+it breaks and the *remedy*. Takes nothing from other rooms; every room above may raise these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class GearRattleError(Exception):
+    """Base of all errors this package raises on purpose."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with the input.
+
+    Attributes:
+        place: where, e.g. ``"case3.toml:12: coupling.clutch.stiffness"``.
+        value: what was found, as the user wrote it; empty if something is absent.
+        rule: what is allowed.
+        remedy: what to do, e.g. ``'did you mean "hub"?'``; may be empty.
+    """
+
+    place: str
+    value: str
+    rule: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """Return the problem as one line."""
+        found = f"found {self.value}; " if self.value else ""
+        advice = f" ({self.remedy})" if self.remedy else ""
+        return f"{self.place}: {found}{self.rule}{advice}"
+
+
+class ModelError(GearRattleError):
+    """Bad input: a model file, a model or a call's arguments. Carries every problem found, not only the first."""
+
+    def __init__(self, problems: Problem | Iterable[Problem]) -> None:
+        self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class ConvergenceError(GearRattleError):
+    """A computation failed or went unstable.
+
+    Attributes:
+        time: model time of the failure [s]; NaN where time plays no part.
+        state: what was known then, by name.
+        remedy: what to try.
+    """
+
+    def __init__(
+        self, message: str, *, time: float = float("nan"), state: dict[str, float] | None = None, remedy: str = ""
+    ):
+        self.time = time
+        self.state = dict(state or {})
+        self.remedy = remedy
+        super().__init__(f"{message}; try: {remedy}" if remedy else message)
+
+
+class Cancelled(GearRattleError):
+    """The caller asked a long computation to stop."""

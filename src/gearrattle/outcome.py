@@ -1,0 +1,30 @@
+"""How a computation ended; the value is the advice.
+
+Kernels cannot raise; they return one of these codes, and the floor above turns it into words.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """What a kernel reports when it hands control back."""
+
+    DONE = 0
+    SLICE_SPENT = 1
+    NEEDS_REGION = 2
+    LOG_FULL = 3
+    CHATTER = 4
+    NON_FINITE = 5
+
+    @property
+    def advice(self) -> str:
+        """What the caller should try; empty where nothing went wrong."""
+        return _ADVICE.get(self, "")
+
+
+_ADVICE = {
+    Outcome.CHATTER: "add damping or stiffness to the element named, or check its clearance against its deflection",
+    Outcome.NON_FINITE: "a smaller step, or algorithm = 'exact', which has no step to choose",
+}

@@ -1,0 +1,152 @@
+"""The noun under all solvers: a motion as plain arrays.
+
+A ``Trajectory`` comes from any solver (or from a measurement) and is judged by criteria, plotted and reported without
+anyone asking where it came from. ``Layout`` is the name plate of the driveline it belongs to: names, inertias,
+kinematic rows, corners, the period. No units beyond SI, no files, no solver.
+
+Shapes: Nt samples, n inertias, m elements (all couplings in file order, then all meshes), K clearances (the elements
+that have at least one corner, in the same order), E events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names and constants of the driveline a trajectory belongs to.
+
+    Attributes:
+        inertia_names: (n,) names of the rotating bodies.
+        inertia: (n,) J [kg m^2].
+        drag_torque: (n,) mean drag torque [N m].
+        stiffness: (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
+        element_names: (m,) couplings, then meshes.
+        is_mesh: (m,) whether the element is a gear mesh (deflection in m, force in N).
+        between: (m, 2) indices of the inertias the element connects; -1 is ground.
+        radii: (m, 2) base radii of a mesh [m]; 1, 1 for a coupling. Row k of W is +radii[k, 0], -radii[k, 1].
+        clearance: (K,) indices of the elements that have a corner.
+        corners: K ascending arrays of corner positions [rad or m].
+        region_of_first_piece: (K,) label of the piece below the lowest corner (<= 0); labels count up by one.
+        stiffness_of_piece, damping_of_piece: K arrays, slope and damping of each piece, lowest first.
+        omega: reference speed Omega [rad/s].
+        period: common period T of all orders [s].
+        orders: ascending distinct orders of the excitation (torques and transmission errors).
+        reference: index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
+    """
+
+    inertia_names: tuple[str, ...]
+    inertia: Array
+    drag_torque: Array
+    stiffness: Array
+    element_names: tuple[str, ...]
+    is_mesh: NDArray[np.bool_]
+    between: IntArray
+    radii: Array
+    clearance: IntArray
+    corners: tuple[Array, ...]
+    region_of_first_piece: IntArray
+    stiffness_of_piece: tuple[Array, ...]
+    damping_of_piece: tuple[Array, ...]
+    omega: float
+    period: float
+    orders: Array
+    reference: int
+
+    @property
+    def clearance_names(self) -> tuple[str, ...]:
+        """Names of the elements that have a corner, in element order."""
+        return tuple(self.element_names[k] for k in self.clearance)
+
+
+@dataclass(frozen=True)
+class EventLog:
+    """Every crossing of a corner, ordered by time, then element.
+
+    Attributes:
+        time: (E,) [s].
+        clearance: (E,) index into ``Layout.clearance``.
+        from_region, to_region: (E,) region labels of the contract (0 centre, + drive, - coast).
+        velocity: (E,) signed deflection rate at the crossing [rad/s or m/s].
+        force_integral: (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; the impulse
+            of a contact is the difference between its end and its begin. NaN where a solver does not supply it.
+    """
+
+    time: Array
+    clearance: IntArray
+    from_region: IntArray
+    to_region: IntArray
+    velocity: Array
+    force_integral: Array
+
+    def __len__(self) -> int:
+        """Return the number of crossings."""
+        return int(self.time.size)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a computation cost.
+
+    ``steps`` counts accepted steps, ``function_calls`` evaluations of the right-hand side (for ``exact``: propagations
+    and polynomial expansions), ``average_trial_step`` is the mean of all steps tried [s], accepted or not.
+    """
+
+    algorithm: str
+    steps: int
+    function_calls: int
+    jacobian_calls: int
+    events: int
+    average_step: float
+    average_trial_step: float
+    wall_time: float
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A sampled motion with its exact log of corner crossings.
+
+    Attributes:
+        layout: the driveline's name plate.
+        time: (Nt,) uniform grid t = k T / samples_per_cycle, first 0 [s].
+        angle, velocity, acceleration: (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
+        deflection, force: (Nt, K) of the elements with a corner [rad or m, N m or N].
+        region: (Nt, K) region labels.
+        element_torque: (Nt, m) torque of every element referred to ``between[0]`` [N m].
+        events: every crossing with 0 < t <= end.
+        initial_region: (K,) region labels at t = 0+.
+        final_force_integral: (K,) force integral at the end [N m s or N s]; NaN where unknown.
+        samples_per_cycle, cycles, discard: the output grid; criteria use [discard T, end].
+        cost: what it took.
+        notes: everything the user must know about this motion.
+    """
+
+    layout: Layout
+    time: Array
+    angle: Array
+    velocity: Array
+    acceleration: Array
+    deflection: Array
+    force: Array
+    region: IntArray
+    element_torque: Array
+    events: EventLog
+    initial_region: IntArray
+    final_force_integral: Array
+    samples_per_cycle: int
+    cycles: int
+    discard: int
+    cost: Cost
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.time[-1])
