@@ -1,0 +1,80 @@
+"""gearrattle: exact, certified simulation of gear rattle in torsional drivelines with clearances.
+
+The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Rook, Singh, ASME J. Mech. Des. 117, 185):
+
+    model   = gr.load("case3.toml")          a driveline in words: inertias, clutches, meshes, torques, units
+    rest    = gr.equilibrium(model)          where it rests under its mean loads
+    modes   = gr.modes(model)                how it would vibrate without clearances
+    run     = gr.simulate(model)             its motion, every impact found
+    verdict = gr.criteria(run)               does it rattle, where, how badly
+
+Names are imported when first used, so that ``import gearrattle`` and ``gearrattle --help`` cost next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, ModelError, Problem
+
+if TYPE_CHECKING:
+    from gearrattle.calls.judge import criteria
+    from gearrattle.calls.simulate import simulate
+    from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
+    from gearrattle.criteria import Verdict
+    from gearrattle.model import Model, json_schema, load, loads
+    from gearrattle.results import Run, open_run
+
+_HOME = {
+    "Model": "model",
+    "load": "model",
+    "loads": "model",
+    "json_schema": "model",
+    "simulate": "calls.simulate",
+    "equilibrium": "calls.statics",
+    "Equilibrium": "calls.statics",
+    "modes": "calls.statics",
+    "Modes": "calls.statics",
+    "criteria": "calls.judge",
+    "Verdict": "criteria",
+    "Run": "results",
+    "open_run": "results",
+}
+
+__version__ = _version("gearrattle")
+__all__ = [
+    "Cancelled",
+    "ConvergenceError",
+    "Equilibrium",
+    "GearRattleError",
+    "Model",
+    "ModelError",
+    "Modes",
+    "Problem",
+    "Run",
+    "Verdict",
+    "criteria",
+    "equilibrium",
+    "json_schema",
+    "load",
+    "loads",
+    "modes",
+    "open_run",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its home at first use."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'gearrattle' has no attribute {name!r}")
+    value = getattr(import_module(f"gearrattle.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names, imported or not."""
+    return sorted(__all__)

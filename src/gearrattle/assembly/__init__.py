@@ -1,0 +1,6 @@
+"""The one place that knows both wings: a model in words becomes a piecewise system and its name plate."""
+
+from gearrattle.assembly.period import CommonPeriod, common_period
+from gearrattle.assembly.system import assemble, elements_of, name_plate, period_of
+
+__all__ = ["CommonPeriod", "assemble", "common_period", "elements_of", "name_plate", "period_of"]

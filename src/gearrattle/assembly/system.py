@@ -1,0 +1,99 @@
+"""Model -> piecewise system, and its name plate.
+
+Elements stand in the order all couplings, then all meshes. A coupling's row is (+1, -1), a mesh's (+R_a, -R_b), ground
+has no column. A drag torque is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its
+sine and cosine parts.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from gearrattle.assembly.period import CommonPeriod, common_period
+from gearrattle.model import GROUND, Coupling, Harmonic, Mesh, Model
+from gearrattle.system.law import PiecewiseLaw, Stage, staged
+from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
+from gearrattle.trajectory import Layout
+
+
+def elements_of(model: Model) -> tuple[Coupling | Mesh, ...]:
+    """All elements in element order."""
+    return (*model.couplings, *model.meshes)
+
+
+def law_of(element: Coupling | Mesh) -> PiecewiseLaw:
+    """The element's piecewise-linear law."""
+    drive = [Stage(p.stiffness, p.damping, p.until) for p in element.drive_pieces]
+    coast = [Stage(p.stiffness, p.damping, p.until) for p in element.coast_pieces]
+    return staged(drive, coast, element.preload if isinstance(element, Coupling) else 0.0)
+
+
+def period_of(model: Model) -> CommonPeriod:
+    """The common period of the model's torques and transmission errors."""
+    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error]
+    return common_period(model.excitation.omega, [h.order for t in model.torques for h in t.harmonics] + errors)
+
+
+def assemble(model: Model) -> PiecewiseSystem:
+    """Write the model as one piecewise-linear system [SI, or the model's own dimensionless units]."""
+    elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
+    common = period_of(model)
+    size, count = len(names), len(elements)
+    column = {order: j for j, order in enumerate(common.orders)}
+    rows = np.zeros((count, size))
+    error = np.zeros((2, count, len(column)))
+    for k, element in enumerate(elements):
+        ratio = element.radii if isinstance(element, Mesh) else (1.0, 1.0)
+        for end, factor in zip(element.between, (ratio[0], -ratio[1]), strict=True):
+            if end != GROUND:
+                rows[k, names.index(end)] += factor
+        if isinstance(element, Mesh):
+            for harmonic in element.transmission_error:
+                _add(error[:, k, column[harmonic.order]], harmonic)
+    mean = np.array([-inertia.drag_torque for inertia in model.inertias])
+    torque = np.zeros((2, size, len(column)))
+    for table in model.torques:
+        on = names.index(table.on)
+        mean[on] += table.mean
+        for harmonic in table.harmonics:
+            _add(torque[:, on, column[harmonic.order]], harmonic)
+    return PiecewiseSystem(
+        inertia=np.array([inertia.J for inertia in model.inertias]),
+        drag=np.array([inertia.drag for inertia in model.inertias]),
+        rows=rows,
+        laws=tuple(law_of(element) for element in elements),
+        inputs=Harmonics(common.period, common.cycles, mean, torque[0], torque[1], error[0], error[1]),
+    )
+
+
+def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Harmonic) -> None:
+    sine_cosine += (harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase))
+
+
+def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
+    """Names and constants by which a trajectory of the system is judged."""
+    elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
+    clearances = list(system.clearances)
+    index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
+    common = period_of(model)
+    return Layout(
+        inertia_names=tuple(names),
+        inertia=system.inertia,
+        drag_torque=np.array([inertia.drag_torque for inertia in model.inertias]),
+        stiffness=np.array([law.stiffness.max() for law in system.laws]),
+        element_names=tuple(element.name for element in elements),
+        is_mesh=np.array([isinstance(element, Mesh) for element in elements], dtype=np.bool_),
+        between=np.array([[index[end] for end in e.between] for e in elements], dtype=np.int64).reshape(-1, 2),
+        radii=np.array([e.radii if isinstance(e, Mesh) else (1.0, 1.0) for e in elements], dtype=float).reshape(-1, 2),
+        clearance=np.array(clearances, dtype=np.int64),
+        corners=tuple(system.laws[k].corners for k in clearances),
+        region_of_first_piece=np.array([system.laws[k].first_label for k in clearances], dtype=np.int64),
+        stiffness_of_piece=tuple(system.laws[k].stiffness for k in clearances),
+        damping_of_piece=tuple(system.laws[k].damping for k in clearances),
+        omega=model.excitation.omega,
+        period=common.period,
+        orders=common.orders,
+        reference=names.index(model.torques[0].on) if model.torques else 0,
+    )

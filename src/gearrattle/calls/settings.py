@@ -1,0 +1,45 @@
+"""Settings of a run by precedence: call argument, file, default."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gearrattle.model import DEFAULTS, Model
+
+
+def settled(model: Model, arguments: dict[str, Any]) -> Model:
+    """The model with every simulation setting filled in and checked.
+
+    ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
+    discard = min(discard, cycles // 2).
+
+    Args:
+        model: the model as loaded.
+        arguments: settings of the call by their names in the file; None where the call is silent.
+
+    Raises:
+        ModelError: a setting the file format refuses, or discard >= cycles.
+    """
+    file, given = model.simulation, {key: value for key, value in arguments.items() if value is not None}
+    cycles = given.get("cycles", file.cycles if file.cycles is not None else DEFAULTS.cycles)
+    discard = given.get("discard", file.discard if file.discard is not None else DEFAULTS.discard)
+    explicit = "discard" in given or ("cycles" not in given and file.discard is not None)
+    if not explicit and isinstance(cycles, int) and cycles >= 1:
+        discard = min(discard, cycles // 2)
+    changes = {"cycles": cycles, "discard": discard}
+    for key in ("algorithm", "initial", "samples_per_cycle"):
+        changes[key] = given.get(key, getattr(file, key) if getattr(file, key) is not None else getattr(DEFAULTS, key))
+    for key in ("tolerance", "step"):
+        if key in given:
+            changes[key] = given[key]
+    plain = {key: _plain(value) for key, value in changes.items()}
+    return model.with_({f"simulation.{key}": value for key, value in plain.items()})
+
+
+def _plain(value: Any) -> Any:
+    """Initial states back to the tables of the file format; everything else as it is."""
+    if hasattr(value, "angle") and hasattr(value, "velocity"):
+        return {"angle": list(value.angle), "velocity": list(value.velocity)}
+    if isinstance(value, dict):
+        return {key: [float(x) if not isinstance(x, str) else x for x in entry] for key, entry in value.items()}
+    return value

@@ -1,0 +1,88 @@
+"""``simulate``: a model in, a run out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, name_plate, period_of
+from gearrattle.calls.settings import settled
+from gearrattle.calls.statics import named_equilibrium
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Initial, Model
+from gearrattle.results import Run
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+
+def simulate(
+    model: Model,
+    algorithm: str | None = None,
+    *,
+    cycles: int | None = None,
+    samples_per_cycle: int | None = None,
+    discard: int | None = None,
+    tolerance: float | None = None,
+    step: float | str | None = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Integrate a model in time.
+
+    Every setting left at None comes from the file, then from the defaults.
+
+    Args:
+        model: the driveline.
+        algorithm: "exact" (event-driven, certified), "rk4" or "rk2" (fixed step).
+        cycles: length of the run, in periods T of all orders together.
+        samples_per_cycle: output samples a period; the grid is t = k T / samples_per_cycle, both ends included.
+        discard: periods criteria leave out at the start.
+        tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
+        step: fixed-step algorithms: the step [s] or a string with a unit.
+        initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+        progress: called with the fraction done, now and then; what it raises ends the run.
+
+    Raises:
+        ModelError: bad settings, or no static equilibrium.
+        ConvergenceError: the algorithm failed; carries time, state and what to try.
+    """
+    from gearrattle.solvers import SOLVERS, Task
+    from gearrattle.solvers.simulate import simulate as integrate
+
+    arguments = {
+        "algorithm": algorithm,
+        "cycles": cycles,
+        "samples_per_cycle": samples_per_cycle,
+        "discard": discard,
+        "tolerance": tolerance,
+        "step": step,
+        "initial": initial,
+    }
+    model = settled(model, arguments)
+    settings = model.simulation
+    assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
+    assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
+    if settings.algorithm not in SOLVERS:
+        rule = f"is not available yet; there are {', '.join(SOLVERS)}"
+        raise ModelError(Problem("simulation.algorithm", settings.algorithm, rule))
+    system = assemble(model)
+    angle, velocity, notes = _start(model, system)
+    task = Task(system, angle, velocity, settings.cycles, settings.samples_per_cycle, settings.tolerance, settings.step)
+    trajectory = integrate(task, name_plate(model, system), settings.algorithm, settings.discard, progress)
+    notes = (*period_of(model).notes, *notes, *trajectory.notes)
+    return Run(replace(trajectory, notes=notes), model)
+
+
+def _start(model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:
+    """Angles, velocities and notes of the initial state."""
+    initial = model.simulation.initial
+    if isinstance(initial, Initial):
+        return np.array(initial.angle, dtype=float), np.array(initial.velocity, dtype=float), ()
+    if initial == "zero":
+        return np.zeros(system.size), np.zeros(system.size), ()
+    named, rest = named_equilibrium(model, system)
+    return rest.angle, np.zeros(system.size), named.notes

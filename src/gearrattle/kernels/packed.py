@@ -1,0 +1,83 @@
+"""The arrays every march kernel sees, and nothing else.
+
+Sizes: N states, C carried quantities, Z = N + 1 + 2 H entries of z, K clearances, J bound rows. A *slot* is a region
+that has been visited. Arrays that multiply z are stored by column of z, so that inner loops run over what they make.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Inputs(NamedTuple):
+    """The oscillators that drive the system."""
+
+    cycles_high: Any  # (H,) oscillations a period, leading 24 bits
+    cycles_low: Any  # (H,) the rest
+    scale: Any  # (1 + H,) constant amplitudes in z
+    turn_cosine: Any  # (levels, H) rotation over one step of each level
+    turn_sine: Any  # (levels, H)
+
+
+class Regions(NamedTuple):
+    """What is known of every slot."""
+
+    first_table: Any  # (slots,) where its tables begin in `tables`
+    fine: Any  # (slots,) its finest level
+    tables: Any  # (tables, Z, N + C) increments over a step
+    generator: Any  # (slots, Z, N + C) rates
+    probe: Any  # (slots, Z, 3 K + 2 J) deflections, rates, curvatures, bound rows (real, imaginary)
+    bound_rows: Any  # (slots,) how many bound rows
+    weights: Any  # (slots, K, J)
+    constant: Any  # (slots, K)
+    lower: Any  # (slots, K) corners, corner scales
+    upper: Any  # (slots, K)
+    neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
+
+
+class Samples(NamedTuple):
+    """Where sampled states go: sample i lies at i / per_cycle periods."""
+
+    per_cycle: int
+    states: Any  # (samples, N + C)
+    slots: Any  # (samples,)
+
+
+class Log(NamedTuple):
+    """Where crossings go."""
+
+    cycle: Any  # (capacity,) whole periods
+    fraction: Any  # (capacity,) the rest of the time, in periods
+    clearance: Any  # (capacity,)
+    upward: Any  # (capacity,) 1: delta grows through the corner
+    slot: Any  # (capacity,) the region left
+    rate: Any  # (capacity,) d delta / ds in corner scales
+    carried: Any  # (capacity, C)
+
+
+class March(NamedTuple):
+    """The marcher itself: everything that changes."""
+
+    state: Any  # (N + C,)
+    clock: Any  # (2,) anchor and offset: time = cycle + anchor + offset; offset is a dyadic fraction
+    counts: Any  # (10,) integers, see the names below
+    tried: Any  # (1,) sum of all steps tried, in periods
+    side: Any  # (K,) -1: sits on the lower corner, +1: on the upper one, 0: neither
+    expansion: Any  # (ORDER + 1, N + C) Taylor coefficients over the finest step
+    waves: Any  # (ORDER + 1, 1 + 2 H) the same of the inputs
+
+
+class Work(NamedTuple):
+    """Scratch for sampling, so that a sample never disturbs the march."""
+
+    state: Any  # (N + C,)
+    u: Any  # (1 + 2 H,)
+    expansion: Any  # (ORDER + 1, N + C)
+    waves: Any  # (ORDER + 1, 1 + 2 H)
+
+
+LONGEST = 0.125
+"""Step of level 0, in periods; level l steps LONGEST / 2^l."""
+
+CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED = range(10)
+"""Indices into ``March.counts``; PENDING is 2 k + upward of a crossing into a region not built yet, else -1."""

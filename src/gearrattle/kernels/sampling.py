@@ -1,0 +1,27 @@
+"""Accelerations and element states at sampled states of the vector field."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.kernels._jit import kernel
+from gearrattle.kernels.vector_field import derivative
+
+
+@kernel
+def element_samples(field, time, states):
+    """Accelerations (t, n), deflections, pieces and forces (t, m) at states (t, S)."""
+    samples, size = states.shape
+    elements, inertias = field.rows.shape
+    r = field.basis.shape[0]
+    wave = np.empty(2 * field.cycles.size)
+    rate, pieces, out = np.empty(elements), np.empty(elements), np.empty(size)
+    acceleration = np.empty((samples, inertias))
+    deflection, force = np.empty((samples, elements)), np.empty((samples, elements))
+    piece = np.empty((samples, elements), dtype=np.int64)
+    for i in range(samples):
+        derivative(field, time[i], states[i], wave, deflection[i], rate, pieces, force[i], out)
+        acceleration[i] = out[r : r + inertias]
+        for k in range(elements):
+            piece[i, k] = int(pieces[k])
+    return acceleration, deflection, piece, force

@@ -1,0 +1,1 @@
+"""What is known of a piecewise system without integrating it in time."""

@@ -1,0 +1,238 @@
+"""A run as users hold it: labelled arrays, tables, files.
+
+``Run`` wraps a ``Trajectory`` and the model it came from. xarray and pandas are imported when asked for; files are
+written through h5netcdf into a temporary neighbour and renamed, so that nothing is ever half-written. A netCDF file
+carries the whole model, so ``open_run`` gives back everything, criteria included.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model, loads
+from gearrattle.trajectory import Cost, EventLog, Trajectory
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+FORMAT = "gearrattle run 1"
+_SAMPLED = {
+    "angle": ("inertia", "rad"),
+    "velocity": ("inertia", "rad/s"),
+    "acceleration": ("inertia", "rad/s^2"),
+    "deflection": ("clearance", "rad, or m for a mesh"),
+    "force": ("clearance", "N m, or N for a mesh"),
+    "region": ("clearance", "1"),
+    "element_torque": ("element", "N m"),
+}
+
+
+class Run:
+    """A simulated motion with its model.
+
+    Attributes:
+        trajectory: plain arrays (see ``Trajectory``).
+        model: the model with the settings this run used.
+    """
+
+    def __init__(self, trajectory: Trajectory, model: Model) -> None:
+        self.trajectory = trajectory
+        self.model = model
+
+    def __repr__(self) -> str:
+        t = self.trajectory
+        return f"<Run of {self.model.name!r}: {t.cost.algorithm}, {t.cycles} cycles, {len(t.events)} crossings>"
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """Labelled samples.
+
+        angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
+        (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. Attributes: period, units,
+        provenance.
+        """
+        import xarray as xr
+
+        t = self.trajectory
+        variables = {
+            name: (("time", axis), getattr(t, name), {"units": unit}) for name, (axis, unit) in _SAMPLED.items()
+        }
+        coordinates = {
+            "time": ("time", t.time, {"units": "s"}),
+            "inertia": list(t.layout.inertia_names),
+            "clearance": list(t.layout.clearance_names),
+            "element": list(t.layout.element_names),
+        }
+        return xr.Dataset(variables, coordinates, self._attributes())
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """Every corner crossing: time [s], clearance (name), from_region, to_region, velocity, force_integral."""
+        import pandas as pd
+
+        t, log = self.trajectory, self.trajectory.events
+        names = np.array(t.layout.clearance_names, dtype=object)
+        return pd.DataFrame(
+            {
+                "time": log.time,
+                "clearance": names[log.clearance] if len(log) else np.array([], dtype=object),
+                "from_region": log.from_region,
+                "to_region": log.to_region,
+                "velocity": log.velocity,
+                "force_integral": log.force_integral,
+            }
+        )
+
+    @property
+    def cost(self) -> Cost:
+        """What the run cost."""
+        return self.trajectory.cost
+
+    @property
+    def notes(self) -> list[str]:
+        """Everything the user must know about this run."""
+        return list(self.trajectory.notes)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run as netCDF-4 (``.nc``) or its samples as CSV (``.csv``).
+
+        Raises:
+            ModelError: another ending.
+            OSError: the machine refused; nothing half-written is left.
+        """
+        target = Path(path)
+        writers: dict[str, Callable[[Path], None]] = {".nc": self._write_netcdf, ".csv": self._write_csv}
+        if target.suffix not in writers:
+            raise ModelError(Problem(str(target), target.suffix or "no ending", "a run is saved as .nc or .csv"))
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent)
+        os.close(handle)
+        try:
+            writers[target.suffix](Path(temporary))
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(temporary, 0o666 & ~mask)
+            os.replace(temporary, target)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+    def _attributes(self) -> dict[str, Any]:
+        t = self.trajectory
+        packages = ("numpy", "scipy", "numba")
+        provenance = {
+            "gearrattle": version("gearrattle"),
+            "python": platform.python_version(),
+            **{name: version(name) for name in packages},
+            "algorithm": t.cost.algorithm,
+        }
+        return {
+            "format": FORMAT,
+            "title": self.model.name,
+            "period": t.layout.period,
+            "units": self.model.units,
+            "provenance": json.dumps(provenance),
+            "model": self.model.to_toml(),
+            "cost": json.dumps(asdict(t.cost)),
+            "notes": json.dumps(list(t.notes)),
+            "samples_per_cycle": t.samples_per_cycle,
+            "cycles": t.cycles,
+            "discard": t.discard,
+        }
+
+    def _write_netcdf(self, path: Path) -> None:
+        import h5netcdf
+
+        t, log = self.trajectory, self.trajectory.events
+        text = h5netcdf.core.h5py.string_dtype()
+        with h5netcdf.File(path, "w") as file:
+            file.dimensions = {
+                "time": t.time.size,
+                "inertia": len(t.layout.inertia_names),
+                "clearance": len(t.layout.clearance_names),
+                "element": len(t.layout.element_names),
+            }
+            for axis in ("inertia", "clearance", "element"):
+                names = np.array(getattr(t.layout, f"{axis}_names"), dtype=object)
+                file.create_variable(axis, (axis,), text, data=names)
+            file.create_variable("time", ("time",), "f8", data=t.time).attrs["units"] = "s"
+            for name, (axis, unit) in _SAMPLED.items():
+                kind = "i2" if name == "region" else "f8"
+                variable = file.create_variable(name, ("time", axis), kind, data=getattr(t, name).astype(kind))
+                variable.attrs["units"] = unit
+            file.create_variable("initial_region", ("clearance",), "i2", data=t.initial_region.astype("i2"))
+            file.create_variable("final_force_integral", ("clearance",), "f8", data=t.final_force_integral)
+            for key, value in self._attributes().items():
+                file.attrs[key] = value
+            group = file.create_group("events")
+            group.dimensions = {"event": len(log)}
+            for name in ("time", "velocity", "force_integral"):
+                group.create_variable(name, ("event",), "f8", data=getattr(log, name))
+            for name in ("clearance", "from_region", "to_region"):
+                group.create_variable(name, ("event",), "i2", data=getattr(log, name).astype("i2"))
+            group["clearance"].attrs["meaning"] = "index into the root's clearance"
+
+    def _write_csv(self, path: Path) -> None:
+        import pandas as pd
+
+        t = self.trajectory
+        columns: dict[str, Any] = {"time": t.time}
+        for name in ("angle", "velocity", "acceleration", "deflection", "force"):
+            labels = t.layout.inertia_names if _SAMPLED[name][0] == "inertia" else t.layout.clearance_names
+            columns.update({f"{name}.{label}": getattr(t, name)[:, i] for i, label in enumerate(labels)})
+        pd.DataFrame(columns).to_csv(path, index=False)
+
+
+def open_run(path: str | os.PathLike[str]) -> Run:
+    """Read a run written by ``Run.save``.
+
+    Raises:
+        ModelError: the file is missing, or no netCDF file of a run.
+    """
+    import h5netcdf
+
+    rule = "must be a netCDF file written by Run.save"
+    try:
+        file = h5netcdf.File(path, "r")
+    except FileNotFoundError:
+        raise ModelError(Problem(str(path), "", "there is no such file")) from None
+    except OSError as error:
+        raise ModelError(Problem(str(path), str(error).splitlines()[0], rule)) from None
+    with file:
+        if file.attrs.get("format") != FORMAT:
+            raise ModelError(Problem(str(path), str(file.attrs.get("format", "")), rule))
+        model = loads(str(file.attrs["model"]), name=str(path))
+        group = file.groups["events"]
+        logged: dict[str, Any] = {
+            **{name: np.array(group[name][...]) for name in ("time", "velocity", "force_integral")},
+            **{name: np.array(group[name][...], np.int64) for name in ("clearance", "from_region", "to_region")},
+        }
+        sampled: dict[str, Any] = {name: np.array(file[name][...]) for name in _SAMPLED}
+        sampled["region"] = sampled["region"].astype(np.int64)
+        trajectory = Trajectory(
+            layout=name_plate(model, assemble(model)),
+            time=np.array(file["time"][...]),
+            **sampled,
+            events=EventLog(**logged),
+            initial_region=np.array(file["initial_region"][...], np.int64),
+            final_force_integral=np.array(file["final_force_integral"][...]),
+            samples_per_cycle=int(file.attrs["samples_per_cycle"]),
+            cycles=int(file.attrs["cycles"]),
+            discard=int(file.attrs["discard"]),
+            cost=Cost(**json.loads(str(file.attrs["cost"]))),
+            notes=tuple(json.loads(str(file.attrs["notes"]))),
+        )
+    return Run(trajectory, model)

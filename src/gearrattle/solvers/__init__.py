@@ -1,0 +1,17 @@
+"""The shelf of algorithms, by their names in files, calls and on the command line."""
+
+from __future__ import annotations
+
+from gearrattle.solvers.base import Marching, Motion, Solver, Task
+from gearrattle.solvers.exact import ExactMarch
+from gearrattle.solvers.runge_kutta import fixed_step
+from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT
+
+SOLVERS: dict[str, Solver] = {
+    "exact": ExactMarch,
+    "rk2": fixed_step(MIDPOINT),
+    "rk4": fixed_step(CLASSICAL),
+}
+"""Name -> function that starts a run on a task."""
+
+__all__ = ["SOLVERS", "Marching", "Motion", "Solver", "Task"]

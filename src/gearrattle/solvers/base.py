@@ -1,0 +1,95 @@
+"""What a solver is: it starts on a task, works in slices, and hands over a motion.
+
+A solver never meets a model, a file or a unit: it gets a piecewise system, initial angles and velocities and an output
+grid. The loop that drives it, shows progress and listens to Ctrl-C is ``simulate.simulate``, the same for all.
+To add a solver: write its file with a function ``Task -> Marching``, add one line to the table in ``__init__``, and its
+test page; the laws over the table test it by its existing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.outcome import Outcome
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to integrate and where to sample.
+
+    Attributes:
+        system: the piecewise-linear system [SI].
+        angle, velocity: (n,) state at t = 0 [rad, rad/s].
+        cycles: length of the run in periods.
+        samples_per_cycle: output grid.
+        tolerance: None for the solver's default.
+        step: fixed step [s]; None for the solver's default.
+    """
+
+    system: PiecewiseSystem
+    angle: Array
+    velocity: Array
+    cycles: int
+    samples_per_cycle: int
+    tolerance: float | None
+    step: float | None
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Corner crossings in a solver's own terms: (E,) each; pieces are indices into the element's law."""
+
+    time: Array
+    clearance: IntArray
+    from_piece: IntArray
+    to_piece: IntArray
+    velocity: Array
+    force_integral: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law."""
+
+    angle: Array
+    velocity: Array
+    acceleration: Array
+    deflection: Array
+    force: Array
+    piece: IntArray
+    crossings: Crossings
+    initial_piece: IntArray
+    final_force_integral: Array
+    steps: int
+    function_calls: int
+    average_step: float
+    average_trial_step: float
+    notes: tuple[str, ...] = ()
+
+
+class Marching(Protocol):
+    """A run under way."""
+
+    def advance(self) -> Outcome:
+        """Do a slice of work (a few milliseconds); SLICE_SPENT means there is more."""
+
+    def fraction(self) -> float:
+        """How much of the run is done, 0 ... 1."""
+
+    def place(self) -> tuple[float, dict[str, float]]:
+        """Time [s] and state by name, for a message about a failure."""
+
+    def motion(self) -> Motion:
+        """The motion, once ``advance`` has answered DONE."""
+
+
+Solver = Callable[[Task], Marching]

@@ -1,0 +1,173 @@
+"""``exact``: event-driven, certified, exact between corners.
+
+Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
+rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
+own sensitivity. Takes a task, gives a motion; the regions come from ``system.region``, one at a time as they are met.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.kernels import packed
+from gearrattle.outcome import Outcome
+from gearrattle.solvers.base import Crossings, Motion, Task
+from gearrattle.solvers.slots import Slots, packed_inputs
+from gearrattle.solvers.start import starting_pieces
+from gearrattle.system.flow import Flow, flow_of
+from gearrattle.system.region import ORDER
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_BUDGET = 20_000  # steps a slice
+_FIRST_LOG = 4096
+
+
+def _empty_log(capacity: int, carried: int) -> packed.Log:
+    integers = (np.zeros(capacity, np.int64) for _ in range(4))
+    cycle, clearance, upward, slot = integers
+    return packed.Log(
+        cycle, np.zeros(capacity), clearance, upward, slot, np.zeros(capacity), np.zeros((capacity, carried))
+    )
+
+
+class ExactMarch:
+    """A run of the exact algorithm under way (see ``base.Marching``)."""
+
+    def __init__(self, task: Task) -> None:
+        from gearrattle.kernels.march import march_on
+
+        self._march_on = march_on
+        self.task = task
+        self.flow = flow_of(task.system)
+        self.slots = Slots(self.flow)
+        flow, scaling = self.flow, self.flow.scaling
+        clearances = len(flow.system.clearances)
+        references = list(flow.coordinates.references)
+        self.carried = len(references) + clearances
+        deflection = flow.coordinates.basis @ task.angle
+        moving = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
+        state = np.concatenate([moving, task.angle[references], np.zeros(clearances)])
+        inputs = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
+        pieces, side = starting_pieces(flow, np.concatenate([moving, inputs]), task.angle)
+        self.initial = np.array([pieces[k] for k in flow.system.clearances], dtype=np.int64)
+        counts = np.zeros(10, np.int64)
+        counts[packed.SLOT] = self.slots.slot_of(pieces)
+        counts[packed.PENDING] = -1
+        counts[packed.LEVEL] = self.slots.regions[0].fine
+        expansion, waves = np.zeros((ORDER + 1, state.size)), np.zeros((ORDER + 1, inputs.size))
+        self.march = packed.March(state, np.zeros(2), counts, np.zeros(1), side, expansion, waves)
+        samples = task.cycles * task.samples_per_cycle + 1
+        self.samples = packed.Samples(
+            task.samples_per_cycle, np.zeros((samples, state.size)), np.zeros(samples, np.int64)
+        )
+        self.inputs = packed_inputs(flow)
+        self.log = _empty_log(_FIRST_LOG, clearances)
+
+    def advance(self) -> Outcome:
+        """March one slice; build the next region or grow the log where the kernel asks for it."""
+        counts = self.march.counts
+        outcome = Outcome(self._march_on(self.slots.packed, self.inputs, self.march, self.samples, self.log, _BUDGET))
+        if outcome is Outcome.NEEDS_REGION:
+            clearance, upward = divmod(int(counts[packed.PENDING]), 2)
+            counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)
+            counts[packed.PENDING] = -1
+            return Outcome.SLICE_SPENT
+        if outcome is Outcome.LOG_FULL:
+            self.log = packed.Log(*(np.concatenate([a, np.zeros_like(a)]) for a in self.log))
+            return Outcome.SLICE_SPENT
+        return outcome
+
+    def fraction(self) -> float:
+        """Samples stored, as a fraction of all."""
+        return float(self.march.counts[packed.SAMPLE] / self.samples.slots.size)
+
+    def place(self) -> tuple[float, dict[str, float]]:
+        """Time and deflections now."""
+        now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
+        rows = self.flow.deflection[list(self.flow.system.clearances), : self.flow.states]
+        values = rows @ self.march.state[: self.flow.states]
+        return float(now * self.flow.system.inputs.period), {f"deflection {k}": float(v) for k, v in enumerate(values)}
+
+    def motion(self) -> Motion:
+        """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
+        flow, task = self.flow, self.task
+        steps, trials = int(self.march.counts[packed.STEPS]), int(self.march.counts[packed.TRIALS])
+        sampled: dict[str, Any] = sampled_quantities(
+            flow, self.samples, [region.pieces for region in self.slots.regions]
+        )
+        elapsed = task.cycles * flow.system.inputs.period
+        return Motion(
+            **sampled,
+            crossings=self._crossings(),
+            initial_piece=self.initial,
+            final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
+            steps=steps,
+            function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
+            average_step=elapsed / max(steps, 1),
+            average_trial_step=float(self.march.tried[0]) / max(trials, 1) * flow.system.inputs.period,
+        )
+
+    def _crossings(self) -> Crossings:
+        count = int(self.march.counts[packed.EVENTS])
+        log = packed.Log(*(a[:count] for a in self.log))
+        order = _element_order(log)
+        log = packed.Log(*(a[order] for a in log))
+        period = self.flow.system.inputs.period
+        table = np.array([[r.pieces[k] for k in self.flow.system.clearances] for r in self.slots.regions])
+        left = table.reshape(len(self.slots.regions), -1)[log.slot, log.clearance] if count else np.zeros(0, np.int64)
+        return Crossings(
+            time=(log.cycle + log.fraction) * period,
+            clearance=log.clearance,
+            from_piece=left,
+            to_piece=left + 2 * log.upward - 1,
+            velocity=log.rate * self.flow.corner_scale[log.clearance] / period,
+            force_integral=log.carried[np.arange(count), log.clearance],
+        )
+
+
+def _element_order(log: packed.Log) -> IntArray:
+    """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
+    order = list(range(len(log.cycle)))
+    for i in range(1, len(order)):
+        j = i
+        while j > 0:
+            a, b = order[j - 1], order[j]
+            apart = (log.cycle[b] - log.cycle[a]) + (log.fraction[b] - log.fraction[a])
+            if apart > 4 * np.finfo(float).eps or log.clearance[a] <= log.clearance[b]:
+                break
+            order[j - 1], order[j] = b, a
+            j -= 1
+    return np.array(order, dtype=np.int64)
+
+
+def sampled_quantities(flow: Flow, samples: packed.Samples, pieces: list[tuple[int, ...]]) -> dict[str, Array]:
+    """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
+    system, coordinates, n = flow.system, flow.coordinates, flow.states
+    index = np.arange(samples.slots.size)
+    cycle, part = np.divmod(index, samples.per_cycle)
+    z = np.hstack([samples.states[:, :n], flow.inputs_at(cycle.astype(float), part / samples.per_cycle)])
+    r = len(coordinates.elements)
+    basis = samples.states[:, :r] / flow.scaling.deflection
+    references = samples.states[:, n : n + len(coordinates.references)]
+    clearances = list(system.clearances)
+    acceleration = np.empty((index.size, system.size))
+    force = np.empty((index.size, len(system.laws)))
+    piece = np.empty((index.size, len(clearances)), dtype=np.int64)
+    for slot in np.unique(samples.slots):
+        here = samples.slots == slot
+        acceleration[here] = z[here] @ flow.acceleration_rows(pieces[slot]).T
+        force[here] = z[here] @ flow.force_rows(pieces[slot]).T
+        piece[here] = [pieces[slot][k] for k in clearances]
+    return {
+        "angle": basis @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
+        "velocity": z @ flow.velocity.T,
+        "acceleration": acceleration,
+        "deflection": z @ flow.deflection[clearances].T,
+        "force": force,
+        "piece": piece,
+    }

@@ -1,0 +1,99 @@
+"""The one loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from gearrattle.errors import ConvergenceError
+from gearrattle.outcome import Outcome
+from gearrattle.solvers import SOLVERS
+from gearrattle.solvers.base import Marching, Motion, Task
+from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
+
+Progress = Callable[[float], None]
+
+
+def simulate(
+    task: Task, layout: Layout, algorithm: str, discard: int = 0, progress: Progress | None = None
+) -> Trajectory:
+    """Integrate a task and name the result after its driveline.
+
+    Args:
+        task: system, start and output grid.
+        layout: name plate of the driveline.
+        algorithm: a key of ``SOLVERS``.
+        discard: cycles criteria leave out.
+        progress: called with the fraction done after every slice; whatever it raises ends the run.
+
+    Raises:
+        ConvergenceError: the algorithm went unstable or stalled; carries time, state and what to try.
+    """
+    begin = time.perf_counter()
+    march = SOLVERS[algorithm](task)
+    while (outcome := march.advance()) is not Outcome.DONE:
+        if outcome is not Outcome.SLICE_SPENT:
+            raise _failure(march, outcome, algorithm)
+        if progress is not None:
+            progress(march.fraction())
+    motion = march.motion()
+    wall = time.perf_counter() - begin
+    return _trajectory(task, layout, discard, motion, _cost(algorithm, motion, wall))
+
+
+def _failure(march: Marching, outcome: Outcome, algorithm: str) -> ConvergenceError:
+    at, state = march.place()
+    what = {
+        Outcome.CHATTER: "crossings pile up without time advancing",
+        Outcome.NON_FINITE: "the state is no longer finite (unstable)",
+    }
+    return ConvergenceError(
+        f"{algorithm}: {what.get(outcome, outcome.name)} at t = {at:.9g} s", time=at, state=state, remedy=outcome.advice
+    )
+
+
+def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
+    return Cost(
+        algorithm=algorithm,
+        steps=motion.steps,
+        function_calls=motion.function_calls,
+        jacobian_calls=0,
+        events=len(motion.crossings.time),
+        average_step=motion.average_step,
+        average_trial_step=motion.average_trial_step,
+        wall_time=wall,
+    )
+
+
+def _trajectory(task: Task, layout: Layout, discard: int, motion: Motion, cost: Cost) -> Trajectory:
+    first, crossings = layout.region_of_first_piece, motion.crossings
+    label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
+    samples = motion.angle.shape[0]
+    return Trajectory(
+        layout=layout,
+        time=np.arange(samples, dtype=float) * (layout.period / task.samples_per_cycle),
+        angle=motion.angle,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        deflection=motion.deflection,
+        force=motion.force[:, layout.clearance],
+        region=motion.piece + first,
+        element_torque=motion.force * layout.radii[:, 0],
+        events=EventLog(
+            time=crossings.time,
+            clearance=crossings.clearance,
+            from_region=crossings.from_piece + label,
+            to_region=crossings.to_piece + label,
+            velocity=crossings.velocity,
+            force_integral=crossings.force_integral,
+        ),
+        initial_region=motion.initial_piece + first,
+        final_force_integral=motion.final_force_integral,
+        samples_per_cycle=task.samples_per_cycle,
+        cycles=task.cycles,
+        discard=discard,
+        cost=cost,
+        notes=motion.notes,
+    )

@@ -1,0 +1,99 @@
+"""Regions met so far, packed for the kernel: one slot each, arrays that double when full."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.kernels.packed import LONGEST, Inputs, Regions
+from gearrattle.system.flow import Flow, Pieces, split_cycles
+from gearrattle.system.region import DEEPEST, Region, build_region
+
+Array = NDArray[np.float64]
+
+
+def packed_inputs(flow: Flow) -> Inputs:
+    """Oscillators of the flow, with their rotation over every level's step."""
+    high, low = split_cycles(flow.system.inputs.cycles)
+    steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
+    angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
+    return Inputs(high, low, flow.scaling.inputs, np.cos(angle), np.sin(angle))
+
+
+class Slots:
+    """The regions a run has visited; ``packed`` is what the kernel sees."""
+
+    def __init__(self, flow: Flow) -> None:
+        self.flow = flow
+        self.regions: list[Region] = []
+        self._index: dict[Pieces, int] = {}
+        clearances, width = len(flow.system.clearances), flow.width
+        made = flow.states + len(flow.coordinates.references) + clearances
+        self._watched = 3 * clearances
+        self._arrays: dict[str, NDArray[np.generic]] = {
+            "first_table": np.zeros(0, np.int64),
+            "fine": np.zeros(0, np.int64),
+            "tables": np.zeros((0, width, made)),
+            "generator": np.zeros((0, width, made)),
+            "probe": np.zeros((0, width, 3 * clearances + 2 * width)),
+            "bound_rows": np.zeros(0, np.int64),
+            "weights": np.zeros((0, clearances, width)),
+            "constant": np.zeros((0, clearances)),
+            "lower": np.zeros((0, clearances)),
+            "upper": np.zeros((0, clearances)),
+            "neighbour": np.zeros((0, clearances, 2), np.int64),
+        }
+        self._tables_used = 0
+
+    @property
+    def packed(self) -> Regions:
+        """The arrays for the kernel; ask again after every ``slot_of``."""
+        return Regions(**self._arrays)
+
+    def slot_of(self, pieces: Pieces) -> int:
+        """Slot of a region, building it at its first visit."""
+        if pieces not in self._index:
+            self._index[pieces] = self._add(build_region(self.flow, pieces))
+        return self._index[pieces]
+
+    def beyond(self, slot: int, clearance: int, upward: int) -> int:
+        """Slot of the region across a corner; remembered as the neighbour."""
+        k = self.flow.system.clearances[clearance]
+        pieces = list(self.regions[slot].pieces)
+        pieces[k] += 1 if upward else -1
+        target = self.slot_of(tuple(pieces))
+        self._arrays["neighbour"][slot, clearance, upward] = target
+        self._arrays["neighbour"][target, clearance, 1 - upward] = slot
+        return target
+
+    def _room(self, name: str, needed: int) -> None:
+        array = self._arrays[name]
+        if array.shape[0] < needed:
+            larger = np.zeros((max(needed, 2 * array.shape[0], 8), *array.shape[1:]), array.dtype)
+            larger[: array.shape[0]] = array
+            self._arrays[name] = larger
+
+    def _add(self, region: Region) -> int:
+        slot = len(self.regions)
+        self.regions.append(region)
+        for name in self._arrays:
+            if name != "tables":
+                self._room(name, slot + 1)
+        count = region.tables.shape[0]
+        self._room("tables", self._tables_used + count)
+        a = self._arrays
+        a["tables"][self._tables_used : self._tables_used + count] = region.tables.transpose(0, 2, 1)
+        a["first_table"][slot], a["fine"][slot] = self._tables_used, region.fine
+        self._tables_used += count
+        a["generator"][slot] = region.generator.T
+        rows = region.bound.rows
+        a["bound_rows"][slot] = len(rows)
+        watched = np.vstack([region.deflection, region.rate, region.curvature])
+        a["probe"][slot, :, : self._watched] = watched.T
+        a["probe"][slot, :, self._watched : self._watched + 2 * len(rows) : 2] = rows.real.T
+        a["probe"][slot, :, self._watched + 1 : self._watched + 2 * len(rows) : 2] = rows.imag.T
+        a["weights"][slot, :, : len(rows)] = region.bound.weights
+        a["constant"][slot] = region.bound.constant
+        a["lower"][slot], a["upper"][slot] = region.lower, region.upper
+        a["neighbour"][slot] = -1
+        return slot

@@ -1,0 +1,62 @@
+"""The region a motion starts in.
+
+Off the corners the deflection decides. Exactly on a corner (to rounding) the first non-zero derivative of the
+deflection decides; the inner region if there is none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.system.flow import Flow
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_ON_CORNER = 8 * np.finfo(float).eps
+_NOTHING = 1e-12  # a derivative this small against its own terms is rounding
+_DERIVATIVES = 6
+
+
+def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...], IntArray]:
+    """Pieces of all elements at the state z (Z,), and for each clearance the side of its piece that it sits on.
+
+    ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
+
+    Returns:
+        pieces: (m,) indices.
+        side: (K,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
+    """
+    pieces = [0] * len(flow.system.laws)
+    on_corner: dict[int, int] = {}
+    for i, k in enumerate(flow.system.clearances):
+        law = flow.system.laws[k]
+        delta = float(flow.deflection[k] @ z)
+        size = float(np.abs(flow.system.rows[k]) @ np.abs(angle) + np.abs(flow.deflection[k]) @ np.abs(z))
+        pieces[k] = law.piece_at(delta)
+        for c, corner in enumerate(law.corners):
+            if abs(delta - corner) <= _ON_CORNER * max(abs(corner), size):
+                pieces[k] = law.inner(c, c + 1)
+                on_corner[i] = c
+    side = np.zeros(len(flow.system.clearances), dtype=np.int64)
+    inner = tuple(pieces)
+    for i, c in on_corner.items():
+        k = flow.system.clearances[i]
+        upper = _direction(flow, inner, k, z)
+        if upper != 0:
+            pieces[k] = c + 1 if upper > 0 else c
+        side[i] = -1 if pieces[k] == c + 1 else 1
+    return tuple(pieces), side
+
+
+def _direction(flow: Flow, pieces: tuple[int, ...], k: int, z: Array) -> int:
+    """Sign of the first derivative of delta_k that is not zero."""
+    matrix = flow.generator(pieces)
+    derivative, size = z, np.abs(z)
+    for _ in range(_DERIVATIVES):
+        derivative, size = matrix @ derivative, np.abs(matrix) @ size
+        value = float(flow.deflection[k] @ derivative)
+        if abs(value) > _NOTHING * float(np.abs(flow.deflection[k]) @ size):
+            return 1 if value > 0 else -1
+    return 0
