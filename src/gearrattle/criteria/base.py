@@ -1,0 +1,221 @@
+"""The nouns of the shelf: a criterion, the entries it gives, and the verdict they add up to.
+
+A criterion measures one thing on a trajectory and says it in *entries*: one number (or word) each, about one inertia,
+mesh or coupling, with its unit, its formula and where the formula comes from. A new criterion is a file beside this
+one with a frozen class that satisfies ``Criterion``, one line in the table of ``__init__``, and its test page.
+
+Each mesh and each clearance is a *part* of the verdict, judged by its regime in the steady part; the whole is the worst
+of its parts. The rule is stated in words (``RULE``) wherever the verdict is shown.
+
+Takes trajectories; gives entries, parts and the verdict to reports and users.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from gearrattle.signals import Regime, Spectrum, Window
+from gearrattle.trajectory import Layout, Trajectory
+
+PAPER = "Padmanabhan, Barlow, Rook, Singh 1995, ASME J. Mech. Des. 117, 185-192"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One result of a criterion.
+
+    Attributes:
+        criterion: name of the criterion in the table.
+        subject: name of the inertia, mesh or coupling it is about.
+        quantity: what the value is, in words.
+        value: the number, NaN where it does not exist; or a word (a regime).
+        unit: SI unit; "1" for pure numbers, "" for words.
+        formula: how it comes about.
+        source: where the formula comes from.
+        note: what the user must know about this value; may be empty.
+    """
+
+    criterion: str
+    subject: str
+    quantity: str
+    value: float | str
+    unit: str
+    formula: str
+    source: str
+    note: str = ""
+
+
+class Criterion(Protocol):
+    """A criterion: what it is called, what it computes and from where, and the computation."""
+
+    @property
+    def name(self) -> str:
+        """Key in the table, the ``criterion`` of its entries."""
+
+    @property
+    def title(self) -> str:
+        """Heading in reports."""
+
+    @property
+    def formula(self) -> str:
+        """What is computed, over which window."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of its main quantity."""
+
+    @property
+    def source(self) -> str:
+        """Where the formula comes from."""
+
+    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+        """Return the entries, in element or inertia order."""
+
+
+def entry(
+    criterion: Criterion,
+    subject: str,
+    quantity: str,
+    value: float | str,
+    *,
+    unit: str | None = None,
+    formula: str | None = None,
+    note: str = "",
+) -> Entry:
+    """Return an entry of a criterion; unit and formula are the criterion's own where they are not given."""
+    return Entry(
+        criterion=criterion.name,
+        subject=subject,
+        quantity=quantity,
+        value=value if isinstance(value, str) else float(value),
+        unit=criterion.unit if unit is None else unit,
+        formula=criterion.formula if formula is None else formula,
+        source=criterion.source,
+        note=note,
+    )
+
+
+def deflection_rate_unit(layout: Layout, element: int) -> str:
+    """Return the unit of an element's deflection rate: m/s for a mesh, rad/s for a coupling."""
+    return "m/s" if layout.is_mesh[element] else "rad/s"
+
+
+def impulse_unit(layout: Layout, element: int) -> str:
+    """Return the unit of an element's impulse: N s for a mesh, N m s for a coupling."""
+    return "N s" if layout.is_mesh[element] else "N m s"
+
+
+def judged_elements(layout: Layout) -> list[tuple[int, int | None]]:
+    """Return every mesh and every element with a corner, in element order, with its index into ``layout.clearance``.
+
+    The index is None for a mesh that has no corner: it cannot rattle, but it is judged all the same.
+    """
+    index = {int(element): k for k, element in enumerate(layout.clearance)}
+    return [(k, index.get(k)) for k in range(len(layout.element_names)) if k in index or bool(layout.is_mesh[k])]
+
+
+RULE = (
+    "Each mesh and each clearance is judged over the steady part, from the discarded cycles to the end: quiet if it "
+    "crosses no corner there, single-sided if it crosses corners on its drive side only or on its coast side only, "
+    "double-sided if it crosses corners on both sides. The whole is the worst of its parts. Parts of one regime are "
+    "ranked by their impacts per cycle. The margin is that of the loose-gear test, 20 log10 of the loose gear's "
+    "inertia torque over its drag torque: above 0 dB the drag cannot hold the gear against its flank."
+)
+
+SEVERITY: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh or clearance, judged over the steady part.
+
+    Attributes:
+        name: of the mesh or coupling.
+        kind: "mesh" or "coupling".
+        gap: whether its centre is free of stiffness, a gap proper; else its corners are those of a staged spring.
+        regime: "quiet", "single-sided" or "double-sided".
+        impacts_per_cycle, impacts_per_second: rate of impacts.
+        drive_impacts_per_cycle, coast_impacts_per_cycle: the same, side by side.
+        mean_impulse, max_impulse: magnitudes [N s or N m s]; None without impacts or without a force integral.
+        max_approach_speed: magnitude [m/s or rad/s]; None without impacts.
+        contact_share: share of time in contact, 0 to 1.
+        margin_db: of the loose-gear test [dB]; None where there is no loose gear.
+        impulse_unit, speed_unit: units of the above.
+    """
+
+    name: str
+    kind: str
+    gap: bool
+    regime: Regime
+    impacts_per_cycle: float
+    impacts_per_second: float
+    drive_impacts_per_cycle: float
+    coast_impacts_per_cycle: float
+    mean_impulse: float | None
+    max_impulse: float | None
+    max_approach_speed: float | None
+    contact_share: float
+    margin_db: float | None
+    impulse_unit: str
+    speed_unit: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the criteria say of one motion.
+
+    Attributes:
+        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts.
+        sentence: the same in human words: what rattles, where, how badly.
+        rule: by which rule.
+        parts: every mesh and clearance, worst first.
+        entries: every value of every criterion.
+        notes: what the user must know about these values.
+        window: the steady part that was judged.
+        spectra: power spectral density of the accelerations, density (f, n inertias); None for too few samples.
+    """
+
+    verdict: Regime
+    sentence: str
+    rule: str
+    parts: tuple[Part, ...]
+    entries: tuple[Entry, ...]
+    notes: tuple[str, ...]
+    window: Window
+    spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
+
+    def __str__(self) -> str:
+        """Return the verdict and its sentence."""
+        return f"{self.verdict}: {self.sentence}"
+
+    def of(self, criterion: str, subject: str | None = None) -> tuple[Entry, ...]:
+        """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
+        return tuple(e for e in self.entries if e.criterion == criterion and subject in (None, e.subject))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "spectra"}
+        fields["window"] = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
+        converted: dict[str, Any] = _plain(fields)
+        return converted
+
+
+def worst_first(parts: list[Part]) -> tuple[Part, ...]:
+    """Return the parts by falling severity, then impact rate; element order decides ties."""
+    return tuple(sorted(parts, key=lambda part: (-SEVERITY[part.regime], -part.impacts_per_cycle)))
+
+
+def _plain(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value

@@ -1,0 +1,75 @@
+"""The loose-gear test: can the drag torque hold an unloaded gear against its flank?
+
+To follow its driver through the mesh rigidly, a loose gear of inertia J needs the torque J (R_d/R_l) |theta_d''|; the
+only torque that presses it to the flank is its drag T_d. The ratio
+
+    J_l (R_d/R_l) peak |theta_d''| / T_d,      margin = 20 log10 of it  [dB]
+
+is the classical rattle threshold: above 0 dB the gear lifts off. The *driver's* acceleration is taken, for the loose
+gear's own would measure the impacts instead (Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj,
+Zhao 2001, Proc. IMechE D 215, 241-258).
+
+A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body.
+
+Takes a Trajectory; gives three entries a loose gear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.criteria.base import Entry, entry
+from gearrattle.signals import steady
+from gearrattle.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class LooseGear:
+    """Inertia torque of a loose gear against its drag torque."""
+
+    name: str = "loose_gear"
+    title: str = "Loose-gear test"
+    formula: str = "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]"
+    unit: str = "dB"
+    source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
+
+    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+        """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
+        layout = trajectory.layout
+        peak = np.max(np.abs(steady(trajectory).closed(trajectory.acceleration)), axis=0)
+        entries = []
+        for mesh in np.flatnonzero(layout.is_mesh).tolist():
+            for loose_end in (0, 1):
+                loose, driver = (int(layout.between[mesh, end]) for end in (loose_end, 1 - loose_end))
+                drag = float(layout.drag_torque[loose])
+                if not drag > 0.0 or not _is_loose(trajectory, loose, mesh):
+                    continue
+                reduction = float(layout.radii[mesh, 1 - loose_end] / layout.radii[mesh, loose_end])
+                ratio = float(layout.inertia[loose]) * reduction * float(peak[driver]) / drag
+                margin = 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
+                loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
+                by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
+                entries += [
+                    entry(
+                        self,
+                        layout.element_names[mesh],
+                        f"peak acceleration of the driver {driver_name}",
+                        float(peak[driver]),
+                        unit="rad/s^2",
+                        formula="max |theta''| over the samples of [discard T, end]",
+                    ),
+                    entry(
+                        self, layout.element_names[mesh], f"torque ratio of {loose_name}", ratio, unit="1", formula=by
+                    ),
+                    entry(self, layout.element_names[mesh], "margin", margin, formula=f"20 log10( {by} )"),
+                ]
+        return entries
+
+
+def _is_loose(trajectory: Trajectory, inertia: int, mesh: int) -> bool:
+    """Return whether the mesh is the only element with a stiffness on the inertia's body."""
+    touching = np.flatnonzero((trajectory.layout.between == inertia).any(axis=1))
+    return not any(trajectory.layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)

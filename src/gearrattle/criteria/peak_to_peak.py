@@ -1,0 +1,42 @@
+"""Peak-to-peak acceleration of every inertia, the paper's measure against experiment (its Table 5).
+
+pp(theta_i'') = max - min over the samples of the last eight cycles (Padmanabhan et al. 1995, sec. 8). A peak between
+two samples is missed: the value is as fine as the output grid.
+
+Takes a Trajectory; gives one entry an inertia.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearrattle.criteria.base import PAPER, Entry, entry
+from gearrattle.signals import last_cycles, peak_to_peak
+from gearrattle.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class PeakToPeak:
+    """Peak-to-peak acceleration."""
+
+    cycles: int = 8
+    name: str = "peak_to_peak"
+    title: str = "Peak-to-peak acceleration"
+    formula: str = "max theta_i'' - min theta_i'' over the samples of the last 8 T"
+    unit: str = "rad/s^2"
+    source: str = f"{PAPER}, sec. 8 and Table 5"
+
+    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+        """Return the peak-to-peak acceleration of every inertia."""
+        window = last_cycles(trajectory, self.cycles)
+        level = peak_to_peak(window.closed(trajectory.acceleration))
+        short = ""
+        if window.cycles < self.cycles:
+            remain = "1 cycle remains" if window.cycles == 1 else f"{window.cycles} cycles remain"
+            short = f"peak-to-peak acceleration over fewer than {self.cycles} cycles: {remain} after the discarded ones"
+        words = f"max theta_i'' - min theta_i'' over the samples of the last {window.cycles} T"
+        names = trajectory.layout.inertia_names
+        return [
+            entry(self, name, "peak-to-peak acceleration", float(value), formula=words, note=short)
+            for name, value in zip(names, level, strict=True)
+        ]

@@ -1,0 +1,119 @@
+"""Impacts, read from the log of corner crossings.
+
+An impact is a crossing outward (|to| > |from|) into contact. Its *approach velocity* is the deflection rate at the
+crossing; its *contact* lasts until the next crossing of the same corner, which can only be the return; its *impulse*
+is the integral of the element's force over that contact, the difference of the running force integral between the two
+crossings. A contact still closed when the motion ends is *censored*: its impulse and duration count up to the end.
+In a staged clutch damper every stage that is entered from within is such a contact. (Where delta = 0 is a corner and
+just one of the two pieces that meet there is a gap, passing from the gap into the other is an impact as well.)
+
+Takes a Trajectory; gives Impacts to the criteria, plots and reports.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.signals.regions import in_contact
+from gearrattle.signals.windows import Window
+from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """A table of impacts in the order of their begin.
+
+    Attributes:
+        time: (I,) begin of the contact [s].
+        clearance: (I,) index into ``Layout.clearance``.
+        region: (I,) label of the region entered.
+        velocity: (I,) signed approach velocity [rad/s or m/s]: positive on the drive side.
+        duration: (I,) length of the contact [s].
+        impulse: (I,) integral of the element's force over the contact [N m s or N s], positive for a drive-side
+            push; NaN where the solver supplies no force integral.
+        censored: (I,) whether the motion ended before the contact did.
+    """
+
+    time: Array
+    clearance: IntArray
+    region: IntArray
+    velocity: Array
+    duration: Array
+    impulse: Array
+    censored: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of impacts."""
+        return int(self.time.size)
+
+    def of(self, clearance: int) -> Impacts:
+        """Return the impacts of one clearance (an index into ``Layout.clearance``)."""
+        return self._where(self.clearance == clearance)
+
+    def within(self, window: Window) -> Impacts:
+        """Return the impacts that begin in the window, its bounds included."""
+        return self._where(window.contains(self.time))
+
+    @property
+    def drive(self) -> NDArray[np.bool_]:
+        """Return (I,) which impacts are met with growing deflection: those on the drive side."""
+        return np.asarray(self.region >= 0, dtype=np.bool_)
+
+    def _where(self, chosen: NDArray[np.bool_]) -> Impacts:
+        return Impacts(
+            self.time[chosen],
+            self.clearance[chosen],
+            self.region[chosen],
+            self.velocity[chosen],
+            self.duration[chosen],
+            self.impulse[chosen],
+            self.censored[chosen],
+        )
+
+
+def _is_impact(trajectory: Trajectory) -> NDArray[np.bool_]:
+    events = trajectory.events
+    begins = np.zeros(len(events), dtype=np.bool_)
+    for k in range(trajectory.layout.clearance.size):
+        mine = events.clearance == k
+        to, origin = events.to_region[mine], events.from_region[mine]
+        closed_before, closed_after = (in_contact(trajectory.layout, k, region) for region in (origin, to))
+        begins[mine] = closed_after & (~closed_before | (np.abs(to) > np.abs(origin)))
+    return begins
+
+
+def _returns(events: EventLog) -> NDArray[np.intp]:
+    """Return (E,) the position of the next crossing of the same corner; -1 where there is none."""
+    corner = np.minimum(events.from_region, events.to_region)
+    order = np.lexsort((np.arange(len(events)), corner, events.clearance))
+    here, after = order[:-1], order[1:]
+    same = (events.clearance[here] == events.clearance[after]) & (corner[here] == corner[after])
+    following = np.full(len(events), -1, dtype=np.intp)
+    following[here[same]] = after[same]
+    return following
+
+
+def find_impacts(trajectory: Trajectory) -> Impacts:
+    """Return every impact of the whole motion; take ``.of(clearance)`` and ``.within(window)`` of it.
+
+    Only contacts whose begin is in the log count: one that is closed at t = 0 is no impact.
+    """
+    events = trajectory.events
+    rows = np.flatnonzero(_is_impact(trajectory))
+    ends = _returns(events)[rows]
+    censored = ends < 0
+    clearance = events.clearance[rows]
+    end_time = np.where(censored, trajectory.end, events.time[ends])
+    integral = np.where(censored, trajectory.final_force_integral[clearance], events.force_integral[ends])
+    return Impacts(
+        time=events.time[rows],
+        clearance=clearance,
+        region=events.to_region[rows],
+        velocity=events.velocity[rows],
+        duration=end_time - events.time[rows],
+        impulse=integral - events.force_integral[rows],
+        censored=np.asarray(censored, dtype=np.bool_),
+    )

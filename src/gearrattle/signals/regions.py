@@ -1,0 +1,133 @@
+"""Where a clearance spends its time, from the log of corner crossings alone.
+
+The region at any instant follows by replaying the log from the region at t = 0; between two crossings it is constant.
+Shares of time are therefore sums of event times, exact to the accuracy of the events, whatever the output grid.
+
+*Centre*: the piece labelled 0. Where delta = 0 is itself a corner, the pieces 0 and -1 meet there and both are the
+centre, unless just one of them has no stiffness: then that one is the gap, and the centre, alone. An element is *in
+contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3): "quiet" if no corner is crossed,
+"single-sided" if only drive-side or only coast-side ones are, "double-sided" if both; passing delta = 0 inside the
+centre is no crossing in this sense, for it opens or closes no contact.
+
+Takes a Trajectory; gives shares and regimes to the criteria and to ``impacts``.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import GearRattleError
+from gearrattle.signals.windows import Window
+from gearrattle.trajectory import IntArray, Layout, Trajectory
+
+Regime = Literal["quiet", "single-sided", "double-sided"]
+
+
+def centre(layout: Layout, clearance: int) -> frozenset[int]:
+    """Return the labels of the pieces at the centre of a clearance, the ones that are not contact.
+
+    Args:
+        layout: the driveline's name plate.
+        clearance: index into ``layout.clearance``.
+    """
+    first = int(layout.region_of_first_piece[clearance])
+    corner_below_zero = -first - 1  # the corner between the pieces -1 and 0
+    corners = layout.corners[clearance]
+    if not 0 <= corner_below_zero < corners.size or corners[corner_below_zero] != 0.0:
+        return frozenset({0})
+    stiffness = layout.stiffness_of_piece[clearance]
+    inner = {label: stiffness[label - first] for label in (0, -1)}
+    free = frozenset(label for label, slope in inner.items() if slope == 0.0)
+    return free if len(free) == 1 else frozenset(inner)
+
+
+def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
+    """Return which of the region labels of one clearance are contact.
+
+    Args:
+        layout: the driveline's name plate.
+        clearance: index into ``layout.clearance``.
+        region: (...) region labels.
+    """
+    return ~np.isin(region, sorted(centre(layout, clearance)))
+
+
+def _crossings(trajectory: Trajectory, clearance: int) -> NDArray[np.intp]:
+    """Return the positions in the log of one clearance's crossings, after checking that they form one chain."""
+    events = trajectory.events
+    rows = np.flatnonzero(events.clearance == clearance)
+    chain = np.concatenate([trajectory.initial_region[clearance : clearance + 1], events.to_region[rows]])
+    broken = np.flatnonzero(chain[:-1] != events.from_region[rows])
+    if broken.size:
+        row = rows[broken[0]]
+        raise GearRattleError(
+            f"event log of {trajectory.layout.clearance_names[clearance]} at t = {events.time[row]:.9g}: found a "
+            f"crossing from region {events.from_region[row]}, but the crossings before it lead to region "
+            f"{chain[broken[0]]}; a log must be gapless (simulate again, or repair the data)"
+        )
+    return rows
+
+
+def region_at(trajectory: Trajectory, clearance: int, time: float) -> int:
+    """Return the region in which a clearance is just before ``time`` [s] (at its start for ``time`` <= 0).
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    rows = _crossings(trajectory, clearance)
+    passed = rows[trajectory.events.time[rows] < time]
+    return int(trajectory.events.to_region[passed[-1]]) if passed.size else int(trajectory.initial_region[clearance])
+
+
+def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
+    """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
+
+    Returns:
+        share by region label, ascending, every region of the element included; they sum to 1.
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    layout = trajectory.layout
+    events = trajectory.events
+    rows = _crossings(trajectory, clearance)
+    inside = rows[window.contains(events.time[rows])]
+    bounds = np.concatenate([[window.start], events.time[inside], [window.end]])
+    region = np.concatenate([[region_at(trajectory, clearance, window.start)], events.to_region[inside]])
+    first = int(layout.region_of_first_piece[clearance])
+    dwell = np.bincount(region - first, weights=np.diff(bounds), minlength=layout.stiffness_of_piece[clearance].size)
+    return {first + piece: float(share) for piece, share in enumerate(dwell / window.duration)}
+
+
+def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> float:
+    """Return the share of the window's time that a clearance spends in contact (0 to 1), from the event times.
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    inner = centre(trajectory.layout, clearance)
+    shares = region_shares(trajectory, clearance, window)
+    return min(1.0, sum(share for region, share in shares.items() if region not in inner))
+
+
+def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
+    """Return the regime of a clearance in the window, from the sides on which it crosses corners.
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    events = trajectory.events
+    rows = _crossings(trajectory, clearance)
+    inside = rows[window.contains(events.time[rows])]
+    lower = np.minimum(events.from_region[inside], events.to_region[inside])  # the piece below the crossed corner
+    inner = centre(trajectory.layout, clearance)
+    drive_bound = max(inner)  # corners from here up are the drive side's, the others the coast side's
+    crossed = ~(np.isin(lower, sorted(inner)) & np.isin(lower + 1, sorted(inner)))
+    drive = bool(np.any(crossed & (lower >= drive_bound)))
+    coast = bool(np.any(crossed & (lower < drive_bound)))
+    if drive and coast:
+        return "double-sided"
+    return "single-sided" if drive or coast else "quiet"

@@ -1,0 +1,82 @@
+"""Power spectral density of a sampled signal, by Welch's method over whole cycles.
+
+Segments of whole common periods (eight, or all there are), half overlapping, mean removed, Hann window, one-sided
+density: P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73. Whole cycles per segment put every order on
+a bin; the Hann window spreads a line of amplitude A over three bins, of which the middle one reads
+A^2 / 2 / (1.5 df), df being the bin width, and whose sum times df is A^2 / 2.
+
+Takes plain arrays; gives a Spectrum to the criteria, plots and reports.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.trajectory import Array
+
+CYCLES_PER_SEGMENT = 8
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """A one-sided power spectral density.
+
+    Attributes:
+        frequency: (f,) ascending from 0 to half the sampling rate [Hz].
+        density: (f,) or (f, n) [unit of the signal squared / Hz].
+        window: how it was made, in words.
+        segments: number of segments averaged.
+    """
+
+    frequency: Array
+    density: Array
+    window: str
+    segments: int
+
+    @property
+    def resolution(self) -> float:
+        """Return the bin width df [Hz]."""
+        return float(self.frequency[1] - self.frequency[0])
+
+
+def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment: int = CYCLES_PER_SEGMENT) -> Spectrum:
+    """Return the power spectral density of uniform samples over whole cycles.
+
+    Args:
+        signal: (N,) or (N, n) samples, N a multiple of ``samples_per_cycle``, each phase of a cycle once.
+        period: length of a cycle [s].
+        samples_per_cycle: samples in a cycle.
+        cycles_per_segment: whole cycles in a segment, cut to what there is.
+
+    Raises:
+        ModelError: if a segment would hold fewer than four samples.
+    """
+    from scipy.signal import welch
+
+    cycles = min(cycles_per_segment, signal.shape[0] // samples_per_cycle)
+    length = cycles * samples_per_cycle
+    if length < 4:
+        raise ModelError(
+            Problem(
+                place="samples_per_cycle",
+                value=f"{length} samples in {cycles} cycles",
+                rule="a spectrum takes at least 4 samples",
+                remedy="raise samples_per_cycle, or simulate more cycles",
+            )
+        )
+    overlap = length // 2
+    frequency, density = welch(
+        signal,
+        fs=samples_per_cycle / period,
+        window="hann",
+        nperseg=length,
+        noverlap=overlap,
+        detrend="constant",
+        scaling="density",
+        axis=0,
+    )
+    segments = 1 + (signal.shape[0] - length) // (length - overlap)
+    counted = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
+    words = f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"
+    return Spectrum(frequency=frequency, density=density, window=words, segments=segments)

@@ -1,0 +1,1 @@
+"""Criteria: every number against a closed form, and the verdict's rule."""

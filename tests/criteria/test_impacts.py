@@ -1,0 +1,68 @@
+"""Impact statistics of a log written by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from gearrattle.criteria.impacts import ImpactStatistics
+from tests.criteria.reading import one, value
+from tests.signals.handmade import Row, layout, staged, trajectory
+
+criterion = ImpactStatistics()
+ROWS: list[Row] = [
+    (0.5, 0, 0, 1, 9.0, 0.0),  # before the window
+    (0.6, 0, 1, 0, -9.0, 9.0),
+    (1.0, 0, 0, 1, 0.5, 9.0),
+    (1.5, 0, 1, 0, -0.5, 12.0),
+    (2.0, 0, 0, -1, -1.0, 12.0),
+    (2.5, 0, -1, 0, 1.0, 11.0),
+    (4.5, 0, 0, 1, 0.6, 11.0),
+]
+
+
+def test_rates_speeds_and_impulses() -> None:
+    entries = criterion.evaluate(trajectory(layout(), ROWS, cycles=5, discard=1, final=13.0))
+    values = {item.quantity: item.value for item in entries}
+    assert values == {
+        "impacts per cycle": 0.75,
+        "drive-side impacts per cycle": 0.5,
+        "coast-side impacts per cycle": 0.25,
+        "impacts per second": 0.75,
+        "mean approach speed": pytest.approx(0.7, rel=1e-15),
+        "largest approach speed": 1.0,
+        "mean impulse": 2.0,
+        "largest impulse": 3.0,
+    }
+    assert one(entries, "gear", "mean impulse").unit == "N s"
+    assert one(entries, "gear", "mean approach speed").unit == "m/s"
+    assert "ends within a contact" in one(entries, "gear", "mean impulse").note
+
+
+def test_rate_per_second_follows_the_period() -> None:
+    rows: list[Row] = [(0.3, 0, 0, 1, 1.0, 0.0), (0.4, 0, 1, 0, -1.0, 1.0)]
+    entries = criterion.evaluate(trajectory(layout(period=0.25), rows, cycles=4))
+    assert value(entries, "gear", "impacts per cycle") == 0.25
+    assert value(entries, "gear", "impacts per second") == 1.0
+    assert not any(item.note for item in entries)
+
+
+def test_without_impacts_only_the_rates() -> None:
+    entries = criterion.evaluate(trajectory())
+    assert [item.value for item in entries] == [0.0] * 4
+
+
+def test_units_of_a_coupling() -> None:
+    plate = staged([-1.0, 1.0], -1, [5.0, 0.0, 5.0])
+    entries = criterion.evaluate(trajectory(plate, [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0))
+    assert one(entries, "spring", "largest impulse").unit == "N m s"
+    assert one(entries, "spring", "largest approach speed").unit == "rad/s"
+
+
+def test_missing_force_integral_is_said() -> None:
+    entries = criterion.evaluate(trajectory(rows=[(0.5, 0, 0, 1, 0.5, math.nan)], final=math.nan))
+    impulse = one(entries, "gear", "largest impulse")
+    assert math.isnan(float(impulse.value))
+    assert impulse.note == "gear: no impulses, for by hand supplies no force integral"
+    assert value(entries, "gear", "largest approach speed") == 0.5

@@ -1,0 +1,1 @@
+"""Signals: windows, levels, spectra, orders, regions, impacts."""
