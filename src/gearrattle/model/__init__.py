@@ -1,0 +1,35 @@
+"""Words: the driveline as an engineer writes it, validated and in SI.
+
+``load`` and ``loads`` read model files; ``Model`` and its parts are frozen; ``json_schema`` describes the format.
+"""
+
+from gearrattle.model.excitation import Excitation, Harmonic, Torque, TorqueHarmonic
+from gearrattle.model.file import load, loads
+from gearrattle.model.model import SCHEMA_VERSION, Model
+from gearrattle.model.parts import Coupling, Inertia, Mesh, Piece, Stage
+from gearrattle.model.quantity import GROUND
+from gearrattle.model.schema import json_schema
+from gearrattle.model.simulation import ALGORITHMS, DEFAULTS, Defaults, Initial, Simulation
+
+__all__ = [
+    "ALGORITHMS",
+    "DEFAULTS",
+    "GROUND",
+    "SCHEMA_VERSION",
+    "Coupling",
+    "Defaults",
+    "Excitation",
+    "Harmonic",
+    "Inertia",
+    "Initial",
+    "Mesh",
+    "Model",
+    "Piece",
+    "Simulation",
+    "Stage",
+    "Torque",
+    "TorqueHarmonic",
+    "json_schema",
+    "load",
+    "loads",
+]

@@ -1,0 +1,128 @@
+"""Reading a model file: bytes to text to tables to a ``Model``, every failure a ``ModelError`` with its place.
+
+Nothing in a file is evaluated: TOML is data, units go through ``units``. A file is refused by size before it is
+parsed, so that a wrong path (a result file, a disk image) is answered at once.
+
+Takes ``Model`` from ``model`` and line numbers from ``positions``; gives ``load`` and ``loads`` to everyone.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.model import Model
+from gearrattle.model.positions import NestingError, key_lines
+from gearrattle.model.problems import Positions
+
+LARGEST = 1_000_000
+_SIZE_RULE = "a model file has at most 1 MB"
+
+
+def load(path: str | os.PathLike[str]) -> Model:
+    """Read and validate a model file.
+
+    Args:
+        path: a TOML file, UTF-8, at most 1 MB.
+
+    Returns:
+        The validated model, in SI.
+
+    Raises:
+        ModelError: the file is missing, unreadable or no model; carries all problems found, with line numbers.
+    """
+    name = os.fspath(path)
+    try:
+        if os.path.isdir(name):
+            raise ModelError(Problem(name, "a folder", "must be a TOML file", _models_in(name)))
+        with open(name, "rb") as stream:
+            content = stream.read(LARGEST + 1)
+    except FileNotFoundError:
+        raise ModelError(Problem(name, "", "no such file", _neighbour(name))) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else None
+        raise ModelError(Problem(shown_name(name), "", f"cannot be read: {(reason or str(error)).lower()}")) from None
+    if len(content) > LARGEST:
+        raise ModelError(Problem(name, "more than 1 MB", _SIZE_RULE, "is this really a model file?"))
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        rule = "must be a text in UTF-8"
+        raise ModelError(Problem(f"{name}:{line}", f"byte 0x{content[error.start]:02x}", rule)) from None
+    return loads(text, name)
+
+
+def loads(text: str, name: str = "<text>") -> Model:
+    """Read and validate a model given as TOML text.
+
+    Args:
+        text: the content of a model file.
+        name: what messages call it.
+
+    Returns:
+        The validated model, in SI.
+
+    Raises:
+        ModelError: the text is no model; carries all problems found, with line numbers.
+    """
+    if len(text) > LARGEST:
+        raise ModelError(Problem(name, f"{len(text)} characters", _SIZE_RULE))
+    try:
+        lines = key_lines(text)
+    except NestingError as error:
+        raise ModelError(Problem(f"{name}:{error.line}", "", "arrays, tables or keys are nested too deeply")) from None
+    return Model.from_tables(_parse(text, name), Positions(name, lines))
+
+
+def shown_name(name: str) -> str:
+    """Return a file name that can be printed."""
+    return "".join(c if c.isprintable() else "?" for c in name)
+
+
+def _parse(text: str, name: str) -> dict[str, Any]:
+    """Parse TOML; a syntax error becomes a problem with its line."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        line, words = _syntax(str(error), text)
+        raise ModelError(Problem(f"{name}:{line}", "", f"not valid TOML: {words}")) from None
+    except ValueError:  # a whole number longer than Python converts
+        digits = re.search(r"\d[\d_]{999,}", text)
+        line = text.count("\n", 0, digits.start() if digits else 0) + 1
+        raise ModelError(Problem(f"{name}:{line}", "", "a whole number has too many digits")) from None
+
+
+def _syntax(message: str, text: str) -> tuple[int, str]:
+    """Split tomllib's message into the line and the words."""
+    where = re.search(r"\(at line (\d+), column (\d+)\)$", message)
+    words = message[: where.start()].strip() if where else message
+    words = words[:1].lower() + words[1:]
+    if where is None:
+        return text.count("\n") + 1, words
+    return int(where.group(1)), f"{words} (column {where.group(2)})"
+
+
+def _neighbour(name: str) -> str:
+    """Suggest a file of a similar name in the same folder."""
+    path = Path(name)
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except (OSError, ValueError):
+        return f"the folder {path.parent} does not exist or cannot be read"
+    close = difflib.get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f'did you mean "{path.parent / close[0]}"?' if close else ""
+
+
+def _models_in(folder: str) -> str:
+    """Name a TOML file inside a folder."""
+    try:
+        found = sorted(entry.name for entry in Path(folder).iterdir() if entry.suffix == ".toml")
+    except OSError:
+        return ""
+    return f'such as "{Path(folder) / found[0]}"' if found else ""

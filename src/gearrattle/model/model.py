@@ -1,0 +1,193 @@
+"""The model: a driveline as its engineer describes it, validated, immutable, in SI.
+
+Takes the nouns from ``parts``, ``excitation`` and ``simulation``; gives ``Model`` to ``assembly`` and to the file
+reader. The rules checked here are those between tables: names that are unique and that exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
+
+from gearrattle.model.excitation import Excitation, Torque
+from gearrattle.model.parts import Coupling, Inertia, Mesh
+from gearrattle.model.paths import changed, path_names
+from gearrattle.model.problems import Positions, model_error
+from gearrattle.model.quantity import GROUND, Choice, Reader, Text
+from gearrattle.model.simulation import Simulation
+from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
+from gearrattle.model.writing import toml_text
+
+SCHEMA_VERSION = 1
+
+
+def _is_newer(version: Any) -> bool:
+    """Tell whether a file was written for a later version of the format: then nothing else in it can be judged."""
+    return isinstance(version, int) and version > SCHEMA_VERSION
+
+
+class _Version(Reader):
+    """Reads ``schema``: the version of the file format."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> int:
+        """Return the version."""
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise breach(f"must be the version of the file format: {SCHEMA_VERSION}")
+        if _is_newer(value):
+            raise breach(
+                f"this version of gearrattle reads schema {SCHEMA_VERSION} only",
+                "the file was written for a newer gearrattle: update it",
+            )
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the version."""
+        return {"const": SCHEMA_VERSION}
+
+
+class Model(Table):
+    """A driveline: inertias, what connects them, what drives them, how to simulate them.
+
+    Everything is in SI (or dimensionless throughout). Made by ``gearrattle.load``, ``gearrattle.loads`` or
+    ``Model.from_tables``; changed by ``with_``, which returns a new one.
+    """
+
+    schema_version: Annotated[int, Field(alias="schema"), _Version()]
+    """Version of the file format."""
+    name: Annotated[str, Text()] = ""
+    """What the model is, in words."""
+    units: Annotated[Literal["SI", "dimensionless"], Choice(("SI", "dimensionless"))] = "SI"
+    """"SI" or "dimensionless"."""
+    inertias: Annotated[tuple[Inertia, ...], Field(alias="inertia")]
+    """Rotating bodies, in file order."""
+    couplings: Annotated[tuple[Coupling, ...], Field(alias="coupling")] = ()
+    """Torsional elements, in file order."""
+    meshes: Annotated[tuple[Mesh, ...], Field(alias="mesh")] = ()
+    """Gear pairs, in file order."""
+    excitation: Excitation
+    """Reference speed."""
+    torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
+    """Applied torques, in file order."""
+    simulation: Simulation = Simulation()
+    """Settings; None where the file is silent."""
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, Any], positions: Positions | None = None) -> Self:
+        """Validate tables of the file format given as plain dictionaries and lists.
+
+        Args:
+            tables: the content of a model file, e.g. ``{"schema": 1, "inertia": [{...}], ...}``.
+            positions: where each key stands, for messages; None if the tables come from no file.
+
+        Raises:
+            ModelError: carrying every problem of the tables.
+        """
+        context = {"dimensionless": tables.get("units") == "dimensionless"}
+        try:
+            return cls.model_validate(tables, context=context)
+        except ValidationError as error:
+            only = ("schema",) if _is_newer(tables.get("schema")) else ()
+            raise model_error(error, tables, positions or Positions(), only) from None
+
+    def to_tables(self) -> dict[str, Any]:
+        """Return the tables of the file format, quantities as plain numbers; what was left out stays out."""
+        return self.to_plain()
+
+    def to_toml(self) -> str:
+        """Return the model as a file, quantities as plain numbers; reading it gives an equal model."""
+        return toml_text(self.to_tables())
+
+    def with_(self, changes: Mapping[str, Any]) -> Self:
+        """Return a new model with some values changed.
+
+        Args:
+            changes: path to value: ``{"mesh.gear.backlash": "0.2 mm", "torque.0.mean": 5.0}``. Named tables go by
+                name; torques, harmonics and stages by their 0-based index. Values as in a file; None leaves a key out.
+
+        Raises:
+            ModelError: a path that does not exist, or a value that the file format refuses.
+        """
+        return self.from_tables(changed(self.to_tables(), changes))
+
+    def path_names(self) -> tuple[str, ...]:
+        """Return the paths of all values that are set, as ``with_`` takes them."""
+        return path_names(self.to_tables())
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _settle_units(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Tell the excitation whether its frequency is Omega itself."""
+        model = handler(data)
+        if model.units == "dimensionless":
+            model.__dict__["excitation"] = model.excitation.without_units()
+        return model
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: names used twice, names that do not exist, a start state of the wrong length."""
+        inertias = _rows(table, "inertia")
+        if table.get("inertia") in ([], ()):
+            yield Breach(("inertia",), table["inertia"], "a model needs at least one inertia")
+        yield from _twice("inertia", inertias, {}, "inertias")
+        elements: dict[str, str] = {}
+        for kind in ("coupling", "mesh"):
+            yield from _twice(kind, _rows(table, kind), elements, "couplings and meshes together")
+        names = {row["name"]: None for row in inertias if isinstance(row.get("name"), str)}
+        for kind in ("coupling", "mesh"):
+            for index, row in enumerate(_rows(table, kind)):
+                yield from _ends((kind, index, "between"), row.get("between"), names, kind)
+        for index, row in enumerate(_rows(table, "torque")):
+            on = row.get("on")
+            if isinstance(on, str) and on not in names:
+                yield _dangling(("torque", index, "on"), on, names)
+        yield from _start_length(table.get("simulation"), len(inertias))
+
+
+def _rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    """Return an array of tables as mappings, whatever stands there."""
+    rows = table.get(key)
+    if not isinstance(rows, (list, tuple)):
+        return []
+    return [row if isinstance(row, Mapping) else getattr(row, "__dict__", {}) for row in rows]
+
+
+def _twice(kind: str, rows: Sequence[Mapping[str, Any]], seen: dict[str, str], scope: str) -> Iterator[Breach]:
+    """Yield a breach for every name that was used before."""
+    for index, row in enumerate(rows):
+        name = row.get("name")
+        if not isinstance(name, str):
+            continue
+        if name in seen:
+            rule = f"a name must be unique over {scope}; {seen[name]} has it already"
+            yield Breach((kind, index, "name"), name, rule, "rename one of them")
+        seen.setdefault(name, f"{kind}.{index}")
+
+
+def _ends(location: tuple[str, int, str], between: object, names: Mapping[str, None], kind: str) -> Iterator[Breach]:
+    """Yield breaches of ``between``: ends that do not exist, or are the same."""
+    if not isinstance(between, (list, tuple)) or len(between) != 2:
+        return
+    for end in between:
+        if end == GROUND and kind == "mesh":
+            yield Breach(location, between, "a mesh connects two inertias; ground has no gear", "use a coupling")
+        elif isinstance(end, str) and end != GROUND and end not in names:
+            yield _dangling(location, end, names)
+    if isinstance(between[0], str) and between[0] == between[1]:
+        yield Breach(location, between, f"a {kind} must connect two different inertias")
+
+
+def _dangling(location: tuple[str | int, ...], name: str, names: Collection[str]) -> Breach:
+    """Return the breach of a name that no inertia has."""
+    return Breach(location, name, f"no inertia has this name; there are {listed(names)}", did_you_mean(name, names))
+
+
+def _start_length(simulation: object, count: int) -> Iterator[Breach]:
+    """Yield breaches of a start state that has not one entry an inertia."""
+    initial = simulation.get("initial") if isinstance(simulation, Mapping) else getattr(simulation, "initial", None)
+    for key in ("angle", "velocity"):
+        entries = initial.get(key) if isinstance(initial, Mapping) else getattr(initial, key, None)
+        if isinstance(entries, (list, tuple)) and len(entries) != count:
+            rule = f"must have one entry for each of the {count} inertias, in file order"
+            yield Breach(("simulation", "initial", key), entries, rule)

@@ -1,0 +1,90 @@
+"""From pydantic's errors to the problems a user reads: file, line, key path, what was found, the rule, the remedy.
+
+Takes the breaches collected by ``table`` and the line numbers of ``positions``; gives ``errors.ModelError``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from pydantic import ValidationError
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import Location, shown
+
+
+@dataclass(frozen=True)
+class Positions:
+    """Where the keys of a file stand.
+
+    Attributes:
+        name: the file as the user named it; empty if there is none.
+        lines: key path to line, counted from 1.
+    """
+
+    name: str = ""
+    lines: Mapping[Location, int] = field(default_factory=dict)
+
+    def line(self, location: Location) -> int | None:
+        """Return the line of a key, or of the nearest table around it."""
+        for length in range(len(location), 0, -1):
+            found = self.lines.get(location[:length])
+            if found is not None:
+                return found
+        return None
+
+
+def model_error(
+    error: ValidationError, tables: Mapping[str, Any], positions: Positions, only: Location = ()
+) -> ModelError:
+    """Return every entry of a pydantic error as a problem, in file order; ``only`` those below one key."""
+    names = _names(tables)
+    found: dict[tuple[Location, str, str], Problem] = {}
+    for entry in cast(Sequence[dict[str, Any]], error.errors(include_url=False)):
+        location: Location = entry["loc"]
+        if location[: len(only)] != only:
+            continue
+        context = entry.get("ctx", {})
+        value = "" if entry["input"] is ... else shown(entry["input"])
+        rule = context.get("rule", entry["msg"])
+        problem = Problem(place(location, names, positions), value, rule, context.get("remedy", ""))
+        found.setdefault((location, rule, value), problem)
+    ordered = sorted(found.items(), key=lambda item: positions.line(item[0][0]) or 0)
+    return ModelError(problem for _, problem in ordered)
+
+
+def place(location: Location, names: Mapping[Location, str], positions: Positions) -> str:
+    """Return ``"case3.toml:12: coupling.clutch.stiffness"``, or as much of it as is known."""
+    parts = [_printable(names.get(location[: depth + 1], part)) for depth, part in enumerate(location)]
+    path = ".".join(parts)
+    if not positions.name:
+        return path or "model"
+    line = positions.line(location)
+    file = positions.name if line is None else f"{positions.name}:{line}"
+    return f"{file}: {path}" if path else file
+
+
+def _names(tables: Mapping[str, Any]) -> dict[Location, str]:
+    """Return the names of the parts that have one of their own, by location; the others go by index."""
+    found: dict[Location, str] = {}
+    for kind in ("inertia", "coupling", "mesh"):
+        rows = tables.get(kind)
+        if not isinstance(rows, list):
+            continue
+        names = [row.get("name") if isinstance(row, Mapping) else None for row in rows]
+        count = Counter(name for name in names if isinstance(name, str))
+        found |= {
+            (kind, index): name
+            for index, name in enumerate(names)
+            if isinstance(name, str) and count[name] == 1 and 0 < len(name) <= 60
+        }
+    return found
+
+
+def _printable(part: int | str) -> str:
+    """Return a key as it may be printed: odd ones in quotes, long ones cut."""
+    text = str(part)
+    return text if text.replace("_", "").replace("-", "").isalnum() and len(text) <= 60 else shown(text)

@@ -1,0 +1,223 @@
+"""The kinds of values a model file holds, each with its rule: quantities, plain numbers, counts, names, choices.
+
+``Annotated[float, Quantity(TORQUE)]`` reads a plain SI number or a string with a unit and is a plain float after
+that. The same object writes the value's part of the JSON Schema, so editors and the loader agree.
+
+Takes conversion from ``units`` and wording from ``table``; gives types to the classes of the model.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, core_schema
+
+from gearrattle.model import units
+from gearrattle.model.table import breach, did_you_mean, listed
+from gearrattle.model.units import Dimension, UnitError
+
+Bound = Literal["finite", "non-negative", "positive"]
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+GROUND = "ground"
+
+
+class Reader:
+    """A rule for one value: ``read`` returns the value or raises; subclasses also describe it to JSON Schema."""
+
+    def read(self, value: Any, dimensionless: bool, /) -> Any:
+        """Return the validated value; raise the breach of its rule."""
+        raise NotImplementedError
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the value as written."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def check(value: Any, info: ValidationInfo) -> Any:
+            return self.read(value, bool((info.context or {}).get("dimensionless", False)))
+
+        return core_schema.with_info_plain_validator_function(check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return self.describe()
+
+
+def _bounded(value: float, bound: Bound) -> float:
+    """Return a finite value within its bound."""
+    if not math.isfinite(value):
+        raise breach("must be a finite number")
+    if bound == "positive" and not value > 0.0:
+        raise breach("must be greater than zero")
+    if bound == "non-negative" and value < 0.0:
+        raise breach("must not be negative")
+    return value
+
+
+def _bounds_schema(bound: Bound) -> dict[str, Any]:
+    """Return the JSON Schema of a number within its bound."""
+    limits: dict[Bound, dict[str, Any]] = {
+        "finite": {},
+        "non-negative": {"minimum": 0},
+        "positive": {"exclusiveMinimum": 0},
+    }
+    return {"type": "number", **limits[bound]}
+
+
+def _as_float(value: Real) -> float:
+    """Return any real number, of numpy included, as a float."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise breach("must be a finite number: this one is beyond the range of a double") from None
+
+
+def _is_number(value: Any) -> bool:
+    """Tell numbers from truth values, which Python counts among them."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+@dataclass(frozen=True)
+class Quantity(Reader):
+    """A physical quantity: a plain number in SI, or a string with a unit."""
+
+    dimension: Dimension
+    bound: Bound = "finite"
+
+    def read(self, value: Any, dimensionless: bool, /) -> float:
+        """Return the value in SI; plain numbers only in a dimensionless model."""
+        if _is_number(value):
+            return _bounded(_as_float(value), self.bound)
+        name, si = self.dimension.name, self.dimension.si
+        if not isinstance(value, str):
+            raise breach(f'must be a plain number ({si}) or a string with a unit, such as "{self.dimension.example}"')
+        if dimensionless:
+            raise breach(f"must be a plain number: this model is dimensionless, so its {name} has no unit")
+        try:
+            converted = units.convert(value, self.dimension)
+        except UnitError as error:
+            raise breach(error.rule, error.remedy) from None
+        return _bounded(converted, self.bound)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema: a number in SI or a string with a unit."""
+        text = {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)", "examples": [self.dimension.example]}
+        words = f"{self.dimension.name}: a plain number in {self.dimension.si}, or a string with a unit"
+        return {"anyOf": [_bounds_schema(self.bound), text], "description": words}
+
+
+@dataclass(frozen=True)
+class Plain(Reader):
+    """A number that has no unit, such as an order or a ratio."""
+
+    bound: Bound = "finite"
+
+    def read(self, value: Any, _dimensionless: bool, /) -> float:
+        """Return the number."""
+        if not _is_number(value):
+            raise breach("must be a plain number without unit")
+        return _bounded(_as_float(value), self.bound)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the number."""
+        return _bounds_schema(self.bound)
+
+
+@dataclass(frozen=True)
+class Count(Reader):
+    """A whole number not below ``least``."""
+
+    least: int = 0
+    most: int = 10**9
+
+    def read(self, value: Any, _dimensionless: bool, /) -> int:
+        """Return the whole number."""
+        if not isinstance(value, Integral) or isinstance(value, bool) or not self.least <= int(value) <= self.most:
+            raise breach(f"must be a whole number from {self.least} to {self.most}")
+        return int(value)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the whole number."""
+        return {"type": "integer", "minimum": self.least, "maximum": self.most}
+
+
+@dataclass(frozen=True)
+class Choice(Reader):
+    """One word out of a few."""
+
+    options: tuple[str, ...]
+
+    def read(self, value: Any, _dimensionless: bool, /) -> str:
+        """Return the word."""
+        if not isinstance(value, str) or value not in self.options:
+            words = " or ".join(f'"{option}"' for option in self.options)
+            raise breach(f"must be {words}", did_you_mean(value, self.options))
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the choice."""
+        return {"enum": list(self.options)}
+
+
+@dataclass(frozen=True)
+class Label(Reader):
+    """The name of a part; with ``reserved`` words that it may not be."""
+
+    reserved: tuple[str, ...] = ()
+
+    def read(self, value: Any, _dimensionless: bool, /) -> str:
+        """Return the name."""
+        if not isinstance(value, str) or _NAME.fullmatch(value) is None:
+            raise breach("must be a name of letters (a-z, A-Z), digits, _ and -, without dots or blanks")
+        if value in self.reserved:
+            raise breach(f"must not be one of the reserved names ({listed(self.reserved)})")
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the name."""
+        banned = {"not": {"enum": list(self.reserved)}} if self.reserved else {}
+        return {"type": "string", "pattern": r"^[A-Za-z0-9_-]+$", **banned}
+
+
+@dataclass(frozen=True)
+class Text(Reader):
+    """Any text."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> str:
+        """Return the text."""
+        if not isinstance(value, str):
+            raise breach("must be a text in quotes")
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the text."""
+        return {"type": "string"}
+
+
+def two(rule: str) -> BeforeValidator:
+    """Return the check that a value is an array of exactly two; each entry is then checked by its own rule."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, (list, tuple)) or len(value) != 2:
+            raise breach(rule)
+        return value
+
+    return BeforeValidator(check)
+
+
+def attempt(read: Callable[[Any, bool], Any], value: Any, dimensionless: bool) -> Any:
+    """Return what ``read`` makes of a value, or None where it complains (the field itself reports that)."""
+    try:
+        return read(value, dimensionless)
+    except ValueError:
+        return None
+
+
+Order = Annotated[float, Plain("non-negative")]
+Name = Annotated[str, Label()]
+Between = Annotated[tuple[Name, Name], two('must be two names, such as ["flywheel", "hub"]')]

@@ -1,0 +1,92 @@
+"""How a model is simulated unless the caller says otherwise: algorithm, start, length, output, accuracy.
+
+Every key is optional. What a file leaves out is None here, so that the order of precedence (call, file, default)
+can be applied by whoever simulates; ``DEFAULTS`` are the values of last resort.
+
+Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from gearrattle.model import units
+from gearrattle.model.quantity import Choice, Count, Plain, Quantity
+from gearrattle.model.table import Breach, Table, breach, did_you_mean
+
+ALGORITHMS = ("exact", "rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer")
+STARTS = ("static", "zero")
+
+
+class Initial(Table):
+    """An initial state, one entry an inertia in file order."""
+
+    angle: tuple[Annotated[float, Quantity(units.ANGLE)], ...]
+    """Angles [rad]."""
+    velocity: tuple[Annotated[float, Quantity(units.ANGULAR_VELOCITY)], ...]
+    """Angular velocities [rad/s]."""
+
+
+class _Start:
+    """Reads ``initial``: one of the words, or a table with angles and velocities."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def check(value: Any, inner: Callable[[Any], Any]) -> Any:
+            if isinstance(value, (Mapping, Initial)):
+                return inner(value)
+            if value in STARTS:
+                return value
+            raise breach('must be "static", "zero" or { angle = [...], velocity = [...] }', did_you_mean(value, STARTS))
+
+        return core_schema.no_info_wrap_validator_function(check, handler.generate_schema(Initial))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [{"enum": list(STARTS)}, handler(schema)]}
+
+
+class Simulation(Table):
+    """The ``[simulation]`` table; None where the file is silent."""
+
+    algorithm: Annotated[str, Choice(ALGORITHMS)] | None = None
+    """Name of the algorithm."""
+    initial: Annotated[str | Initial, _Start()] | None = None
+    """"static", "zero" or an initial state."""
+    cycles: Annotated[int, Count(1)] | None = None
+    """Length of the run in periods T of all orders together."""
+    discard: Annotated[int, Count(0)] | None = None
+    """Periods left out of the criteria."""
+    samples_per_cycle: Annotated[int, Count(1)] | None = None
+    """Output samples a period."""
+    tolerance: Annotated[float, Plain("positive")] | None = None
+    """exact: bound on a crossing's residual relative to the largest corner; others: relative local error."""
+    step: Annotated[float, Quantity(units.TIME, "positive")] | None = None
+    """Step of a fixed-step algorithm [s]."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: everything discarded."""
+        cycles, discard = table.get("cycles"), table.get("discard")
+        if isinstance(cycles, int) and isinstance(discard, int) and 1 <= cycles <= discard:
+            rule = f"must be less than cycles ({cycles}): nothing would be left to judge"
+            yield Breach(("discard",), discard, rule)
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """Settings of last resort; None where the value depends on the algorithm or the model."""
+
+    algorithm: str = "exact"
+    initial: str = "static"
+    cycles: int = 200
+    discard: int = 100
+    samples_per_cycle: int = 512
+    tolerance: float | None = None
+    step: float | None = None
+
+
+DEFAULTS = Defaults()

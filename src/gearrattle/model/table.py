@@ -1,0 +1,165 @@
+"""What all tables of a model file share: frozen, no unknown keys, and every breach reported at once.
+
+A pydantic class checks its fields one by one and its cross-field rules only if all fields are sound. Here both are
+collected: each ``Table`` may state ``rules`` on the table as written, and whatever they and the fields find leaves
+as one error, in which every entry carries a rule and a remedy in the words of this project.
+
+Takes nothing from other rooms; gives ``Table``, ``Breach`` and the wording of values to the classes of the model.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import islice
+from typing import Any, ClassVar, NamedTuple, Self, cast
+
+from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+Location = tuple[int | str, ...]
+BREACH = "breach"
+_MOST_LISTED = 12
+_LONGEST_GUESS = 80
+_MOST_GUESSES = 100
+
+
+class Breach(NamedTuple):
+    """A rule broken inside a table: where (relative to the table), what was found, the rule, the remedy."""
+
+    location: Location
+    found: object
+    rule: str
+    remedy: str = ""
+
+    def details(self) -> InitErrorDetails:
+        """Return the breach in the form pydantic collects."""
+        return InitErrorDetails(type=breach(self.rule, self.remedy), loc=self.location, input=self.found)
+
+
+def breach(rule: str, remedy: str = "") -> PydanticCustomError:
+    """Return the error a field's validator raises."""
+    return PydanticCustomError(BREACH, "{rule}", {"rule": rule, "remedy": remedy})
+
+
+def did_you_mean(word: object, options: Collection[str]) -> str:
+    """Return ``'did you mean "..."?'`` for the closest option, or an empty text if none is close."""
+    if not isinstance(word, str) or len(word) > _LONGEST_GUESS or len(options) > _MOST_GUESSES:
+        return ""
+    by_lower = {option.lower(): option for option in options}
+    close = difflib.get_close_matches(word.lower(), list(by_lower), n=1, cutoff=0.6)
+    return f'did you mean "{by_lower[close[0]]}"?' if close else ""
+
+
+def listed(options: Iterable[str]) -> str:
+    """Return words joined by commas; the long tail is cut."""
+    words = list(islice(options, _MOST_LISTED + 1))
+    return ", ".join(words[:_MOST_LISTED]) + (", ..." if len(words) > _MOST_LISTED else "")
+
+
+def shown(value: object) -> str:
+    """Return a value as it would stand in a model file, shortened to one readable line."""
+    if isinstance(value, str):
+        text = json.dumps(value[:60] + ("..." if len(value) > 60 else ""), ensure_ascii=False)
+        return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{ " + listed(f"{key} = ..." for key in value) + " }" if value else "{}"
+    if isinstance(value, (list, tuple)):
+        inner = ", ".join(shown(item) for item in value[:4]) + (", ..." if len(value) > 4 else "")
+        return f"[{inner}]"
+    if isinstance(value, int) and value.bit_length() > 256:
+        return "a whole number of more than 77 digits"
+    text = str(value)
+    return text if len(text) <= 60 else text[:60] + "..."
+
+
+class Table(BaseModel):
+    """Base of all tables: immutable, closed to unknown keys, complete in its complaints."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    later: ClassVar[frozenset[str]] = frozenset()
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield the breaches of rules between keys, from the table as written; fields check themselves.
+
+        Args:
+            table: the raw table; values may be of any kind.
+            dimensionless: whether the model's quantities are plain numbers without units.
+        """
+        del table, dimensionless
+        return iter(())
+
+    @classmethod
+    def keys(cls) -> tuple[str, ...]:
+        """Return the keys this table may have, in order."""
+        return tuple(info.alias or name for name, info in cls.model_fields.items())
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others."""
+        given = self.model_fields_set
+        return {
+            info.alias or name: _plain(getattr(self, name))
+            for name, info in type(self).model_fields.items()
+            if name in given
+        }
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _complain_at_once(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """Collect the breaches of fields and of rules into one error."""
+        found: list[InitErrorDetails] = []
+        result: Self | None = None
+        try:
+            result = handler(data)
+        except ValidationError as error:
+            found = [cls._restate(cast(dict[str, Any], entry)) for entry in error.errors(include_url=False)]
+        if isinstance(data, Mapping):
+            context = info.context or {}
+            found += [item.details() for item in cls.rules(data, bool(context.get("dimensionless", False)))]
+        if found or result is None:
+            raise ValidationError.from_exception_data(cls.__name__, found)
+        return result
+
+    @classmethod
+    def _restate(cls, entry: dict[str, Any]) -> InitErrorDetails:
+        """Put one pydantic error in the words of this project."""
+        kind, location, found = entry["type"], entry["loc"], entry["input"]
+        context = entry.get("ctx", {})
+        remedy = ""
+        if kind == BREACH:
+            rule, remedy = context["rule"], context["remedy"]
+        elif kind == "missing":
+            rule, found = "this key is required", ...
+        elif kind == "extra_forbidden" and location[-1] in cls.later:
+            rule, remedy = "not supported yet", f"remove {location[-1]}"
+        elif kind == "extra_forbidden":
+            rule = f"unknown key; allowed are {listed(cls.keys())}"
+            remedy = did_you_mean(location[-1], cls.keys())
+        elif kind in {"model_type", "dict_type", "model_attributes_type"}:
+            rule = "must be a table of keys and values"
+        elif kind in {"tuple_type", "list_type"}:
+            rule, remedy = _array_rule(location, found)
+        else:
+            rule = str(entry["msg"])
+        return Breach(location, found, rule, remedy).details()
+
+
+def _plain(value: Any) -> Any:
+    """Return a value without tables of our own classes."""
+    if isinstance(value, Table):
+        return value.to_plain()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _array_rule(location: Location, found: object) -> tuple[str, str]:
+    """Say that an array was expected; a single table means that double brackets were forgotten."""
+    if len(location) == 1 and isinstance(found, Mapping):
+        return "must be an array of tables", f"write [[{location[0]}]] with double brackets"
+    return "must be an array", "write it in square brackets"
