@@ -40,7 +40,7 @@ def default_step(flow: Flow, start: tuple[int, ...]) -> float:
     contact = tuple(law.pieces - 1 for law in flow.system.laws)
     fastest = max(float(np.abs(eigenvalues(flow, pieces)).max()) for pieces in (start, contact))
     period = flow.system.inputs.period
-    return period / max(1, ceil(period * fastest / _STEP_OVER_FASTEST))
+    return period / max(1, ceil(period * fastest / _STEP_OVER_FASTEST * (1.0 - _ROUNDING)))
 
 
 class FixedStepMarch:

@@ -61,8 +61,8 @@ def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
         function_calls=motion.function_calls,
         jacobian_calls=0,
         events=len(motion.crossings.time),
-        average_step=motion.average_step,
-        average_trial_step=motion.average_trial_step,
+        average_step=float(motion.average_step),
+        average_trial_step=float(motion.average_trial_step),
         wall_time=wall,
     )
 

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm, schur
+from scipy.linalg import schur
 
-from gearrattle.system.blocks import Block, block_diagonalise
+from gearrattle.system.blocks import block_diagonalise
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -69,14 +69,6 @@ def _triangular_form(generator: Array, states: int, frequency: Array) -> tuple[C
     return triangle, vectors
 
 
-def _mirrored(block: Block, others: list[Block]) -> bool:
-    """Whether a simple mode below the real axis has its conjugate among the others: then it adds the same amount."""
-    value = block.triangle[0, 0]
-    return value.imag < 0 and any(
-        abs(other.triangle[0, 0] - np.conj(value)) <= 1e-9 * abs(value) for other in others if other.left.shape[0] == 1
-    )
-
-
 def majorant(
     generator: Array, states: int, *, frequency: Array, amplitude: Array, deflection: Array, horizon: float
 ) -> Majorant:
@@ -92,31 +84,52 @@ def majorant(
     """
     triangle, vectors = _triangular_form(generator, states, frequency)
     blocks = block_diagonalise(triangle, vectors, ELIMINATION)
-    rows, weights = [], []
-    constant = np.zeros(deflection.shape[0])
-    for block in blocks:
-        simple = block.left.shape[0] == 1
-        if simple and _mirrored(block, blocks):
-            continue
-        factor = 2.0 if simple and block.triangle[0, 0].imag > 0 else 1.0
-        third = np.linalg.matrix_power(block.triangle, 3) @ block.left
-        growth = np.abs(np.triu(block.triangle, 1)) + np.diag(np.maximum(block.triangle.diagonal().real, 0.0))
-        weight = SLACK * factor * np.abs(deflection @ block.right) @ expm(growth * horizon).real
-        if np.any(third[:, :states]):
-            rows.append(third)
-            weights.append(weight)
-        else:
-            constant += weight @ _largest_of_inputs(third[:, states:], amplitude)
-    if not rows:
-        return Majorant(np.zeros((0, generator.shape[0]), complex), np.zeros((len(constant), 0)), constant)
-    return Majorant(np.vstack(rows), np.hstack(weights), constant)
+    simple = [block for block in blocks if block.left.shape[0] == 1]
+    clusters = [block for block in blocks if block.left.shape[0] > 1]
+    third, weights = [], []
+    if simple:
+        value = np.array([block.triangle[0, 0] for block in simple])
+        growth = np.exp(np.maximum(value.real, 0.0) * horizon)
+        third.append(value[:, None] ** 3 * np.vstack([block.left for block in simple]))
+        weights.append(
+            np.abs(deflection @ np.hstack([block.right for block in simple])) * growth * _multiplicity(value)
+        )
+    for block in clusters:
+        metzler = np.abs(np.triu(block.triangle, 1)) + np.diag(np.maximum(block.triangle.diagonal().real, 0.0))
+        third.append(block.triangle @ block.triangle @ block.triangle @ block.left)
+        weights.append(np.abs(deflection @ block.right) @ _exponential(metzler * horizon))
+    rows, weight = np.vstack(third), SLACK * np.hstack(weights)
+    inputs_only = ~np.any(rows[:, :states], axis=1)
+    constant = weight[:, inputs_only] @ _largest_of_inputs(rows[inputs_only, states:], amplitude)
+    kept = ~inputs_only & np.any(weight > 0.0, axis=0)
+    return Majorant(rows[kept], weight[:, kept], constant)
+
+
+def _multiplicity(value: ComplexArray) -> Array:
+    """2 for a simple mode above the real axis whose conjugate is there too, 0 for that conjugate, else 1."""
+    apart = np.abs(value[:, None] - value.conj()[None, :]) <= 1e-9 * np.abs(value)[:, None]
+    paired = np.any(apart, axis=1) & (value.imag != 0.0)
+    return np.where(paired, np.where(value.imag > 0.0, 2.0, 0.0), 1.0)
+
+
+def _exponential(matrix: Array) -> Array:
+    """exp of a matrix without negative entries: a Taylor series at norm one half, squared up; nothing cancels."""
+    squarings = max(0, int(np.ceil(np.log2(max(float(matrix.sum(axis=0).max()), 1e-300)))) + 1)
+    small = matrix / 2.0**squarings
+    term = total = np.eye(len(matrix))
+    for j in range(1, 16):
+        term = term @ small / j
+        total = total + term
+    for _ in range(squarings):
+        total = total @ total
+    return np.asarray(total)
 
 
 def _largest_of_inputs(rows: ComplexArray, amplitude: Array) -> Array:
-    """Largest |row . u| over all phases, summed over harmonics; rows (J, 1 + 2 H) act on the inputs alone."""
-    largest = np.abs(rows[:, 0]) * amplitude[0]
-    for j in range(1, amplitude.size):
-        pair = rows[:, 2 * j - 1 : 2 * j + 1]
-        plane = np.stack([pair.real, pair.imag], axis=1)
-        largest = largest + np.linalg.norm(plane, ord=2, axis=(1, 2)) * amplitude[j]
-    return np.asarray(largest)
+    """Largest |row . u| over all phases, summed over harmonics; rows (J, 1 + 2 H) act on the inputs alone.
+
+    max over phi of |p cos phi + q sin phi|^2 = (|p|^2 + |q|^2 + |p^2 + q^2|) / 2.
+    """
+    p, q = rows[:, 1::2], rows[:, 2::2]
+    largest = np.sqrt(0.5 * (np.abs(p) ** 2 + np.abs(q) ** 2 + np.abs(p * p + q * q)))
+    return np.asarray(np.abs(rows[:, 0]) * amplitude[0] + largest @ amplitude[1:])

@@ -50,7 +50,7 @@ class Region:
     @property
     def fine(self) -> int:
         """Level of the finest step."""
-        return self.tables.shape[0] - 1
+        return len(self.tables) - 1
 
 
 def _finest_level(matrix: Array) -> int:
@@ -60,7 +60,7 @@ def _finest_level(matrix: Array) -> int:
         return 0
     power = np.linalg.norm(np.linalg.matrix_power(matrix / norm, ORDER + 1), 1) ** (1.0 / (ORDER + 1)) * norm
     step = (NEGLIGIBLE * factorial(ORDER + 1)) ** (1.0 / (ORDER + 1)) / max(float(power), 1e-300)
-    level: int = ceil(log2(LONGEST / step))
+    level = ceil(log2(LONGEST / float(step)))
     return min(DEEPEST, max(0, level))
 
 

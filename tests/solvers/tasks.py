@@ -1,0 +1,45 @@
+"""Tasks the solver laws run on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.outcome import Outcome
+from gearrattle.solvers import SOLVERS, Motion, Task
+from gearrattle.system.piecewise import PiecewiseSystem
+from tests.system.drivelines import clearance, inputs, linear
+
+
+def run(task: Task, name: str = "exact") -> Motion:
+    """Return a solver's motion."""
+    march = SOLVERS[name](task)
+    while (outcome := march.advance()) is not Outcome.DONE:
+        assert outcome is Outcome.SLICE_SPENT
+    return march.motion()
+
+
+def oscillator(
+    law=None, *, drag: float = 0.0, force: float = 0.0, turns: float = 1.0, mean: float = 0.0
+) -> PiecewiseSystem:
+    """Return one inertia on an element to ground, driven by force sin(2 pi turns t), period 1."""
+    given = {"cycles": np.array([turns]), "torque_sine": np.array([[force]])} if force else {}
+    return PiecewiseSystem(
+        np.ones(1), np.array([drag]), np.ones((1, 1)), (law or linear(4.0),),
+        inputs(1, 1, mean=np.array([mean]), **given),
+    )  # fmt: skip
+
+
+def task(
+    system: PiecewiseSystem,
+    angle: list[float],
+    velocity: list[float],
+    *,
+    cycles: int = 5,
+    samples: int = 16,
+    step: float | None = None,
+) -> Task:
+    """Return a task from an initial state."""
+    return Task(system, np.array(angle, float), np.array(velocity, float), cycles, samples, None, step)
+
+
+GAP = clearance(4.0, 0.0, 0.5)
