@@ -48,15 +48,26 @@ def _stamped_folder() -> str:
 _FOLDER = _stamped_folder()
 
 
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    settings: Any = numba.config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = _FOLDER or before
+    try:
+        return numba.njit(cache=bool(_FOLDER), nogil=True, error_model="numpy", fastmath={"contract"}, **options)(
+            function
+        )
+    finally:
+        settings.CACHE_DIR = before
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile for floats and arrays: no Python objects, no exceptions, the interpreter lock released.
 
     Products and sums may be fused (fma) but never reordered: event times depend on rounding.
     """
-    settings: Any = numba.config
-    before = settings.CACHE_DIR
-    settings.CACHE_DIR = _FOLDER or before
-    try:
-        return numba.njit(cache=bool(_FOLDER), nogil=True, error_model="numpy", fastmath={"contract"})(function)
-    finally:
-        settings.CACHE_DIR = before
+    return _compiled(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """The same for the small parts of a hot loop: written into their callers, so that a call costs nothing."""
+    return _compiled(function, inline="always")

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.kernels._jit import kernel
+from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.packed import (
     CYCLE,
     EVENTS,
@@ -29,78 +29,58 @@ from gearrattle.kernels.packed import (
     Work,
 )
 from gearrattle.kernels.polynomial import NEVER, stays_inside
-from gearrattle.kernels.window import accumulate, evaluate, first_crossing, inputs_at, state_between
+from gearrattle.kernels.window import (
+    evaluate,
+    first_crossing,
+    inputs_at,
+    multiply,
+    region_at,
+    state_between,
+)
 
 DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE = range(6)  # outcome.Outcome
 _ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are rotated
 _MOST_STALLED = 10_000  # crossings in a row that do not advance the clock
 
 
-@kernel
-def _safe(regions, slot, k, side, watch, third, h):
-    """Whether clearance k provably stays in its region for a step h."""
-    count = regions.lower.shape[1]
-    delta, rate, curvature = watch[k], watch[count + k], watch[2 * count + k]
-    upper, lower = regions.upper[slot, k], regions.lower[slot, k]
-    if upper < 1e300:
-        gap = 0.0 if side == 1 else upper - delta
-        if gap <= 0.0 and side != 1 and rate < 0.0:
-            gap = 0.0
-        if not stays_inside(gap, -rate, -curvature, third, h):
-            return False
-    if lower > -1e300:
-        gap = 0.0 if side == -1 else delta - lower
-        if gap <= 0.0 and side != -1 and rate > 0.0:
-            gap = 0.0
-        if not stays_inside(gap, rate, curvature, third, h):
-            return False
-    return True
+@inlined
+def _open(gap, rate, curvature, third, sits, h):
+    """Whether a gap provably stays open for a step h; one that the motion sits on counts as zero."""
+    if sits or (gap <= 0.0 and rate > 0.0):
+        gap = 0.0
+    return stays_inside(gap, rate, curvature, third, h)
 
 
-@kernel
-def _watch(regions, march, u, watch, third):
-    """Deflections, rates, curvatures and the bound of every clearance at the marcher's state."""
-    slot = march.counts[SLOT]
-    count = regions.lower.shape[1]
-    rows = regions.bound_rows[slot]
-    states = regions.generator.shape[1] - u.size
-    seen = watch[: 3 * count + 2 * rows]
-    seen[:] = 0.0
-    accumulate(regions.probe[slot], states, march.state, u, seen)
+@inlined
+def _judge(region, seen, third, side, h, unsafe):
+    """Mark every corner (k, lower or upper) that a step h might reach; whether there is none."""
+    count = third.size
+    safe = True
     for k in range(count):
-        third[k] = regions.constant[slot, k]
+        delta, rate, curvature = seen[k], seen[count + k], seen[2 * count + k]
+        lower, upper = region.lower[k], region.upper[k]
+        unsafe[k, 0] = lower > -1e300 and not _open(delta - lower, rate, curvature, third[k], side[k] == -1, h)
+        unsafe[k, 1] = upper < 1e300 and not _open(upper - delta, -rate, -curvature, third[k], side[k] == 1, h)
+        safe = safe and not (unsafe[k, 0] or unsafe[k, 1])
+    return safe
+
+
+@inlined
+def _rebound(seen, rows, weights, constant, third):
+    """Bound every third derivative from the moduli of the bound rows."""
+    count = third.size
+    first = (3 * count + 3) // 4 * 4
+    for k in range(count):
+        third[k] = constant[k]
     for j in range(rows):
-        real, imaginary = seen[3 * count + 2 * j], seen[3 * count + 2 * j + 1]
+        real, imaginary = seen[first + 2 * j], seen[first + 2 * j + 1]
         size = np.sqrt(real * real + imaginary * imaginary)
         for k in range(count):
-            third[k] += regions.weights[slot, k, j] * size
+            third[k] += weights[k, j] * size
 
 
 @kernel
-def _choose(regions, march, watch, third, unsafe):
-    """Longest safe level, at most one coarser than the last; fine + 1 if none is safe (then `unsafe` says who)."""
-    slot = march.counts[SLOT]
-    fine = regions.fine[slot]
-    level = max(0, min(march.counts[LEVEL] - 1, fine))
-    while level <= fine:
-        h = LONGEST * 0.5**level
-        march.tried[0] += h
-        march.counts[TRIALS] += 1
-        safe = True
-        for k in range(unsafe.size):
-            unsafe[k] = not _safe(regions, slot, k, march.side[k], watch, third[k], h)
-            if unsafe[k]:
-                safe = False
-                if level < fine:
-                    break
-        if safe:
-            break
-        level += 1
-    return level
-
-
-@kernel
-def _emit(regions, inputs, march, samples, u, h, work):
+def _emit(region, inputs, march, samples, u, h, work):
     """Store every sample in [now, now + h)."""
     now = march.clock[0] + march.clock[1]
     while march.counts[SAMPLE] < samples.slots.size:
@@ -112,7 +92,7 @@ def _emit(regions, inputs, march, samples, u, h, work):
         if ahead <= 0.0:
             samples.states[i] = march.state
         else:
-            state_between(regions, inputs, march, u, now, ahead, work)
+            state_between(region, inputs, march, u, now, ahead, work)
             samples.states[i] = work.state
         samples.slots[i] = march.counts[SLOT]
         march.counts[SAMPLE] += 1
@@ -161,18 +141,69 @@ def _cross(regions, march, log, x, h, order, k, upward, rate):
 
 
 @kernel
-def _rate_at(regions, march, k, x, h, states):
-    """d delta_k / ds at x h inside the window."""
-    probe = regions.probe[march.counts[SLOT]]
-    total = 0.0
-    for m in range(march.expansion.shape[0] - 1, 0, -1):
-        coefficient = 0.0
-        for j in range(states):
-            coefficient += probe[j, k] * march.expansion[m, j]
-        for j in range(march.waves.shape[1]):
-            coefficient += probe[states + j, k] * march.waves[m, j]
-        total = total * x + m * coefficient
-    return total / h
+def _turn(inputs, level, u):
+    """Rotate the inputs over one step of a level."""
+    for j in range(inputs.cycles_high.size):
+        cosine, sine = inputs.turn_cosine[level, j], inputs.turn_sine[level, j]
+        c, s = u[1 + 2 * j], u[2 + 2 * j]
+        u[1 + 2 * j] = c * cosine - s * sine
+        u[2 + 2 * j] = s * cosine + c * sine
+
+
+@kernel
+def _stay(region, inputs, march, samples, u, seen, third, unsafe, work, budget):
+    """Take certified steps in one region until none is safe, or the budget or the samples are spent.
+
+    Returns:
+        steps taken; ``unsafe`` tells which corners stopped the march (none: it stopped for another reason).
+    """
+    probe, tables = region.probe, region.tables
+    count = third.size
+    states = probe.shape[1] - u.size
+    watched = (3 * count + 3) // 4
+    increment = work.expansion[0]
+    level, fine = march.counts[LEVEL], region.fine
+    age = 2.0 * LONGEST  # of the bound on third derivatives, in periods
+    for taken in range(budget):
+        if march.counts[SAMPLE] >= samples.slots.size:
+            return taken
+        if taken % _ANCHOR_EVERY == 0:
+            inputs_at(inputs, march.counts[CYCLE], march.clock[0] + march.clock[1], u)
+        fresh = False
+        level = max(0, min(level - 1, fine))
+        if age + inputs.steps[level] <= LONGEST:
+            multiply(probe[:watched], states, march.state, u, seen)
+        else:
+            age = 2.0 * LONGEST
+        safe = False
+        while not safe and level <= fine:
+            h = inputs.steps[level]
+            if not fresh and age + h > LONGEST:
+                multiply(probe, states, march.state, u, seen)
+                _rebound(seen, region.bound_rows, region.weights, region.constant, third)
+                age, fresh = 0.0, True
+            march.tried[0] += h
+            march.counts[TRIALS] += 1
+            safe = _judge(region, seen, third, march.side, h, unsafe)
+            if not safe and not fresh:
+                age = 2.0 * LONGEST  # an old bound said no: ask a new one before a shorter step
+            elif not safe:
+                level += 1
+        if not safe:
+            march.counts[LEVEL] = fine
+            return taken
+        h = inputs.steps[level]
+        if march.counts[SAMPLE] < samples.slots.size:
+            _emit(region, inputs, march, samples, u, h, work)
+        multiply(tables[level], states, march.state, u, increment)
+        for i in range(increment.size):
+            march.state[i] += increment[i]
+        march.side[:] = 0
+        age += h
+        _pass_time(march, h, True)
+        _turn(inputs, level, u)
+        march.counts[LEVEL] = level
+    return budget
 
 
 @kernel
@@ -186,61 +217,43 @@ def march_on(regions, inputs, march, samples, log, budget):
     Returns:
         an ``Outcome`` code.
     """
-    width = regions.generator.shape[1]
     count = regions.lower.shape[1]
     order = march.expansion.shape[0] - 1
     u = np.empty(1 + 2 * inputs.cycles_high.size)
-    states = width - u.size
     work = Work(np.empty(march.state.size), np.empty(u.size), march.expansion.copy(), march.waves.copy())
-    increment = np.empty(march.state.size)
-    watch, third = np.empty(regions.probe.shape[2]), np.empty(count)
-    unsafe, gap = np.zeros(count, dtype=np.bool_), np.empty(order + 1)
-    since_anchor = _ANCHOR_EVERY
-    for _ in range(budget):
+    third, gap = np.empty(count), np.empty(order + 1)
+    unsafe = np.zeros((count, 2), dtype=np.bool_)
+    while budget > 0:
         if march.counts[PENDING] >= 0:
             return NEEDS_REGION
-        if march.counts[SAMPLE] >= samples.slots.size:
-            return DONE
         if march.counts[EVENTS] >= log.cycle.size:
             return LOG_FULL
         if march.counts[STALLED] > _MOST_STALLED:
             return CHATTER
-        now = march.clock[0] + march.clock[1]
-        if since_anchor >= _ANCHOR_EVERY:
-            inputs_at(inputs, march.counts[CYCLE], now, u)
-            since_anchor = 0
-        _watch(regions, march, u, watch, third)
-        level = _choose(regions, march, watch, third, unsafe)
         slot = march.counts[SLOT]
-        fine = regions.fine[slot]
-        march.counts[STEPS] += 1
-        h = LONGEST * 0.5 ** min(level, fine)
-        if level > fine:
-            x, k, upward = first_crossing(regions, inputs, march, u, h, unsafe, gap)
-            level = fine
-            if x < NEVER:
-                rate = _rate_at(regions, march, k, x, h, states)
-                _emit(regions, inputs, march, samples, u, x * h, work)
-                if march.counts[SAMPLE] >= samples.slots.size:
-                    return DONE
-                _cross(regions, march, log, x, h, order, k, upward, rate)
-                march.counts[LEVEL] = level
-                since_anchor = _ANCHOR_EVERY
-                continue
-        _emit(regions, inputs, march, samples, u, h, work)
-        increment[:] = 0.0
-        accumulate(regions.tables[regions.first_table[slot] + level], states, march.state, u, increment)
-        for i in range(increment.size):
-            march.state[i] += increment[i]
+        region = region_at(regions, slot)
+        seen = np.empty(4 * region.probe.shape[0])
+        unsafe[:] = False
+        taken = _stay(region, inputs, march, samples, u, seen, third, unsafe, work, budget)
+        march.counts[STEPS] += taken
+        budget -= max(taken, 1)
+        if march.counts[SAMPLE] >= samples.slots.size:
+            return DONE
         if not np.isfinite(march.state[0]):
             return NON_FINITE
-        march.side[:] = 0
-        march.counts[LEVEL] = level
-        _pass_time(march, h, True)
-        since_anchor += 1
-        for j in range(inputs.cycles_high.size):
-            cosine, sine = inputs.turn_cosine[level, j], inputs.turn_sine[level, j]
-            c, s = u[1 + 2 * j], u[2 + 2 * j]
-            u[1 + 2 * j] = c * cosine - s * sine
-            u[2 + 2 * j] = s * cosine + c * sine
+        if not unsafe.any():
+            continue
+        march.counts[STEPS] += 1
+        h = inputs.steps[region.fine]
+        x, k, upward, rate = first_crossing(region, inputs, march, u, h, unsafe, gap)
+        reach = x * h if x < NEVER else h
+        _emit(region, inputs, march, samples, u, reach, work)
+        if march.counts[SAMPLE] >= samples.slots.size:
+            return DONE
+        if x < NEVER:
+            _cross(regions, march, log, x, h, order, k, upward, rate)
+        else:
+            evaluate(march.expansion, order, 1.0, march.state)
+            march.side[:] = 0
+            _pass_time(march, h, True)
     return SLICE_SPENT

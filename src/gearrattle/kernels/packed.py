@@ -1,7 +1,8 @@
 """The arrays every march kernel sees, and nothing else.
 
 Sizes: N states, C carried quantities, Z = N + 1 + 2 H entries of z, K clearances, J bound rows. A *slot* is a region
-that has been visited. Arrays that multiply z are stored by column of z, so that inner loops run over what they make.
+that has been visited. S = N + C rounded up to a multiple of four: the state is (states, padding, carried quantities).
+What multiplies z is stored in strips of four rows, (strips, Z, 4), so that a product keeps four sums in registers.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ class Inputs(NamedTuple):
     cycles_high: Any  # (H,) oscillations a period, leading 24 bits
     cycles_low: Any  # (H,) the rest
     scale: Any  # (1 + H,) constant amplitudes in z
+    steps: Any  # (levels,) LONGEST / 2^level
     turn_cosine: Any  # (levels, H) rotation over one step of each level
     turn_sine: Any  # (levels, H)
 
@@ -24,9 +26,9 @@ class Regions(NamedTuple):
 
     first_table: Any  # (slots,) where its tables begin in `tables`
     fine: Any  # (slots,) its finest level
-    tables: Any  # (tables, Z, N + C) increments over a step
-    generator: Any  # (slots, Z, N + C) rates
-    probe: Any  # (slots, Z, 3 K + 2 J) deflections, rates, curvatures, bound rows (real, imaginary)
+    tables: Any  # (tables, S / 4, Z, 4) increments over a step
+    generator: Any  # (slots, S / 4, Z, 4) rates
+    probe: Any  # (slots, strips, Z, 4) deflections, rates, curvatures; in strips of their own, bound rows (re, im)
     bound_rows: Any  # (slots,) how many bound rows
     weights: Any  # (slots, K, J)
     constant: Any  # (slots, K)
@@ -35,11 +37,26 @@ class Regions(NamedTuple):
     neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
 
 
+class RegionView(NamedTuple):
+    """One slot, unpacked for the loop that stays in it."""
+
+    slot: int
+    fine: int
+    tables: Any  # (fine + 1, S / 4, Z, 4)
+    generator: Any  # (S / 4, Z, 4)
+    probe: Any  # (strips, Z, 4)
+    bound_rows: int
+    weights: Any  # (K, J)
+    constant: Any  # (K,)
+    lower: Any  # (K,)
+    upper: Any  # (K,)
+
+
 class Samples(NamedTuple):
     """Where sampled states go: sample i lies at i / per_cycle periods."""
 
     per_cycle: int
-    states: Any  # (samples, N + C)
+    states: Any  # (samples, S)
     slots: Any  # (samples,)
 
 
@@ -58,21 +75,21 @@ class Log(NamedTuple):
 class March(NamedTuple):
     """The marcher itself: everything that changes."""
 
-    state: Any  # (N + C,)
+    state: Any  # (S,)
     clock: Any  # (2,) anchor and offset: time = cycle + anchor + offset; offset is a dyadic fraction
     counts: Any  # (10,) integers, see the names below
     tried: Any  # (1,) sum of all steps tried, in periods
     side: Any  # (K,) -1: sits on the lower corner, +1: on the upper one, 0: neither
-    expansion: Any  # (ORDER + 1, N + C) Taylor coefficients over the finest step
+    expansion: Any  # (ORDER + 1, S) Taylor coefficients over the finest step
     waves: Any  # (ORDER + 1, 1 + 2 H) the same of the inputs
 
 
 class Work(NamedTuple):
     """Scratch for sampling, so that a sample never disturbs the march."""
 
-    state: Any  # (N + C,)
+    state: Any  # (S,)
     u: Any  # (1 + 2 H,)
-    expansion: Any  # (ORDER + 1, N + C)
+    expansion: Any  # (ORDER + 1, S)
     waves: Any  # (ORDER + 1, 1 + 2 H)
 
 

@@ -51,6 +51,15 @@ def _value(c, s):
 
 
 @kernel
+def slope(c, s):
+    """First derivative of sum c_j s^j."""
+    total = 0.0
+    for j in range(c.size - 1, 0, -1):
+        total = total * s + j * c[j]
+    return total
+
+
+@kernel
 def _bracketed_root(c, low, high):
     """Root in [low, high] with c(low) > 0 >= c(high): Newton, bisection where it leaves the bracket."""
     s = 0.5 * (low + high)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import cos, floor, pi, sin
 
 from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.packed import CYCLE, EXPANSIONS, LONGEST, SLOT
-from gearrattle.kernels.polynomial import NEVER, first_exit
+from gearrattle.kernels.packed import CYCLE, EXPANSIONS, RegionView
+from gearrattle.kernels.polynomial import NEVER, first_exit, slope
 
 
 @kernel
@@ -23,22 +23,29 @@ def inputs_at(inputs, cycle, fraction, out):
 
 
 @kernel
-def accumulate(columns, states, state, u, out):
-    """Add columns @ (state, u) to out; columns are (Z, n) by column of z, the first `states` belong to the state."""
-    for j in range(states):
-        weight = state[j]
-        for i in range(out.size):
-            out[i] += columns[j, i] * weight
-    for j in range(u.size):
-        weight = u[j]
-        for i in range(out.size):
-            out[i] += columns[states + j, i] * weight
+def multiply(strips, states, state, u, out):
+    """out = rows @ (state, u); rows stand in strips of four, the first `states` columns belong to the state."""
+    for c in range(strips.shape[0]):
+        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(states):
+            weight = state[j]
+            a0 += strips[c, j, 0] * weight
+            a1 += strips[c, j, 1] * weight
+            a2 += strips[c, j, 2] * weight
+            a3 += strips[c, j, 3] * weight
+        for j in range(u.size):
+            weight = u[j]
+            a0 += strips[c, states + j, 0] * weight
+            a1 += strips[c, states + j, 1] * weight
+            a2 += strips[c, states + j, 2] * weight
+            a3 += strips[c, states + j, 3] * weight
+        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3
 
 
 @kernel
-def expand(columns, inputs, state, u, h, order, expansion, waves):
+def expand(strips, inputs, state, u, h, order, expansion, waves):
     """Taylor coefficients in x of state(t + h x) and u(t + h x), orders 0 ... order."""
-    states = columns.shape[0] - u.size
+    states = strips.shape[1] - u.size
     for i in range(state.size):
         expansion[0, i] = state[i]
     for i in range(u.size):
@@ -46,8 +53,7 @@ def expand(columns, inputs, state, u, h, order, expansion, waves):
     for m in range(1, order + 1):
         factor = h / m
         coefficient = expansion[m]
-        coefficient[:] = 0.0
-        accumulate(columns, states, expansion[m - 1], waves[m - 1], coefficient)
+        multiply(strips, states, expansion[m - 1], waves[m - 1], coefficient)
         for i in range(coefficient.size):
             coefficient[i] *= factor
         waves[m, 0] = 0.0
@@ -68,67 +74,82 @@ def evaluate(expansion, order, x, out):
 
 
 @kernel
-def _gap_series(probe, k, states, march, limit, sign, gap):
-    """Taylor coefficients of sign (limit - delta_k) over the window."""
-    for m in range(gap.size):
-        total = 0.0
-        for j in range(states):
-            total += probe[j, k] * march.expansion[m, j]
-        for j in range(march.waves.shape[1]):
-            total += probe[states + j, k] * march.waves[m, j]
-        gap[m] = -sign * total
-    gap[0] += sign * limit
+def _gap_series(probe, k, states, march, sign, gap):
+    """Taylor coefficients of -sign delta_k over the window; a deflection's row is mostly zeros."""
+    gap[:] = 0.0
+    strip, row = k // 4, k % 4
+    for j in range(probe.shape[1]):
+        weight = -sign * probe[strip, j, row]
+        if weight == 0.0:
+            continue
+        if j < states:
+            for m in range(gap.size):
+                gap[m] += weight * march.expansion[m, j]
+        else:
+            for m in range(gap.size):
+                gap[m] += weight * march.waves[m, j - states]
 
 
 @kernel
-def first_crossing(regions, inputs, march, u, h, unsafe, gap):
-    """Expand over h and find the first crossing of the clearances marked unsafe.
+def region_at(regions, slot):
+    """One slot as views; the columns of unused bound rows are left out."""
+    count = regions.lower.shape[1]
+    rows, fine, first = regions.bound_rows[slot], regions.fine[slot], regions.first_table[slot]
+    strips = (3 * count + 3) // 4 + (2 * rows + 3) // 4
+    return RegionView(
+        slot, fine, regions.tables[first : first + fine + 1], regions.generator[slot],
+        regions.probe[slot, :strips], rows, regions.weights[slot], regions.constant[slot],
+        regions.lower[slot], regions.upper[slot],
+    )  # fmt: skip
+
+
+@kernel
+def first_crossing(region, inputs, march, u, h, unsafe, gap):
+    """Expand over h and find the first crossing of the corners (k, lower or upper) marked unsafe.
 
     Returns:
-        (x, k, upward): x as a fraction of h, ``NEVER`` if none; simultaneous crossings go to the first element.
+        (x, k, upward, rate): x as a fraction of h, ``NEVER`` if none; d delta / ds there. Simultaneous crossings go
+        to the first element.
     """
-    slot = march.counts[SLOT]
     order = gap.size - 1
-    states = regions.generator.shape[1] - u.size
-    expand(regions.generator[slot], inputs, march.state, u, h, order, march.expansion, march.waves)
+    states = region.generator.shape[1] - u.size
+    expand(region.generator, inputs, march.state, u, h, order, march.expansion, march.waves)
     march.counts[EXPANSIONS] += 1
-    best, element, upward = NEVER, -1, 0
-    for k in range(unsafe.size):
-        for side in (-1, 1):
-            if not unsafe[k]:
+    best, element, upward, rate = NEVER, -1, 0, 0.0
+    for k in range(unsafe.shape[0]):
+        for upper in range(2):
+            if not unsafe[k, upper]:
                 continue
-            limit = regions.upper[slot, k] if side > 0 else regions.lower[slot, k]
-            if abs(limit) > 1e300:
-                continue
-            _gap_series(regions.probe[slot], k, states, march, limit, side, gap)
-            if march.side[k] == side:
+            sign = 2 * upper - 1
+            _gap_series(region.probe, k, states, march, sign, gap)
+            gap[0] += sign * (region.upper[k] if upper else region.lower[k])
+            if march.side[k] == sign:
                 gap[0] = 0.0
             x = first_exit(gap)
             if x < best:
-                best, element, upward = x, k, 1 if side > 0 else 0
-    return best, element, upward
+                best, element, upward = x, k, upper
+                rate = -sign * slope(gap, x) / h
+    return best, element, upward, rate
 
 
 @kernel
-def state_between(regions, inputs, march, u, start, h, work):
+def state_between(region, inputs, march, u, start, h, work):
     """State a time h (at most one longest step) after the marcher's, into work.state: tables, then a Taylor rest."""
-    slot = march.counts[SLOT]
     order = work.expansion.shape[0] - 1
-    states = regions.generator.shape[1] - u.size
+    states = region.generator.shape[1] - u.size
     work.state[:] = march.state
     work.u[:] = u
-    length, done = LONGEST, 0.0
+    done = 0.0
     increment = work.expansion[order]
-    for level in range(regions.fine[slot] + 1):
+    for level in range(region.fine + 1):
+        length = inputs.steps[level]
         while h - done >= length:
-            increment[:] = 0.0
-            accumulate(regions.tables[regions.first_table[slot] + level], states, work.state, work.u, increment)
+            multiply(region.tables[level], states, work.state, work.u, increment)
             for i in range(increment.size):
                 work.state[i] += increment[i]
             done += length
             inputs_at(inputs, march.counts[CYCLE], start + done, work.u)
-        length *= 0.5
     rest = h - done
     if rest > 0.0:
-        expand(regions.generator[slot], inputs, work.state, work.u, rest, order, work.expansion, work.waves)
+        expand(region.generator, inputs, work.state, work.u, rest, order, work.expansion, work.waves)
         evaluate(work.expansion, order, 1.0, work.state)

@@ -25,6 +25,7 @@ IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
 _FIRST_LOG = 4096
+_SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
 def _empty_log(capacity: int, carried: int) -> packed.Log:
@@ -48,10 +49,10 @@ class ExactMarch:
         flow, scaling = self.flow, self.flow.scaling
         clearances = len(flow.system.clearances)
         references = list(flow.coordinates.references)
-        self.carried = len(references) + clearances
         deflection = flow.coordinates.basis @ task.angle
         moving = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
-        state = np.concatenate([moving, task.angle[references], np.zeros(clearances)])
+        padding = np.zeros(self.slots.padding)
+        state = np.concatenate([moving, padding, task.angle[references], np.zeros(clearances)])
         inputs = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
         pieces, side = starting_pieces(flow, np.concatenate([moving, inputs]), task.angle)
         self.initial = np.array([pieces[k] for k in flow.system.clearances], dtype=np.int64)
@@ -105,7 +106,7 @@ class ExactMarch:
             **sampled,
             crossings=self._crossings(),
             initial_piece=self.initial,
-            final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
+            final_force_integral=self.samples.states[-1, self.samples.states.shape[1] - len(self.initial) :].copy(),
             steps=steps,
             function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
             average_step=elapsed / max(steps, 1),
@@ -132,17 +133,15 @@ class ExactMarch:
 
 def _element_order(log: packed.Log) -> IntArray:
     """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
-    order = list(range(len(log.cycle)))
-    for i in range(1, len(order)):
-        j = i
-        while j > 0:
-            a, b = order[j - 1], order[j]
-            apart = (log.cycle[b] - log.cycle[a]) + (log.fraction[b] - log.fraction[a])
-            if apart > 4 * np.finfo(float).eps or log.clearance[a] <= log.clearance[b]:
-                break
-            order[j - 1], order[j] = b, a
-            j -= 1
-    return np.array(order, dtype=np.int64)
+    order = np.arange(len(log.cycle))
+    apart = np.diff(log.cycle) + np.diff(log.fraction)
+    together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance) < 0)
+    while np.any(together):
+        at = int(np.flatnonzero(together)[0])
+        order[[at, at + 1]] = order[[at + 1, at]]
+        apart = np.diff(log.cycle[order]) + np.diff(log.fraction[order])
+        together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance[order]) < 0)
+    return order.astype(np.int64)
 
 
 def sampled_quantities(flow: Flow, samples: packed.Samples, pieces: list[tuple[int, ...]]) -> dict[str, Array]:
@@ -153,7 +152,8 @@ def sampled_quantities(flow: Flow, samples: packed.Samples, pieces: list[tuple[i
     z = np.hstack([samples.states[:, :n], flow.inputs_at(cycle.astype(float), part / samples.per_cycle)])
     r = len(coordinates.elements)
     basis = samples.states[:, :r] / flow.scaling.deflection
-    references = samples.states[:, n : n + len(coordinates.references)]
+    after = samples.states.shape[1] - len(coordinates.references) - len(system.clearances)
+    references = samples.states[:, after : after + len(coordinates.references)]
     clearances = list(system.clearances)
     acceleration = np.empty((index.size, system.size))
     force = np.empty((index.size, len(system.laws)))

@@ -17,7 +17,7 @@ def packed_inputs(flow: Flow) -> Inputs:
     high, low = split_cycles(flow.system.inputs.cycles)
     steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
-    return Inputs(high, low, flow.scaling.inputs, np.cos(angle), np.sin(angle))
+    return Inputs(high, low, flow.scaling.inputs, steps, np.cos(angle), np.sin(angle))
 
 
 class Slots:
@@ -28,14 +28,17 @@ class Slots:
         self.regions: list[Region] = []
         self._index: dict[Pieces, int] = {}
         clearances, width = len(flow.system.clearances), flow.width
-        made = flow.states + len(flow.coordinates.references) + clearances
-        self._watched = 3 * clearances
+        carried = len(flow.coordinates.references) + clearances
+        self.padding = -(flow.states + carried) % 4
+        strips = (flow.states + self.padding + carried) // 4
+        self._watched = -(-3 * clearances // 4)
+        probes = self._watched + -(-2 * width // 4)
         self._arrays: dict[str, NDArray[np.generic]] = {
             "first_table": np.zeros(0, np.int64),
             "fine": np.zeros(0, np.int64),
-            "tables": np.zeros((0, width, made)),
-            "generator": np.zeros((0, width, made)),
-            "probe": np.zeros((0, width, 3 * clearances + 2 * width)),
+            "tables": np.zeros((0, strips, width, 4)),
+            "generator": np.zeros((0, strips, width, 4)),
+            "probe": np.zeros((0, probes, width, 4)),
             "bound_rows": np.zeros(0, np.int64),
             "weights": np.zeros((0, clearances, width)),
             "constant": np.zeros((0, clearances)),
@@ -82,18 +85,29 @@ class Slots:
         count = region.tables.shape[0]
         self._room("tables", self._tables_used + count)
         a = self._arrays
-        a["tables"][self._tables_used : self._tables_used + count] = region.tables.transpose(0, 2, 1)
+        for level, table in enumerate(region.tables):
+            a["tables"][self._tables_used + level] = _strips(self._padded(table))
         a["first_table"][slot], a["fine"][slot] = self._tables_used, region.fine
         self._tables_used += count
-        a["generator"][slot] = region.generator.T
+        a["generator"][slot] = _strips(self._padded(region.generator))
         rows = region.bound.rows
         a["bound_rows"][slot] = len(rows)
-        watched = np.vstack([region.deflection, region.rate, region.curvature])
-        a["probe"][slot, :, : self._watched] = watched.T
-        a["probe"][slot, :, self._watched : self._watched + 2 * len(rows) : 2] = rows.real.T
-        a["probe"][slot, :, self._watched + 1 : self._watched + 2 * len(rows) : 2] = rows.imag.T
+        a["probe"][slot, : self._watched] = _strips(np.vstack([region.deflection, region.rate, region.curvature]))
+        bounds = _strips(np.stack([rows.real, rows.imag], axis=1).reshape(-1, self.flow.width))
+        a["probe"][slot, self._watched : self._watched + len(bounds)] = bounds
         a["weights"][slot, :, : len(rows)] = region.bound.weights
         a["constant"][slot] = region.bound.constant
         a["lower"][slot], a["upper"][slot] = region.lower, region.upper
         a["neighbour"][slot] = -1
         return slot
+
+    def _padded(self, rows: Array) -> Array:
+        """Rows of (states, carried) with rows of zeros between."""
+        n = self.flow.states
+        return np.vstack([rows[:n], np.zeros((self.padding, rows.shape[1])), rows[n:]])
+
+
+def _strips(rows: Array) -> Array:
+    """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
+    filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
+    return filled.reshape(-1, 4, rows.shape[1]).transpose(0, 2, 1)

@@ -43,7 +43,7 @@ def block_diagonalise(triangle: ComplexArray, vectors: ComplexArray, largest: fl
     bounds = [0]
     while bounds[-1] < size:
         begin, end = bounds[-1], bounds[-1] + 1
-        while end < size:
+        while end < size and np.any(t[begin:end, end:]):
             coupling, scale, _ = lapack.ztrsyl(t[begin:end, begin:end], t[end:, end:], -t[begin:end, end:], isgn=-1)
             if np.abs(coupling).max() <= largest * scale:
                 elimination = coupling / scale
