@@ -13,8 +13,10 @@ Names are imported when first used, so that ``import gearrattle`` and ``gearratt
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from importlib.metadata import version as _version
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, ModelError, Problem
@@ -64,6 +66,17 @@ __all__ = [
     "open_run",
     "simulate",
 ]
+
+
+class _Package(ModuleType):
+    """Keeps ``gearrattle.criteria`` the function when the folder of the same name is imported."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _HOME and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

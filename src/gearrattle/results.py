@@ -199,6 +199,12 @@ class Run:
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Read a run written by ``Run.save``.
 
+    Args:
+        path: a netCDF-4 file.
+
+    Returns:
+        The run, criteria and all.
+
     Raises:
         ModelError: the file is missing, or no netCDF file of a run.
     """

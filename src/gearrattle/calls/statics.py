@@ -62,6 +62,12 @@ def element_names(model: Model) -> list[str]:
 def equilibrium(model: Model) -> Equilibrium:
     """Static equilibrium under the mean loads, transmission errors at zero.
 
+    Args:
+        model: the driveline.
+
+    Returns:
+        Angles, deflections and regions by name, and what must be noted.
+
     Raises:
         ModelError: an element of zero last slope cannot carry its load; it is named.
     """

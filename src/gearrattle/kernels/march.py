@@ -16,6 +16,7 @@ import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.packed import (
+    BAND,
     CYCLE,
     EVENTS,
     LEVEL,
@@ -45,8 +46,10 @@ _MOST_STALLED = 10_000  # crossings in a row that do not advance the clock
 
 @inlined
 def _open(gap, rate, curvature, third, sits, h):
-    """Whether a gap provably stays open for a step h; one that the motion sits on counts as zero."""
-    if sits or (gap <= 0.0 and rate > 0.0):
+    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to the band."""
+    if sits:
+        gap = max(gap, 0.0) + BAND
+    elif gap <= 0.0 and rate > 0.0:
         gap = 0.0
     return stays_inside(gap, rate, curvature, third, h)
 
@@ -59,6 +62,8 @@ def _judge(region, seen, third, side, h, unsafe):
     for k in range(count):
         delta, rate, curvature = seen[k], seen[count + k], seen[2 * count + k]
         lower, upper = region.lower[k], region.upper[k]
+        if (side[k] == -1 and delta - lower > 4.0 * BAND) or (side[k] == 1 and upper - delta > 4.0 * BAND):
+            side[k] = 0
         unsafe[k, 0] = lower > -1e300 and not _open(delta - lower, rate, curvature, third[k], side[k] == -1, h)
         unsafe[k, 1] = upper < 1e300 and not _open(upper - delta, -rate, -curvature, third[k], side[k] == 1, h)
         safe = safe and not (unsafe[k, 0] or unsafe[k, 1])
@@ -131,7 +136,6 @@ def _cross(regions, march, log, x, h, order, k, upward, rate):
         march.counts[STALLED] += 1
     else:
         march.counts[STALLED] = 0
-        march.side[:] = 0
     march.side[k] = -1 if upward else 1
     beyond = regions.neighbour[slot, k, upward]
     if beyond < 0:
@@ -198,7 +202,6 @@ def _stay(region, inputs, march, samples, u, seen, third, unsafe, work, budget):
         multiply(tables[level], states, march.state, u, increment)
         for i in range(increment.size):
             march.state[i] += increment[i]
-        march.side[:] = 0
         age += h
         _pass_time(march, h, True)
         _turn(inputs, level, u)
@@ -254,6 +257,5 @@ def march_on(regions, inputs, march, samples, log, budget):
             _cross(regions, march, log, x, h, order, k, upward, rate)
         else:
             evaluate(march.expansion, order, 1.0, march.state)
-            march.side[:] = 0
             _pass_time(march, h, True)
     return SLICE_SPENT

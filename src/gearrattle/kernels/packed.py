@@ -79,7 +79,7 @@ class March(NamedTuple):
     clock: Any  # (2,) anchor and offset: time = cycle + anchor + offset; offset is a dyadic fraction
     counts: Any  # (10,) integers, see the names below
     tried: Any  # (1,) sum of all steps tried, in periods
-    side: Any  # (K,) -1: sits on the lower corner, +1: on the upper one, 0: neither
+    side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
     expansion: Any  # (ORDER + 1, S) Taylor coefficients over the finest step
     waves: Any  # (ORDER + 1, 1 + 2 H) the same of the inputs
 
@@ -95,6 +95,9 @@ class Work(NamedTuple):
 
 LONGEST = 0.125
 """Step of level 0, in periods; level l steps LONGEST / 2^l."""
+
+BAND = 1e-14
+"""The rounding band, in corner scales: a clearance that sits on a corner leaves it once it is this far beyond."""
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED = range(10)
 """Indices into ``March.counts``; PENDING is 2 k + upward of a crossing into a region not built yet, else -1."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, floor, pi, sin
 
 from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.packed import CYCLE, EXPANSIONS, RegionView
+from gearrattle.kernels.packed import BAND, CYCLE, EXPANSIONS, RegionView
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
 
 
@@ -124,7 +124,7 @@ def first_crossing(region, inputs, march, u, h, unsafe, gap):
             _gap_series(region.probe, k, states, march, sign, gap)
             gap[0] += sign * (region.upper[k] if upper else region.lower[k])
             if march.side[k] == sign:
-                gap[0] = 0.0
+                gap[0] = max(gap[0], 0.0) + BAND
             x = first_exit(gap)
             if x < best:
                 best, element, upward = x, k, upper

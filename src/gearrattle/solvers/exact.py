@@ -122,7 +122,7 @@ class ExactMarch:
         table = np.array([[r.pieces[k] for k in self.flow.system.clearances] for r in self.slots.regions])
         left = table.reshape(len(self.slots.regions), -1)[log.slot, log.clearance] if count else np.zeros(0, np.int64)
         return Crossings(
-            time=(log.cycle + log.fraction) * period,
+            time=np.minimum.accumulate(((log.cycle + log.fraction) * period)[::-1])[::-1],  # one time if simultaneous
             clearance=log.clearance,
             from_piece=left,
             to_piece=left + 2 * log.upward - 1,
