@@ -1,0 +1,68 @@
+"""The command line: words in, findings out, one file a command.
+
+``main`` is the entry point. It imports a command only when it is asked for, turns every error into one message on
+stderr and an exit code, and never shows a traceback (unless GEARRATTLE_DEBUG=1). Results go to stdout, progress and
+messages to stderr. Exit codes: 0 done, 1 the computation or the machine failed, 2 bad input or usage, 130 Ctrl-C.
+
+To add a command: its file with a function, and its line in ``COMMANDS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cyclopts import App
+
+COMMANDS = {
+    "run": ("gearrattle.cli.run:run", "The whole procedure: check, modes, simulate, judge, report."),
+    "check": ("gearrattle.cli.check:check", "Is this a model, and can it bear its loads?"),
+    "modes": ("gearrattle.cli.modes:modes", "Natural frequencies, damping ratios and shapes."),
+    "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
+    "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
+    "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
+}
+"""Every command: where its function is, and what it does."""
+
+__all__ = ["COMMANDS", "app", "main"]
+
+
+def app() -> App:
+    """Build the command line's parser; no command is imported yet."""
+    from cyclopts import App
+
+    import gearrattle
+
+    built = App(
+        name="gearrattle",
+        help="Does it rattle, where, how badly? Exact simulation of drivelines with clearances.",
+        version=gearrattle.__version__,
+        help_format="plaintext",
+        suppress_keyboard_interrupt=False,
+        result_action="return_value",
+    )
+    for order, (name, (target, words)) in enumerate(COMMANDS.items()):
+        built.command(target, name=name, help=words, sort_key=order)
+    return built
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: words after the program's name; None takes those of the process.
+
+    Returns:
+        The exit code.
+    """
+    try:
+        from gearrattle.cli.failures import guarded
+
+        return guarded(lambda: _dispatch(arguments))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _dispatch(arguments: Sequence[str] | None) -> None:
+    app()(arguments, print_error=False, exit_on_error=False)

@@ -1,0 +1,125 @@
+"""Long work that can be watched and stopped.
+
+The work runs in a thread of its own; the main thread does nothing but show progress and wait, so that Ctrl-C is
+answered at once, even while a kernel is being compiled. Progress shows only on stderr and only after two seconds: a
+bar on a terminal, now and then a plain line elsewhere.
+
+Takes a function of a ``Watch``; gives what it returns, or raises what it raises.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from gearrattle.cli.failures import WORKER
+from gearrattle.errors import Cancelled
+
+T = TypeVar("T")
+
+_FIRST = "preparing (a first run compiles)"
+_TICK = 0.05
+_PATIENCE = 2.0
+_GRACE = 0.25
+_LINE_EVERY = 5.0
+
+
+class Watch:
+    """Where the work tells how far it is, and learns that it should stop. Call it with the finished share, 0 to 1."""
+
+    def __init__(self) -> None:
+        self.phase = _FIRST
+        self.fraction = 0.0
+        self._stop = threading.Event()
+
+    def __call__(self, fraction: float) -> None:
+        """Take note of the finished share.
+
+        Raises:
+            Cancelled: if the work should stop.
+        """
+        if self.phase == _FIRST:
+            self.phase = "simulating"
+        self.fraction = fraction
+        if self._stop.is_set():
+            raise Cancelled("stopped by the user")
+
+    def enter(self, phase: str) -> None:
+        """Begin another phase, named in a word or two."""
+        self.phase = phase
+        self(0.0)
+
+    def stop(self) -> None:
+        """Ask the work to stop at its next report."""
+        self._stop.set()
+
+
+def watched(work: Callable[[Watch], T]) -> T:
+    """Do some work in the background, show its progress, and stop it on Ctrl-C.
+
+    Raises:
+        KeyboardInterrupt: on Ctrl-C, within half a second, whatever the work is doing.
+    """
+    watch, result, failure = Watch(), [], []
+
+    def body() -> None:
+        try:
+            result.append(work(watch))
+        except BaseException as error:
+            failure.append(error)
+
+    thread = threading.Thread(target=body, name=WORKER, daemon=True)
+    display = _Display(watch)
+    try:
+        thread.start()
+        while thread.is_alive():
+            thread.join(_TICK)
+            display.update()
+    except KeyboardInterrupt:
+        watch.stop()
+        thread.join(_GRACE)
+        raise
+    finally:
+        display.close()
+    if failure:
+        raise failure[0]
+    return result[0]
+
+
+class _Display:
+    """Shows a watch on stderr, after a while."""
+
+    def __init__(self, watch: Watch) -> None:
+        self._watch = watch
+        self._next = time.monotonic() + _PATIENCE
+        self._bar: Any = None
+
+    def update(self) -> None:
+        """Show the present state if it is time."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        if sys.stderr.isatty():
+            self._draw()
+            return
+        share = f": {100.0 * self._watch.fraction:.0f} %" if self._watch.fraction else ""
+        print(f"{self._watch.phase}{share}", file=sys.stderr, flush=True)
+        self._next = now + _LINE_EVERY
+
+    def _draw(self) -> None:
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            self._bar = Progress(console=Console(stderr=True), transient=True)
+            self._bar.start()
+            self._bar.add_task(self._watch.phase, total=1.0)
+        self._bar.update(0, description=self._watch.phase, completed=self._watch.fraction)
+
+    def close(self) -> None:
+        """Clear the bar."""
+        if self._bar is not None:
+            self._bar.stop()

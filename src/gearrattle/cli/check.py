@@ -1,0 +1,67 @@
+"""``gearrattle check``: is this a model, and can it bear its loads?"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    from gearrattle.model import Coupling, Mesh, Model
+
+
+def check(model: Path, /, *, json: Json = False) -> None:
+    """Check a model file: print "ok" and what is in it, or every problem.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    """
+    import gearrattle
+    from gearrattle.cli.columns import json_text
+
+    try:
+        driveline = gearrattle.load(model)
+        rest = gearrattle.equilibrium(driveline)
+    except gearrattle.ModelError as error:
+        if json:
+            print(json_text({"ok": False, "problems": [asdict(problem) for problem in error.problems]}))
+        raise
+    if json:
+        print(json_text({"ok": True, **_content(driveline), "notes": list(rest.notes)}))
+        return
+    print("ok")
+    for key, value in _content(driveline).items():
+        unit = " rad/s" if key == "speed" and driveline.units == "SI" else ""
+        print(f"{key.replace('_', ' '):<12}{_words(value)}{unit}")
+    for note in rest.notes:
+        print(f"note: {note}", file=sys.stderr)
+
+
+def _content(model: Model) -> dict[str, Any]:
+    """Say what is in a model."""
+    elements: list[Coupling | Mesh] = [*model.couplings, *model.meshes]
+    return {
+        "name": model.name,
+        "units": model.units,
+        "inertias": [body.name for body in model.inertias],
+        "couplings": [element.name for element in model.couplings],
+        "meshes": [element.name for element in model.meshes],
+        "clearances": [
+            element.name
+            for element in elements
+            if len(element.drive_pieces) > 1 or element.drive_pieces != element.coast_pieces
+        ],
+        "torques_on": [torque.on for torque in model.torques],
+        "speed": model.excitation.omega,
+    }
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(value) if value else "none"
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,26 @@
+"""Plain text in columns, for terminals and pipes alike.
+
+Takes rows of text; gives lines.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+
+def columns(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table: the first column aligned left, the others right, two spaces between."""
+    table = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    lines = (
+        "  ".join(cell.ljust(widths[k]) if k == 0 else cell.rjust(widths[k]) for k, cell in enumerate(row))
+        for row in table
+    )
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def json_text(value: Any) -> str:
+    """Return a value of JSON types as indented text."""
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)

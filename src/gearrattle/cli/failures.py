@@ -1,0 +1,97 @@
+"""What a failure says and which exit code it has.
+
+One message a person can act on: what failed, where, and what to try. Nothing here hides a bug: what is not expected
+is called an internal error, and GEARRATTLE_DEBUG=1 shows its traceback.
+
+Takes errors; gives exit codes and text on stderr.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+
+from gearrattle.errors import Cancelled, GearRattleError, ModelError
+
+DONE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
+WORKER = "gearrattle-worker"
+"""Name of the thread that computes."""
+
+_NO_SPACE = "no space left on device"
+
+
+def guarded(work: Callable[[], object]) -> int:
+    """Do some work; turn whatever it raises into a message and an exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    try:
+        work()
+        sys.stdout.flush()
+        return DONE
+    except BrokenPipeError:
+        _discard_output()
+        return FAILED
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else MISUSED
+    except BaseException as error:
+        code, message = explain(error)
+        if os.environ.get("GEARRATTLE_DEBUG") == "1":
+            import traceback
+
+            traceback.print_exception(error)
+        print(message, file=sys.stderr)
+        if code == INTERRUPTED:
+            _leave_at_once(code)
+        return code
+
+
+def explain(error: BaseException) -> tuple[int, str]:
+    """Return the exit code and the message of an error."""
+    if isinstance(error, KeyboardInterrupt | Cancelled):
+        return INTERRUPTED, "interrupted: nothing was written"
+    if isinstance(error, ModelError):
+        return MISUSED, "\n".join(f"error: {problem}" for problem in error.problems)
+    if type(error).__module__.startswith("cyclopts"):
+        return MISUSED, f"error: {' '.join(str(error).split())}\ntry: gearrattle --help"
+    if isinstance(error, NotADirectoryError | IsADirectoryError):
+        return MISUSED, f"error: {error.filename}: {error.strerror}; choose another place with -o"
+    return FAILED, f"error: {_reason(error)}"
+
+
+def _reason(error: BaseException) -> str:
+    """Say why a computation or the machine failed, and what to try."""
+    number = getattr(error, "errno", None)
+    if number in (errno.ENOSPC, errno.EDQUOT) or _NO_SPACE in str(error).lower():
+        return "the disk is full; nothing was written. Free some space, or choose another place with -o"
+    if isinstance(error, OSError):
+        place = error.filename or "the machine refused"
+        remedy = "; choose another place with -o" if number in (errno.EACCES, errno.EPERM, errno.EROFS) else ""
+        return f"{place}: {(error.strerror or str(error)).lower()}{remedy}"
+    if isinstance(error, MemoryError):
+        return "out of memory; ask for fewer cycles or fewer samples_per_cycle"
+    if isinstance(error, GearRattleError):
+        return str(error)
+    return (
+        f"internal error, {type(error).__name__}: {error}\nThis is a bug in gearrattle, not in your model. "
+        "Please report it with the model file; GEARRATTLE_DEBUG=1 shows where it happened."
+    )
+
+
+def _discard_output() -> None:
+    """Let the interpreter flush its output into nothing: the reader has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _leave_at_once(code: int) -> None:
+    """End the process now if a computation is still busy in compiled code, which nothing else could stop."""
+    if any(thread.name == WORKER for thread in threading.enumerate()):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)

@@ -1,0 +1,41 @@
+"""Options that several commands share.
+
+Takes nothing; gives annotated types to the commands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a simulation; what is not given here is taken from the model file, then from the defaults."""
+
+    algorithm: Annotated[str | None, Parameter(help='"exact" (default), or a stepping algorithm such as "rk4".')] = None
+    cycles: Annotated[int | None, Parameter(help="Length of the run, in common periods.")] = None
+    discard: Annotated[int | None, Parameter(help="Cycles left out of the criteria as start-up.")] = None
+    samples_per_cycle: Annotated[int | None, Parameter(help="Output samples a cycle.")] = None
+    tolerance: Annotated[float | None, Parameter(help="Accuracy; its meaning depends on the algorithm.")] = None
+    step: Annotated[str | None, Parameter(help='Step of a fixed-step algorithm: seconds, or e.g. "20 us".')] = None
+    initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the run starts.")] = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the settings as keyword arguments of ``simulate``."""
+        given = asdict(self)
+        if self.step is not None:
+            given["step"] = _number_or_text(self.step)
+        return given
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,0 +1,94 @@
+"""The whole procedure on one page: from a driveline to a rattle verdict.
+
+This is Fig. 1 of C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle
+Analysis", ASME J. Mech. Design 117 (1995) 185-192, as a program: linear eigensolution, nonlinear simulation,
+evaluation. The engineer closes the loop, by changing the model and running again.
+
+    1. where the driveline rests       equilibrium: static deflections, and which clearances are closed
+    2. how it would vibrate            modes: about that rest, and with every clearance closed
+    3. what it really does             simulate: every crossing of every corner
+    4. whether it rattles              criteria: a verdict with its rule, worst part first
+
+Takes a checked Model; gives Findings, which plots and reports draw and the command line prints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gearrattle.calls.statics import Equilibrium, Modes
+    from gearrattle.criteria import Verdict
+    from gearrattle.model import Model
+    from gearrattle.results import Run
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Everything one pass through the procedure found out.
+
+    Attributes:
+        model: the driveline.
+        equilibrium: static rest under the mean loads.
+        modes: natural frequencies and shapes about that rest, each clearance in the region it rests in.
+        modes_contact: the same with every clearance in full contact.
+        run: the motion, its events, notes and cost.
+        verdict: the judgement.
+    """
+
+    model: Model
+    equilibrium: Equilibrium
+    modes: Modes
+    modes_contact: Modes
+    run: Run
+    verdict: Verdict
+
+
+def run(
+    model: Model,
+    *,
+    algorithm: str | None = None,
+    cycles: int | None = None,
+    samples_per_cycle: int | None = None,
+    discard: int | None = None,
+    tolerance: float | None = None,
+    step: float | str | None = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Findings:
+    """Carry out the whole procedure.
+
+    Args:
+        model: the driveline.
+        algorithm, cycles, samples_per_cycle, discard, tolerance, step [s], initial: settings of the simulation; None
+            leaves each to the model file, then to its default.
+        progress: called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
+
+    Returns:
+        The findings.
+
+    Raises:
+        ModelError: a setting out of range, or a driveline that cannot bear its mean loads.
+        ConvergenceError: the algorithm failed or went unstable.
+    """
+    from gearrattle.calls.judge import criteria
+    from gearrattle.calls.simulate import simulate
+    from gearrattle.calls.statics import equilibrium, modes
+
+    rest = equilibrium(model)
+    at_rest = modes(model, region=rest.region)
+    in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
+    motion = simulate(
+        model,
+        algorithm=algorithm,
+        cycles=cycles,
+        samples_per_cycle=samples_per_cycle,
+        discard=discard,
+        tolerance=tolerance,
+        step=step,
+        initial=initial,
+        progress=progress,
+    )
+    return Findings(model, rest, at_rest, in_contact, motion, criteria(motion))

@@ -1,0 +1,43 @@
+"""Figures: each one a function from Findings to a Chart, drawn interactively or as ink.
+
+The shelf is ``FIGURES``, in the order of the report. To add one: write a module with a function that takes Findings
+and gives a Chart (or None where it has nothing to show), and name it in the table.
+
+Takes Findings from the pipeline; gives Charts and their renderings to the report.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gearrattle.pipeline import Findings
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.clearances import deflections, forces, overview
+from gearrattle.plots.histories import accelerations, angles, speeds
+from gearrattle.plots.impacts import impacts
+from gearrattle.plots.interactive import plotly_figure
+from gearrattle.plots.phase_plane import phase_plane
+from gearrattle.plots.spectra import spectra
+from gearrattle.plots.static import draw
+
+FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
+    deflections,
+    overview,
+    forces,
+    accelerations,
+    speeds,
+    angles,
+    impacts,
+    phase_plane,
+    spectra,
+)
+"""Every figure of the report, in reading order."""
+
+
+def charts(findings: Findings) -> list[Chart]:
+    """Return every figure that has something to show."""
+    made = (figure(findings) for figure in FIGURES)
+    return [chart for chart in made if chart is not None and chart.panels]
+
+
+__all__ = ["FIGURES", "Chart", "charts", "draw", "plotly_figure"]

@@ -1,0 +1,74 @@
+"""Numbers as people read them: few digits, a true minus, powers of ten raised.
+
+Takes floats; gives text to ticks, sketches and tables.
+"""
+
+from __future__ import annotations
+
+import math
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Choose an SI prefix so that magnitudes up to ``largest`` read well.
+
+    Args:
+        largest: a magnitude in ``unit``.
+        unit: an SI unit; the empty one and ``"1"`` take no prefix.
+
+    Returns:
+        The factor to multiply values with, and the unit they are then in.
+    """
+    if unit in ("", "1") or not 0.0 < largest < math.inf:
+        return 1.0, unit
+    if largest >= 2e4 and unit.startswith("N"):
+        return 1e-3, f"k{unit}"
+    for step, prefix in _PREFIXES:
+        if largest >= 0.5 * step:
+            return 1.0 / step, f"{prefix}{unit}"
+    return 1.0, unit
+
+
+def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
+    """Write a number.
+
+    Args:
+        value: any float; NaN becomes a dash.
+        digits: significant digits.
+        times: what stands between mantissa and power of ten.
+
+    Returns:
+        Plain notation from 0.001 to 100 000, mantissa and power of ten elsewhere, e.g. ``"1.5 × 10⁻⁷"``.
+    """
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "−∞"
+    if value == 0.0:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")
+    if 1e-3 <= abs(rounded) < 1e5:
+        places = max(0, digits - 1 - math.floor(math.log10(abs(rounded))))
+        text = f"{rounded:.{places}f}"
+        return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    short = mantissa.rstrip("0").rstrip(".").replace("-", "−")
+    raised = f"10{str(int(power)).translate(_RAISED)}"
+    return raised if short == "1" else f"{short}{times}{raised}"
+
+
+def quantity(value: float | None, unit: str = "", digits: int = 4) -> str:
+    """Write a number with its unit; a dash for None and NaN; the unit ``"1"`` is not written."""
+    if value is None or math.isnan(value):
+        return "–"
+    return f"{numeral(value, digits)} {unit}" if unit and unit != "1" else numeral(value, digits)
+
+
+def engineering(value: float | None, unit: str, digits: int = 3) -> str:
+    """Write a number with its unit and an SI prefix; a dash for None and NaN."""
+    if value is None or math.isnan(value):
+        return "–"
+    factor, scaled = prefixed(abs(value), unit)
+    return quantity(value * factor, scaled, digits)

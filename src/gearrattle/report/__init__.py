@@ -1,0 +1,53 @@
+"""The report: findings as a page for people, a file for machines, and a file of results.
+
+``write`` puts into a folder:
+
+    report.html     one self-contained page, verdict first
+    summary.json    the same for machines
+    results.nc      the whole motion, netCDF-4
+    figures/        every figure as SVG
+
+all of it or nothing. Takes Findings from the pipeline.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.staging import Staging
+from gearrattle.report.summary import summary
+
+__all__ = ["Staging", "fill", "summary", "write"]
+
+
+def write(findings: Findings, folder: str | os.PathLike[str]) -> Path:
+    """Write the report into a folder, which need not exist; what else is in it stays.
+
+    Returns:
+        The path of report.html.
+
+    Raises:
+        OSError: the folder cannot be written, or the disk is full; then nothing has changed.
+    """
+    with Staging(folder) as staging:
+        fill(findings, staging.path)
+        staging.commit()
+    return staging.destination / "report.html"
+
+
+def fill(findings: Findings, folder: Path) -> None:
+    """Write all files of the report into an existing empty folder."""
+    from gearrattle.plots import charts, draw
+    from gearrattle.report.page import page
+
+    drawn = [(chart, draw(chart)) for chart in charts(findings)]
+    (folder / "figures").mkdir()
+    for chart, svg in drawn:
+        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    (folder / "report.html").write_text(page(findings, drawn), encoding="utf-8")
+    text = json.dumps(summary(findings), indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    findings.run.save(folder / "results.nc")

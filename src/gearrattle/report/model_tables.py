@@ -1,0 +1,143 @@
+"""The model and the computation, as tables: what went in, and what it cost.
+
+Takes Findings; gives Tables to the page.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from gearrattle.pipeline import Findings
+from gearrattle.plots.numerals import engineering, numeral, quantity
+from gearrattle.report.provenance import versions
+from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    from gearrattle.model import Model, Piece
+
+
+def model_tables(findings: Findings) -> list[Table]:
+    """Return tables of the bodies, of the elements and of what drives them."""
+    model = findings.model
+    return [_inertias(model), _elements(model), _excitation(findings)]
+
+
+def _inertias(model: Model) -> Table:
+    unit = _unit(model)
+    rows = tuple(
+        (
+            body.name,
+            quantity(body.J, unit("kg m²")),
+            quantity(body.drag, unit("N m s/rad")) if body.drag else "–",
+            quantity(body.drag_torque, unit("N m")) if body.drag_torque else "–",
+        )
+        for body in model.inertias
+    )
+    return Table(("body", "inertia", "viscous drag", "drag torque"), rows, title="Bodies")
+
+
+def _elements(model: Model) -> Table:
+    unit = _unit(model)
+    rows = [
+        (
+            coupling.name,
+            " – ".join(coupling.between),
+            _stages(coupling.drive_pieces, unit("N m/rad"), unit("rad")),
+            "as drive" if coupling.coast_pieces == coupling.drive_pieces
+            else _stages(coupling.coast_pieces, unit("N m/rad"), unit("rad")),
+            _dampings(coupling.drive_pieces, unit("N m s/rad")),
+        )
+        for coupling in model.couplings
+    ]  # fmt: skip
+    rows += [
+        (
+            mesh.name,
+            " – ".join(mesh.between),
+            _stages(mesh.drive_pieces, unit("N/m"), unit("m")),
+            f"as drive; base radii {engineering(mesh.radii[0], unit('m'))}, {engineering(mesh.radii[1], unit('m'))}",
+            _dampings(mesh.drive_pieces, unit("N s/m")),
+        )
+        for mesh in model.meshes
+    ]
+    head = ("element", "between", "drive side: stiffness, from the centre outward", "coast side", "damping")
+    return Table(head, tuple(rows), frozenset(range(5)), "Couplings and meshes")
+
+
+def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:
+    words = []
+    for piece in pieces:
+        slope = "free" if piece.stiffness == 0.0 else quantity(piece.stiffness, stiffness)
+        words.append(slope if piece.until is None else f"{slope} to {engineering(piece.until, deflection, 4)}")
+    return ", then ".join(words)
+
+
+def _dampings(pieces: tuple[Piece, ...], unit: str) -> str:
+    return ", then ".join(quantity(piece.damping, unit) for piece in pieces)
+
+
+def _excitation(findings: Findings) -> Table:
+    model = findings.model
+    unit = _unit(model)
+    omega = model.excitation.omega
+    speed = numeral(omega)
+    if model.units == "SI":
+        speed = f"{quantity(omega, 'rad/s')} = {numeral(omega * 30.0 / math.pi)} rpm = {numeral(omega / math.tau)} Hz"
+    rows = [("reference speed", speed, "")]
+    for torque in model.torques:
+        rows.append((f"torque on {torque.on}", f"mean {quantity(torque.mean, unit('N m'))}", ""))
+        rows += [
+            ("", f"order {numeral(term.order)}: {quantity(term.amplitude, unit('N m'))}", _phase(term.phase))
+            for term in torque.harmonics
+        ]
+    for mesh in model.meshes:
+        rows += [
+            (
+                f"transmission error of {mesh.name}",
+                f"order {numeral(term.order)}: {engineering(term.amplitude, unit('m'))}",
+                _phase(term.phase),
+            )
+            for term in mesh.transmission_error
+        ]
+    return Table(("", "value", "phase"), tuple(rows), frozenset({0, 1}), "Excitation")
+
+
+def _phase(phase: float) -> str:
+    return f"{numeral(math.degrees(phase))}°"
+
+
+def _unit(model: Model) -> Callable[[str], str]:
+    return lambda unit: unit if model.units == "SI" else ""
+
+
+def cost_table(findings: Findings) -> Table:
+    """Return what the simulation took."""
+    trajectory = findings.run.trajectory
+    cost = trajectory.cost
+    time_unit = "s" if findings.model.units == "SI" else ""
+    rows = (
+        ("algorithm", cost.algorithm),
+        ("cycles simulated, discarded", f"{trajectory.cycles}, {trajectory.discard}"),
+        ("common period T", engineering(trajectory.layout.period, time_unit, 6)),
+        ("samples a cycle", f"{trajectory.samples_per_cycle}"),
+        ("crossings found", f"{cost.events:,}".replace(",", " ")),
+        ("steps", f"{cost.steps:,}".replace(",", " ")),
+        ("function calls", f"{cost.function_calls:,}".replace(",", " ")),
+        ("Jacobian calls", f"{cost.jacobian_calls:,}".replace(",", " ")),
+        (
+            "average step, of all tried",
+            f"{_step(cost.average_step, time_unit)}, {_step(cost.average_trial_step, time_unit)}",
+        ),
+        ("computing time", engineering(cost.wall_time, "s")),
+    )
+    return Table(("simulation", ""), rows, title="Cost")
+
+
+def _step(step: float, unit: str) -> str:
+    return engineering(step, unit)
+
+
+def versions_table() -> Table:
+    """Return the versions of what made the numbers."""
+    return Table(("software", "version"), tuple(versions().items()), title="Versions")

@@ -1,0 +1,108 @@
+"""The report as one page that needs nothing else: no network, no folder beside it.
+
+Every figure is in the page twice: as ink (SVG), which is shown without JavaScript and printed, and as data that
+plotly.js, inlined once, turns into an interactive plot when it scrolls into view. The page forbids itself to load
+anything from elsewhere.
+
+Takes Findings and their drawn charts; gives HTML.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from dataclasses import dataclass
+from importlib.util import find_spec
+from itertools import groupby
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.pipeline import Findings
+from gearrattle.plots import Chart, plotly_figure
+from gearrattle.plots.sketch import sketch
+from gearrattle.report.linear_tables import modes_tables, rest_table
+from gearrattle.report.model_tables import cost_table, model_tables, versions_table
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.summary import notes
+from gearrattle.report.trust import trust
+from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
+
+_HERE = Path(__file__).parent
+
+_HEADLINES = {
+    "quiet": "Quiet",
+    "single-sided": "Single-sided rattle",
+    "double-sided": "Double-sided rattle",
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A chart as the page needs it: ink as a data address, and data for plotly."""
+
+    chart: Chart
+    ink: str
+    data: str
+
+
+def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
+    """Build the report.
+
+    Args:
+        findings: what the pipeline found.
+        drawn: every chart with its SVG, in reading order.
+
+    Returns:
+        A complete HTML document.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    figures = [_figure(chart, svg) for chart, svg in drawn]
+    sections = [list(group) for _, group in groupby(figures, key=lambda figure: figure.chart.group or figure.chart.key)]
+    return environment.get_template("page.html.j2").render(
+        findings=findings,
+        headline=_HEADLINES[findings.verdict.verdict],
+        tiles=tiles(findings),
+        parts=parts_table(findings),
+        sketch=_safe(sketch(findings)),
+        sections=sections,
+        rest=rest_table(findings),
+        modes=modes_tables(findings),
+        criteria=criteria_tables(findings),
+        model_tables=model_tables(findings),
+        model_text=findings.run.model.to_toml(),
+        cost=cost_table(findings),
+        versions=versions_table(),
+        trust=trust(findings),
+        notes=notes(findings),
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=_safe((_HERE / "page.css").read_text(encoding="utf-8")),
+        script=_safe((_HERE / "page.js").read_text(encoding="utf-8")),
+        plotly=_safe(_plotly_script()),
+    )
+
+
+def _figure(chart: Chart, svg: bytes) -> Figure:
+    data = json.dumps(plotly_figure(chart), allow_nan=False, separators=(",", ":"))
+    return Figure(
+        chart,
+        ink=f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}",
+        data=_safe(data.replace("<", "\\u003c")),
+    )
+
+
+def _safe(text: str) -> Markup:
+    """Mark text that this package wrote itself, or has escaped, as ready for the page."""
+    return Markup(text)
+
+
+def _plotly_script() -> str:
+    """Return plotly.js as the plotly package carries it, found without importing plotly."""
+    spec = find_spec("plotly")
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError("plotly is not installed: pip install plotly")
+    return (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")

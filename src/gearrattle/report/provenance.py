@@ -1,0 +1,28 @@
+"""What made these results: versions and when.
+
+Takes nothing; gives plain dictionaries to the report and the summary.
+"""
+
+from __future__ import annotations
+
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+
+_PACKAGES = ("gearrattle", "numpy", "scipy", "numba", "pydantic", "xarray", "h5netcdf")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of every package that takes part in the numbers, by name."""
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def now() -> str:
+    """Return the time of writing, UTC, to the second, in ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")

@@ -1,0 +1,85 @@
+"""The findings for machines: ``summary.json``.
+
+The keys of ``Verdict.to_dict()`` (verdict, sentence, rule, parts, entries) stand at the top, beside the model's name,
+the linear results, the settings and cost of the run, all notes, and versions. JSON types only; numbers that are not
+finite are null.
+
+Takes Findings; gives a dictionary.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.provenance import now, versions
+
+if TYPE_CHECKING:
+    from gearrattle.calls.statics import Modes
+
+
+def summary(findings: Findings) -> dict[str, Any]:
+    """Return the findings in JSON types."""
+    trajectory = findings.run.trajectory
+    rest = findings.equilibrium
+    return {
+        "model": {"name": findings.model.name, "units": findings.model.units},
+        **findings.verdict.to_dict(),
+        "notes": notes(findings),
+        "simulation": {
+            "period": trajectory.layout.period,
+            "cycles": trajectory.cycles,
+            "discard": trajectory.discard,
+            "samples_per_cycle": trajectory.samples_per_cycle,
+            "crossings": len(trajectory.events),
+        },
+        "cost": plain(dataclasses.asdict(trajectory.cost)),
+        "equilibrium": plain(
+            {
+                "angle": dict(zip(trajectory.layout.inertia_names, rest.angle.tolist(), strict=True)),
+                "acceleration": dict(zip(trajectory.layout.inertia_names, rest.acceleration.tolist(), strict=True)),
+                "deflection": rest.deflection,
+                "region": rest.region,
+            }
+        ),
+        "modes": modes_dict(findings.modes),
+        "modes_contact": modes_dict(findings.modes_contact),
+        "versions": versions(),
+        "created": now(),
+    }
+
+
+def notes(findings: Findings) -> list[str]:
+    """Return everything that is noted, by the run, the equilibrium and the criteria, once each."""
+    told = [*findings.run.notes, *findings.equilibrium.notes, *findings.verdict.notes]
+    return list(dict.fromkeys(told))
+
+
+def modes_dict(modes: Modes) -> dict[str, Any]:
+    """Return modes in JSON types: frequencies [rad/s], damping ratios, one shape a mode by inertia."""
+    converted: dict[str, Any] = plain(
+        {
+            "frequencies": modes.frequencies,
+            "damping_ratios": modes.damping_ratios,
+            "shapes": [dict(zip(modes.inertia_names, shape, strict=True)) for shape in modes.shapes.T.tolist()],
+        }
+    )
+    return converted
+
+
+def plain(value: Any) -> Any:
+    """Return nested mappings, sequences, arrays and numbers in JSON types; what is not finite becomes None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

@@ -1,0 +1,27 @@
+"""What a table of the report is.
+
+Takes text; gives frozen tables to the page template.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text, ready to print.
+
+    Attributes:
+        head: column titles.
+        rows: cells, one tuple a row, as long as ``head``. Text is escaped by the page, ``Markup`` is not.
+        words: indices of the columns of words, aligned left; all others are numbers, aligned right.
+        title: heading; may be empty.
+        note: what to say below it; may be empty.
+    """
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    words: frozenset[int] = field(default=frozenset({0}))
+    title: str = ""
+    note: str = ""

@@ -1,0 +1,48 @@
+"""How far the numbers can be trusted: the facts an engineer needs to judge that.
+
+States how the motion was computed, which part of it was judged, and whether its first and second half tell the same.
+
+Takes Findings; gives sentences to the page.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+from gearrattle.signals import find_impacts, steady
+
+_METHODS = {
+    "exact": "Between corners the motion is computed in closed form, and every crossing of a corner is located and "
+    "logged: no step size limits the result, and the output samples never limit the integration.",
+}
+_STEPPING = (
+    "The motion is stepped by {algorithm}, with its own truncation error; compare with the algorithm “exact” before "
+    "relying on single events."
+)
+_SENSITIVE = (
+    "A motion with impacts may depend sensitively on where it starts. Regime, rates, shares and spectra still hold "
+    "then; the instant of a single impact late in the run does not."
+)
+
+
+def trust(findings: Findings) -> list[str]:
+    """Return what can be said about the reliability of the verdict, one sentence or two an item."""
+    trajectory = findings.run.trajectory
+    window = steady(trajectory)
+    algorithm = trajectory.cost.algorithm
+    told = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
+    judged = f"{window.cycles} of {trajectory.cycles} cycles are judged"
+    judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
+    impacts = find_impacts(trajectory).within(window)
+    if len(impacts) and window.cycles > 1:
+        middle = 0.5 * (window.start + window.end)
+        early = int(np.count_nonzero(impacts.time < middle))
+        judged += (
+            f" Impacts in the first and second half of them: {early} and {len(impacts) - early}; "
+            "far apart, they would mean that the start-up is not over."
+        )
+    told.append(judged)
+    if len(impacts):
+        told.append(_SENSITIVE)
+    return told

@@ -1,0 +1,157 @@
+"""The verdict in tiles and tables: the worst part at a glance, every part in a row, every criterion behind it.
+
+Takes Findings; gives tiles and Tables to the page.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+from itertools import groupby
+
+from markupsafe import Markup
+
+from gearrattle.criteria import CRITERIA, Entry, Part
+from gearrattle.pipeline import Findings
+from gearrattle.plots.numerals import engineering, numeral, quantity
+from gearrattle.report.tables import Table
+from gearrattle.signals import centre, region_shares, steady
+
+_MOST_COLUMNS = 9
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One large number: what it is, its value, and what it refers to."""
+
+    label: str
+    value: str
+    detail: str
+
+
+def tiles(findings: Findings) -> list[Tile]:
+    """Return the numbers an engineer asks for first, about the worst part."""
+    parts = findings.verdict.parts
+    made: list[Tile] = []
+    if parts:
+        worst = parts[0]
+        rate = f"{numeral(worst.impacts_per_cycle, 3)} per cycle"
+        per_second = numeral(worst.impacts_per_second, 3)
+        si = findings.model.units == "SI"
+        made.append(
+            Tile("Impacts", f"{per_second} /s", f"{worst.name} · {rate}")
+            if si
+            else Tile("Impacts", numeral(worst.impacts_per_cycle, 3), f"{worst.name} · per cycle")
+        )
+        if worst.max_approach_speed is not None:
+            speed = engineering(worst.max_approach_speed, worst.speed_unit)
+            made.append(Tile("Hardest approach", speed, f"{worst.name} · largest speed"))
+        if worst.max_impulse is not None:
+            made.append(
+                Tile("Hardest impact", engineering(worst.max_impulse, worst.impulse_unit), f"{worst.name} · impulse")
+            )
+        made.append(Tile("In contact", percent(worst.contact_share), f"{worst.name} · share of time"))
+    margins = [part for part in parts if part.margin_db is not None]
+    if margins:
+        largest = max(margins, key=lambda part: part.margin_db or 0.0)
+        meaning = "drag cannot hold it" if (largest.margin_db or 0.0) > 0.0 else "drag holds it"
+        made.append(Tile("Loose-gear margin", decibel(largest.margin_db), f"{largest.name} · {meaning}"))
+    return made
+
+
+def percent(share: float) -> str:
+    """Write a share of one as per cent."""
+    return f"{numeral(100.0 * share, 3)} %"
+
+
+def decibel(margin: float | None) -> str:
+    """Write a margin with its sign; a dash for None."""
+    if margin is None:
+        return "–"
+    return f"{'+' if margin > 0.0 else ''}{numeral(round(margin, 1), 4)} dB"
+
+
+def parts_table(findings: Findings) -> Table:
+    """Return one row for every mesh and clearance, worst first, with a bar of where it spends its time."""
+    head = ["part", "regime", "impacts per cycle", "per second", "approach speed", "impulse mean", "largest", "margin"]
+    if findings.model.units != "SI":
+        head[3] = "per unit time"
+    head.append("coast · centre · drive")
+    rows = tuple(
+        (
+            part.name,
+            Markup(f'<span class="pill {part.regime}">{part.regime}</span>'),
+            numeral(part.impacts_per_cycle, 3),
+            numeral(part.impacts_per_second, 3),
+            engineering(part.max_approach_speed, part.speed_unit),
+            engineering(part.mean_impulse, part.impulse_unit),
+            engineering(part.max_impulse, part.impulse_unit),
+            decibel(part.margin_db),
+            _share_bar(findings, part),
+        )
+        for part in findings.verdict.parts
+    )
+    return Table(tuple(head), rows, words=frozenset({0, 1, 8}))
+
+
+def _share_bar(findings: Findings, part: Part) -> str:
+    """Draw the shares of time on the coast side, in the centre and on the drive side."""
+    trajectory = findings.run.trajectory
+    layout = trajectory.layout
+    if part.name not in layout.clearance_names:
+        return "always in contact"
+    k = layout.clearance_names.index(part.name)
+    inner = centre(layout, k)
+    shares = {"coast": 0.0, "centre": 0.0, "drive": 0.0}
+    for region, share in region_shares(trajectory, k, steady(trajectory)).items():
+        side = "centre" if region in inner else "drive" if region > max(inner) else "coast"
+        shares[side] += share
+    words = " · ".join(percent(share) for share in shares.values())
+    bars = "".join(f'<i class="{side}" style="width:{100.0 * share:.2f}%"></i>' for side, share in shares.items())
+    told = escape(", ".join(f"{side} {percent(share)}" for side, share in shares.items()))
+    return Markup(f'<span class="share" role="img" aria-label="{told}">{bars}</span><small>{words}</small>')
+
+
+def criteria_tables(findings: Findings) -> list[Table]:
+    """Return one table a criterion, every entry in it: subjects down and quantities across, or turned if too wide."""
+    criteria = {criterion.name: criterion for criterion in CRITERIA}
+    made = []
+    for name, group in groupby(findings.verdict.entries, key=lambda entry: entry.criterion):
+        entries = list(group)
+        criterion = criteria[name]
+        note = f"Definition: {criterion.formula}. Source: {criterion.source}."
+        made.append(_grid(entries, criterion.title, note))
+    return made
+
+
+def _grid(entries: list[Entry], title: str, note: str) -> Table:
+    """Return entries as a grid; a unit stands in the title of its quantity, or in the cells where it varies."""
+    units: dict[str, set[str]] = {}
+    for entry in entries:
+        units.setdefault(entry.quantity, set()).add(entry.unit)
+    subjects = list(dict.fromkeys(entry.subject for entry in entries))
+    titles = {what: _titled(what, next(iter(of)) if len(of) == 1 else "") for what, of in units.items()}
+    cells = {
+        (entry.subject, entry.quantity): _value(entry, with_unit=len(units[entry.quantity]) > 1) for entry in entries
+    }
+    if len(units) > _MOST_COLUMNS:
+        rows = [(title, *(cells.get((subject, what), "–") for subject in subjects)) for what, title in titles.items()]
+        return Table(("", *subjects), tuple(rows), title=title, note=note)
+    rows = [(subject, *(cells.get((subject, what), "–") for what in titles)) for subject in subjects]
+    return Table(("", *titles.values()), tuple(rows), title=title, note=note)
+
+
+def _titled(what: str, unit: str) -> str:
+    """Return a column title with its unit, unless the quantity names it."""
+    shown = _shown(unit)
+    return f"{what} [{shown}]" if shown and unit not in ("1/cycle", "1/s") else what
+
+
+def _shown(unit: str) -> str:
+    return "" if unit == "1" else unit.replace("^2", "²")
+
+
+def _value(entry: Entry, *, with_unit: bool) -> str:
+    if isinstance(entry.value, str):
+        return entry.value
+    return quantity(entry.value, _shown(entry.unit) if with_unit else "")

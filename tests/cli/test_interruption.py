@@ -1,0 +1,129 @@
+"""Ctrl-C and a full disk: answered at once, nothing left behind."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from gearrattle.cli import background
+from gearrattle.cli.background import Watch, watched
+from gearrattle.errors import Cancelled
+from tests import synthetic
+
+PROGRAM = (sys.executable, "-c", "import sys; from gearrattle.cli import main; sys.exit(main())")
+ANSWER = 0.5
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "train.toml"
+    path.write_text(synthetic.MODEL, encoding="utf-8")
+    return path
+
+
+def interrupt(model: Path, delay: float, *words: str) -> tuple[int, float, bytes]:
+    """Start a long run, press Ctrl-C after a while; return exit code, seconds to the end, stderr."""
+    command = [*PROGRAM, "run", str(model), "--cycles", "100000", "--samples-per-cycle", "8", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=model.parent) as process:
+        time.sleep(delay)
+        assert process.poll() is None
+        pressed = time.perf_counter()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+        return process.returncode, time.perf_counter() - pressed, errors
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+@pytest.mark.parametrize("delay", [0.8, 1.5, 4.0])
+def test_ctrl_c_is_answered_at_once_and_leaves_nothing(model: Path, delay: float) -> None:
+    for _ in range(3):  # a busy machine may be late once, the program must not be
+        code, took, errors = interrupt(model, delay)
+        assert code == 130
+        assert errors.splitlines()[-1] == b"interrupted: nothing was written"
+        assert b"Traceback" not in errors
+        assert [path.name for path in model.parent.iterdir()] == ["train.toml"]
+        if took <= ANSWER:
+            break
+    assert took <= ANSWER
+
+
+def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run the program with a disk of its own mounted on a folder, in a private mount namespace."""
+    script = f'mount -t tmpfs -o {options} tmpfs "$0" || exit 99; "$@"; code=$?; ls -A "$0"; exit $code'
+    command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, str(folder), *PROGRAM, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    if done.returncode not in (0, 1, 2):
+        pytest.skip(f"no private mounts on this machine: {done.stderr.strip()}")
+    return done
+
+
+@pytest.mark.skipif(shutil.which("unshare") is None, reason="no unshare(1) on this machine")
+@pytest.mark.parametrize("output", ["run -o disk/out", "simulate -o disk/o.nc", "simulate -o disk/o.csv"])
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [("size=2m", "the disk is full; nothing was written"), ("ro", "choose another place with -o")],
+    ids=["full", "read-only"],
+)
+def test_a_disk_that_takes_nothing(
+    model: Path, output: str, options: str, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(model.parent)
+    disk = model.parent / "disk"
+    disk.mkdir()
+    command, *place = output.split()
+    done = _on_a_disk(options, disk, [command, str(model), "--cycles", "60", *place])
+    assert done.returncode == 1
+    assert done.stdout == ""
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("error: ")
+    assert told in last
+
+
+def test_work_in_the_background_returns_or_raises() -> None:
+    assert watched(lambda watch: (watch(0.5), threading.current_thread().name)[1]) == "gearrattle-worker"
+
+    def fail(_: Watch) -> None:
+        raise ZeroDivisionError("inside")
+
+    with pytest.raises(ZeroDivisionError, match="inside"):
+        watched(fail)
+
+
+def test_a_stopped_watch_cancels_the_work() -> None:
+    watch = Watch()
+    watch(0.25)
+    assert (watch.phase, watch.fraction) == ("simulating", 0.25)
+    watch.enter("saving")
+    assert (watch.phase, watch.fraction) == ("saving", 0.0)
+    watch.stop()
+    with pytest.raises(Cancelled):
+        watch(0.5)
+
+
+def test_progress_is_plain_lines_away_from_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(background, "_PATIENCE", 0.0)
+    monkeypatch.setattr(background, "_LINE_EVERY", 0.0)
+
+    def work(watch: Watch) -> None:
+        watch(0.5)
+        time.sleep(0.3)
+
+    watched(work)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert set(err.splitlines()) <= {"preparing (a first run compiles)", "simulating: 50 %"}
+    assert "simulating: 50 %" in err.splitlines()
+
+
+def test_short_work_shows_no_progress(capsys: pytest.CaptureFixture[str]) -> None:
+    watched(lambda watch: watch(1.0))
+    assert capsys.readouterr().err == ""

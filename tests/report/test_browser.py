@@ -1,0 +1,56 @@
+"""A real browser shows the interactive figures and prints the inked ones."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from gearrattle import report
+from tests import synthetic
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine"),
+]
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=30000", "--window-size=1280,9000",
+    "--enable-logging=stderr", "--v=0",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return report.write(synthetic.findings("double-sided"), tmp_path_factory.mktemp("browser"))
+
+
+def browse(page: Path, profile: Path, *flags: str) -> subprocess.CompletedProcess[str]:
+    command = [str(BROWSER), *FLAGS, f"--user-data-dir={profile}", *flags, page.as_uri()]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+
+
+def test_figures_come_alive_without_a_network(page: Path, tmp_path: Path) -> None:
+    done = browse(page, tmp_path, "--dump-dom")
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    assert console == []
+    figures = re.findall(r'<figure[^>]*data-key="(\w+)"[^>]*class="([^"]*)"', done.stdout)
+    drawn = {key for key, classes in figures if "drawn" in classes}
+    assert {"deflection", "acceleration", "impacts", "phase_plane", "spectrum"} <= drawn
+    assert done.stdout.count('class="main-svg"') >= len(drawn)
+
+
+def test_it_prints(page: Path, tmp_path: Path) -> None:
+    target = tmp_path / "report.pdf"
+    browse(page, tmp_path / "profile", f"--print-to-pdf={target}", "--no-pdf-header-footer")
+    assert target.read_bytes().startswith(b"%PDF")
+    if shutil.which("pdftotext"):
+        words = subprocess.run(["pdftotext", str(target), "-"], capture_output=True, text=True, check=True).stdout
+        assert "Double-sided rattle" in words
+        assert words.count("time / T [cycles]") == 6
+        assert "density at its peak" in words

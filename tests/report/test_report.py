@@ -1,0 +1,225 @@
+"""The report says what was found, needs nothing else, and appears whole."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from gearrattle import report
+from gearrattle.plots import FIGURES, charts
+from gearrattle.report.model_tables import cost_table, model_tables
+from gearrattle.report.summary import plain, summary
+from gearrattle.report.trust import trust
+from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
+from tests import synthetic
+
+
+class Page(HTMLParser):
+    """Collects tags, attributes, text and the content of scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.scripts: list[tuple[dict[str, str | None], str]] = []
+        self._inside = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._inside = tag
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = self._inside if tag == "br" else ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == "script":
+            self.scripts.append((self.tags[-1][1], data))
+        elif self._inside != "style":
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("report") / "out"
+    assert report.write(synthetic.findings("double-sided"), target) == target / "report.html"
+    return target
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Page:
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def test_every_file_is_there(folder: Path) -> None:
+    names = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    keys = {chart.key for chart in charts(synthetic.findings("double-sided"))}
+    assert names == {"report.html", "summary.json", "results.nc", *(f"figures/{key}.svg" for key in keys)}
+    for figure in (folder / "figures").iterdir():
+        ElementTree.parse(figure)
+
+
+def test_the_verdict_comes_first(page: Page) -> None:
+    verdict = synthetic.findings("double-sided").verdict
+    first = next(i for i, (tag, attrs) in enumerate(page.tags) if tag == "section")
+    assert page.tags[first][1]["id"] == "verdict"
+    assert "Double-sided rattle" in page.text
+    for words in (verdict.sentence, verdict.rule, *verdict.notes, *synthetic.trajectory().notes):
+        assert " ".join(words.split()) in page.text
+
+
+def test_every_section_and_every_figure_is_there(page: Page) -> None:
+    ids = [attrs["id"] for _, attrs in page.tags if attrs.get("id")]
+    assert [name for name, count in Counter(ids).items() if count > 1] == []
+    assert {"verdict", "driveline", "clearances", "histories", "impacts", "phase_plane", "spectrum", "linear",
+            "criteria", "model", "computation"} <= set(ids)  # fmt: skip
+    links = {attrs["href"] for tag, attrs in page.tags if tag == "a"}
+    assert links <= {f"#{name}" for name in ids}
+    assert sum(tag == "figure" for tag, _ in page.tags) == len(FIGURES)
+
+
+def test_nothing_is_loaded_from_elsewhere(folder: Path, page: Page) -> None:
+    for tag, attrs in page.tags:
+        for name in ("src", "href", "data", "action", "poster", "srcset"):
+            assert (attrs.get(name) or "#").startswith(("#", "data:image/svg+xml;base64,")), (tag, name)
+        assert tag != "link"
+    policy = next(attrs["content"] for tag, attrs in page.tags if attrs.get("http-equiv"))
+    assert policy is not None
+    assert policy.startswith("default-src 'none'")
+    assert not re.search(r"https?:", policy)
+    css = (folder / "report.html").read_text(encoding="utf-8").partition("<style>")[2].partition("</style>")[0]
+    assert "url(" not in css
+    assert "@import" not in css
+
+
+def test_plotly_is_inlined_once_and_may_send_nothing(page: Page) -> None:
+    large = [text for attrs, text in page.scripts if "plotly.js v" in text[:400]]
+    assert len(large) == 1
+    ours = next(text for _, text in page.scripts if "modeBarButtons:" in text and "plotly.js v" not in text)
+    buttons = re.search(r"modeBarButtons: \[\[(.*?)\]\]", ours)
+    assert buttons is not None
+    assert set(re.findall(r'"(\w+)"', buttons.group(1))) == {"toImage", "zoom2d", "pan2d", "resetScale2d"}
+
+
+def test_every_figure_carries_its_data_and_its_ink(page: Page) -> None:
+    data = {attrs["id"]: json.loads(text) for attrs, text in page.scripts if attrs.get("type") == "application/json"}
+    keys = [attrs["data-key"] for tag, attrs in page.tags if tag == "figure"]
+    assert set(data) == {f"{key}-data" for key in keys}
+    assert all(set(figure) == {"data", "layout"} for figure in data.values())
+    images = [attrs for tag, attrs in page.tags if tag == "img"]
+    assert len(images) == len(keys)
+    assert all(image["alt"] for image in images)
+
+
+def test_names_cannot_inject_anything() -> None:
+    from gearrattle.report.page import page as build
+
+    found = synthetic.findings("double-sided")
+    evil = '<script>alert(1)</script> "&'
+    model = found.model.model_copy(update={"name": evil})
+    run = replace(found.run, model=model)
+    text = build(replace(found, model=model, run=run), [])
+    parsed = Page(text)
+    assert "alert(1)" not in "".join(script for _, script in parsed.scripts)
+    assert evil in "".join(parsed.words)
+
+
+@pytest.mark.parametrize("kind", synthetic.DEFLECTIONS)
+def test_every_verdict_has_its_headline(kind: str, tmp_path: Path) -> None:
+    report.write(synthetic.findings(kind), tmp_path)
+    headline = {"quiet": "Quiet"}.get(kind, f"{kind.capitalize()} rattle")
+    assert f'<h2 class="headline">{headline}</h2>' in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_failing_write_leaves_nothing(tmp_path: Path) -> None:
+    found = synthetic.findings("quiet")
+
+    class Full:
+        trajectory, model, notes = found.run.trajectory, found.model, []
+
+        def save(self, path: Path) -> None:
+            path.write_bytes(b"half")
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space"):
+        report.write(replace(found, run=Full()), tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_summary_is_pure_json_and_holds_the_verdict(folder: Path) -> None:
+    written = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    found = synthetic.findings("double-sided")
+    verdict = found.verdict.to_dict()
+    assert written["verdict"] == "double-sided"
+    assert {key: written[key] for key in verdict if key != "notes"} == {
+        k: v for k, v in verdict.items() if k != "notes"
+    }
+    assert set(written["notes"]) == {*found.run.notes, *found.verdict.notes}
+    assert written["cost"]["steps"] == 4321
+    assert written["modes_contact"]["frequencies"] == [0.0, 350.0, 5800.0, 37000.0]
+    assert written["equilibrium"]["region"] == {"clutch": 0, "spline": 1, "gear": 0}
+    assert written["versions"]["gearrattle"]
+    json.dumps(summary(found), allow_nan=False)
+
+
+def test_plain_turns_everything_into_json_types() -> None:
+    assert plain({"a": np.array([1.0, np.nan]), "b": (np.int64(3), float("inf")), "c": "x"}) == {
+        "a": [1.0, None], "b": [3, None], "c": "x",
+    }  # fmt: skip
+
+
+def test_tiles_show_the_worst_part() -> None:
+    shown = {tile.label: (tile.value, tile.detail) for tile in tiles(synthetic.findings("double-sided"))}
+    assert shown["Impacts"] == ("47.7 /s", "gear · 2 per cycle")
+    assert shown["Loose-gear margin"] == ("+21.1 dB", "gear · drag cannot hold it")
+    quiet = {tile.label: tile.value for tile in tiles(synthetic.findings("quiet"))}
+    assert quiet["Impacts"] == "0 /s"
+    assert "Hardest impact" not in quiet
+
+
+def test_parts_stand_worst_first_with_shares_that_fill_the_bar() -> None:
+    table = parts_table(synthetic.findings("double-sided"))
+    assert [row[0] for row in table.rows] == [part.name for part in synthetic.findings("double-sided").verdict.parts]
+    for row in table.rows:
+        assert sum(float(width) for width in re.findall(r"width:([\d.]+)%", row[-1])) == pytest.approx(100.0, abs=0.02)
+
+
+def test_every_entry_of_every_criterion_is_in_a_table() -> None:
+    found = synthetic.findings("double-sided")
+    tables = {table.title: table for table in criteria_tables(found)}
+    cells = sum(cell != "–" for table in tables.values() for row in table.rows for cell in row[1:])
+    assert cells == sum(not (isinstance(e.value, float) and np.isnan(e.value)) for e in found.verdict.entries)
+    impacts = tables["Impacts"]
+    gear = dict(zip(impacts.head, next(row for row in impacts.rows if row[0] == "gear"), strict=True))
+    assert gear["impacts per cycle"] == "2"
+
+
+def test_model_tables_state_the_model() -> None:
+    bodies, elements, excitation = model_tables(synthetic.findings("quiet"))
+    assert bodies.rows[1] == ("hub", "4.5 × 10⁻⁴ kg m²", "1.35 × 10⁻⁴ N m s/rad", "0.2 N m")
+    assert elements.rows[0][2] == "150 N m/rad to 160 mrad, then 1500 N m/rad"
+    assert elements.rows[2][2] == "free to 50 µm, then 7.2 × 10⁸ N/m"
+    assert excitation.rows[0][1] == "150 rad/s = 1432 rpm = 23.87 Hz"
+    assert ("crossings found", str(len(synthetic.trajectory().events))) in cost_table(synthetic.findings()).rows
+
+
+def test_trust_counts_both_halves() -> None:
+    words = " ".join(trust(synthetic.findings("double-sided")))
+    assert "8 of 12 cycles are judged, the first 4 left out" in words
+    assert "first and second half of them: 8 and 8" in words
+    stepped = synthetic.findings("double-sided")
+    cost = replace(stepped.run.trajectory.cost, algorithm="rk4")
+    other = replace(stepped, run=replace(stepped.run, trajectory=replace(stepped.run.trajectory, cost=cost)))
+    assert "stepped by rk4" in " ".join(trust(other))
