@@ -15,31 +15,12 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
-from gearrattle.kernels.packed import (
-    BAND,
-    CYCLE,
-    EVENTS,
-    LEVEL,
-    LONGEST,
-    PENDING,
-    SAMPLE,
-    SLOT,
-    STALLED,
-    STEPS,
-    TRIALS,
-    Work,
-)
+from gearrattle.kernels.packed import BAND, CYCLE, EVENTS, LEVEL, PENDING, SAMPLE, SLOT, STALLED, STEPS, TRIALS
 from gearrattle.kernels.polynomial import NEVER, stays_inside
-from gearrattle.kernels.window import (
-    evaluate,
-    first_crossing,
-    inputs_at,
-    multiply,
-    region_at,
-    state_between,
-)
+from gearrattle.kernels.window import advance, evaluate, first_crossing, inputs_at, multiply, region_at, state_between
 
 DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE = range(6)  # outcome.Outcome
+_REACH = 2  # how many times a step may double
 _ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are rotated
 _MOST_STALLED = 10_000  # crossings in a row that do not advance the clock
 
@@ -71,39 +52,47 @@ def _judge(region, seen, third, side, h, unsafe):
 
 
 @inlined
-def _rebound(seen, rows, weights, constant, third):
+def _bound(seen, region, third):
     """Bound every third derivative from the moduli of the bound rows."""
     count = third.size
     first = (3 * count + 3) // 4 * 4
     for k in range(count):
-        third[k] = constant[k]
-    for j in range(rows):
+        third[k] = region.constant[k]
+    for j in range(region.bound_rows):
         real, imaginary = seen[first + 2 * j], seen[first + 2 * j + 1]
         size = np.sqrt(real * real + imaginary * imaginary)
         for k in range(count):
-            third[k] += weights[k, j] * size
+            third[k] += region.weights[k, j] * size
+
+
+@inlined
+def _ahead(march, samples):
+    """Time from now to the next sample, in periods."""
+    i = march.counts[SAMPLE]
+    whole = i // samples.per_cycle
+    part = (i - whole * samples.per_cycle) / samples.per_cycle
+    return (whole - march.counts[CYCLE]) + (part - (march.clock[0] + march.clock[1]))
 
 
 @kernel
-def _emit(region, inputs, march, samples, u, h, work):
+def _emit(region, inputs, march, samples, h, work):
     """Store every sample in [now, now + h)."""
     now = march.clock[0] + march.clock[1]
     while march.counts[SAMPLE] < samples.slots.size:
         i = march.counts[SAMPLE]
-        whole = i // samples.per_cycle
-        ahead = (whole - march.counts[CYCLE]) + ((i - whole * samples.per_cycle) / samples.per_cycle - now)
+        ahead = _ahead(march, samples)
         if ahead >= h and ahead > 0.0:
             break
         if ahead <= 0.0:
-            samples.states[i] = march.state
+            samples.states[i] = march.y
         else:
-            state_between(region, inputs, march, u, now, ahead, work)
-            samples.states[i] = work.state
+            state_between(region, inputs, march, now, ahead, work)
+            samples.states[i] = work.y
         samples.slots[i] = march.counts[SLOT]
         march.counts[SAMPLE] += 1
 
 
-@kernel
+@inlined
 def _pass_time(march, h, dyadic):
     """Advance the clock; the offset stays an exact dyadic fraction until a crossing sets a new anchor."""
     if dyadic:
@@ -116,26 +105,35 @@ def _pass_time(march, h, dyadic):
         march.clock[1] -= 1.0
 
 
+@inlined
+def _turn(inputs, level, y, states):
+    """Rotate the inputs over one step of a level."""
+    for j in range(inputs.cycles_high.size):
+        cosine, sine = inputs.turn_cosine[level, j], inputs.turn_sine[level, j]
+        at = states + 1 + 2 * j
+        c, s = y[at], y[at + 1]
+        y[at] = c * cosine - s * sine
+        y[at + 1] = s * cosine + c * sine
+
+
 @kernel
-def _cross(regions, march, log, x, h, order, k, upward, rate):
-    """Move to the crossing at x h, log it, and step into the region beyond (PENDING if it is not built yet)."""
-    evaluate(march.expansion, order, x, march.state)
+def _cross(regions, march, log, passed, k, upward, rate):
+    """Log the crossing the marcher has been moved to, and step into the region beyond.
+
+    PENDING is set if that region is not built yet.
+    """
     before = march.clock[0] + march.clock[1]
-    _pass_time(march, x * h, False)
+    _pass_time(march, passed, False)
     i, slot = march.counts[EVENTS], march.counts[SLOT]
-    carried = log.carried.shape[1]
     log.cycle[i] = march.counts[CYCLE]
     log.fraction[i] = march.clock[0] + march.clock[1]
     log.clearance[i] = k
     log.upward[i] = upward
     log.slot[i] = slot
     log.rate[i] = rate
-    log.carried[i] = march.state[march.state.size - carried :]
+    log.integral[i] = march.y[march.y.size - march.side.size + k]
     march.counts[EVENTS] += 1
-    if march.clock[0] + march.clock[1] == before:
-        march.counts[STALLED] += 1
-    else:
-        march.counts[STALLED] = 0
+    march.counts[STALLED] = march.counts[STALLED] + 1 if march.clock[0] + march.clock[1] == before else 0
     march.side[k] = -1 if upward else 1
     beyond = regions.neighbour[slot, k, upward]
     if beyond < 0:
@@ -145,87 +143,54 @@ def _cross(regions, march, log, x, h, order, k, upward, rate):
 
 
 @kernel
-def _turn(inputs, level, u):
-    """Rotate the inputs over one step of a level."""
-    for j in range(inputs.cycles_high.size):
-        cosine, sine = inputs.turn_cosine[level, j], inputs.turn_sine[level, j]
-        c, s = u[1 + 2 * j], u[2 + 2 * j]
-        u[1 + 2 * j] = c * cosine - s * sine
-        u[2 + 2 * j] = s * cosine + c * sine
-
-
-@kernel
-def _stay(region, inputs, march, samples, u, seen, third, unsafe, work, budget):
+def _stay(region, inputs, march, samples, unsafe, work, budget):
     """Take certified steps in one region until none is safe, or the budget or the samples are spent.
 
     Returns:
         steps taken; ``unsafe`` tells which corners stopped the march (none: it stopped for another reason).
     """
-    probe, tables = region.probe, region.tables
-    count = third.size
-    states = probe.shape[1] - u.size
-    watched = (3 * count + 3) // 4
-    increment = work.expansion[0]
+    states = region.probe.shape[1] - 1 - 2 * inputs.cycles_high.size
     level, fine = march.counts[LEVEL], region.fine
-    age = 2.0 * LONGEST  # of the bound on third derivatives, in periods
     for taken in range(budget):
         if march.counts[SAMPLE] >= samples.slots.size:
             return taken
         if taken % _ANCHOR_EVERY == 0:
-            inputs_at(inputs, march.counts[CYCLE], march.clock[0] + march.clock[1], u)
-        fresh = False
-        level = max(0, min(level - 1, fine))
-        if age + inputs.steps[level] <= LONGEST:
-            multiply(probe[:watched], states, march.state, u, seen)
-        else:
-            age = 2.0 * LONGEST
+            inputs_at(inputs, march.counts[CYCLE], march.clock[0] + march.clock[1], march.y, states)
+        multiply(region.probe, march.y, work.seen)
+        _bound(work.seen, region, work.third)
+        level = max(0, min(level, fine) - _REACH)
         safe = False
         while not safe and level <= fine:
             h = inputs.steps[level]
-            if not fresh and age + h > LONGEST:
-                multiply(probe, states, march.state, u, seen)
-                _rebound(seen, region.bound_rows, region.weights, region.constant, third)
-                age, fresh = 0.0, True
             march.tried[0] += h
             march.counts[TRIALS] += 1
-            safe = _judge(region, seen, third, march.side, h, unsafe)
-            if not safe and not fresh:
-                age = 2.0 * LONGEST  # an old bound said no: ask a new one before a shorter step
-            elif not safe:
-                level += 1
+            safe = _judge(region, work.seen, work.third, march.side, h, unsafe)
+            level += 0 if safe else 1
         if not safe:
             march.counts[LEVEL] = fine
             return taken
         h = inputs.steps[level]
-        if march.counts[SAMPLE] < samples.slots.size:
-            _emit(region, inputs, march, samples, u, h, work)
-        multiply(tables[level], states, march.state, u, increment)
-        for i in range(increment.size):
-            march.state[i] += increment[i]
-        age += h
+        if _ahead(march, samples) < h:
+            _emit(region, inputs, march, samples, h, work)
+        advance(region.tables[level], states, march.y, work.out)
         _pass_time(march, h, True)
-        _turn(inputs, level, u)
+        _turn(inputs, level, march.y, states)
         march.counts[LEVEL] = level
     return budget
 
 
 @kernel
-def march_on(regions, inputs, march, samples, log, budget):
+def march_on(regions, inputs, march, samples, log, work, budget):
     """March until all samples are stored, or until something above is needed.
 
     Args:
-        regions, inputs, march, samples, log: see ``packed``; march, samples and log change.
+        regions, inputs, march, samples, log, work: see ``packed``; march, samples, log and work change.
         budget: most steps in this slice.
 
     Returns:
         an ``Outcome`` code.
     """
-    count = regions.lower.shape[1]
-    order = march.expansion.shape[0] - 1
-    u = np.empty(1 + 2 * inputs.cycles_high.size)
-    work = Work(np.empty(march.state.size), np.empty(u.size), march.expansion.copy(), march.waves.copy())
-    third, gap = np.empty(count), np.empty(order + 1)
-    unsafe = np.zeros((count, 2), dtype=np.bool_)
+    unsafe = np.zeros((march.side.size, 2), dtype=np.bool_)
     while budget > 0:
         if march.counts[PENDING] >= 0:
             return NEEDS_REGION
@@ -233,29 +198,29 @@ def march_on(regions, inputs, march, samples, log, budget):
             return LOG_FULL
         if march.counts[STALLED] > _MOST_STALLED:
             return CHATTER
-        slot = march.counts[SLOT]
-        region = region_at(regions, slot)
-        seen = np.empty(4 * region.probe.shape[0])
+        region = region_at(regions, march.counts[SLOT])
         unsafe[:] = False
-        taken = _stay(region, inputs, march, samples, u, seen, third, unsafe, work, budget)
+        taken = _stay(region, inputs, march, samples, unsafe, work, budget)
         march.counts[STEPS] += taken
         budget -= max(taken, 1)
         if march.counts[SAMPLE] >= samples.slots.size:
             return DONE
-        if not np.isfinite(march.state[0]):
+        if not np.isfinite(march.y[0]):
             return NON_FINITE
         if not unsafe.any():
             continue
         march.counts[STEPS] += 1
         h = inputs.steps[region.fine]
-        x, k, upward, rate = first_crossing(region, inputs, march, u, h, unsafe, gap)
-        reach = x * h if x < NEVER else h
-        _emit(region, inputs, march, samples, u, reach, work)
+        x, k, upward, rate = first_crossing(region, inputs, march, unsafe, work)
+        passed = x * h if x < NEVER else h
+        if _ahead(march, samples) < passed:
+            _emit(region, inputs, march, samples, passed, work)
         if march.counts[SAMPLE] >= samples.slots.size:
             return DONE
         if x < NEVER:
-            _cross(regions, march, log, x, h, order, k, upward, rate)
+            evaluate(march.expansion, x, march.y)
+            _cross(regions, march, log, passed, k, upward, rate)
         else:
-            evaluate(march.expansion, order, 1.0, march.state)
+            evaluate(march.expansion, 1.0, march.y)
             _pass_time(march, h, True)
     return SLICE_SPENT

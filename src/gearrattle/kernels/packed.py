@@ -1,8 +1,9 @@
 """The arrays every march kernel sees, and nothing else.
 
-Sizes: N states, C carried quantities, Z = N + 1 + 2 H entries of z, K clearances, J bound rows. A *slot* is a region
-that has been visited. S = N + C rounded up to a multiple of four: the state is (states, padding, carried quantities).
-What multiplies z is stored in strips of four rows, (strips, Z, 4), so that a product keeps four sums in registers.
+Sizes: N states, C carried quantities, Z = N + 1 + 2 H entries of z, K clearances, J bound rows. The marcher's vector is
+y = (z, carried). A *slot* is a region that has been visited. Rows that multiply z are stored in strips of four,
+(strips, Z, 4), so that a product keeps four sums in registers; strips of rates and increments hold the states' rows,
+then the carried ones, the last strip filled up with zeros.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ class Regions(NamedTuple):
 
     first_table: Any  # (slots,) where its tables begin in `tables`
     fine: Any  # (slots,) its finest level
-    tables: Any  # (tables, S / 4, Z, 4) increments over a step
-    generator: Any  # (slots, S / 4, Z, 4) rates
+    tables: Any  # (tables, strips, Z, 4) increments over a step
+    generator: Any  # (slots, strips, Z, 4) rates
     probe: Any  # (slots, strips, Z, 4) deflections, rates, curvatures; in strips of their own, bound rows (re, im)
     bound_rows: Any  # (slots,) how many bound rows
     weights: Any  # (slots, K, J)
@@ -42,8 +43,8 @@ class RegionView(NamedTuple):
 
     slot: int
     fine: int
-    tables: Any  # (fine + 1, S / 4, Z, 4)
-    generator: Any  # (S / 4, Z, 4)
+    tables: Any  # (fine + 1, strips, Z, 4)
+    generator: Any  # (strips, Z, 4)
     probe: Any  # (strips, Z, 4)
     bound_rows: int
     weights: Any  # (K, J)
@@ -56,7 +57,7 @@ class Samples(NamedTuple):
     """Where sampled states go: sample i lies at i / per_cycle periods."""
 
     per_cycle: int
-    states: Any  # (samples, S)
+    states: Any  # (samples, Z + C)
     slots: Any  # (samples,)
 
 
@@ -69,28 +70,29 @@ class Log(NamedTuple):
     upward: Any  # (capacity,) 1: delta grows through the corner
     slot: Any  # (capacity,) the region left
     rate: Any  # (capacity,) d delta / ds in corner scales
-    carried: Any  # (capacity, C)
+    integral: Any  # (capacity,) the clearance's force integral
 
 
 class March(NamedTuple):
     """The marcher itself: everything that changes."""
 
-    state: Any  # (S,)
+    y: Any  # (Z + C,)
     clock: Any  # (2,) anchor and offset: time = cycle + anchor + offset; offset is a dyadic fraction
     counts: Any  # (10,) integers, see the names below
     tried: Any  # (1,) sum of all steps tried, in periods
     side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
-    expansion: Any  # (ORDER + 1, S) Taylor coefficients over the finest step
-    waves: Any  # (ORDER + 1, 1 + 2 H) the same of the inputs
+    expansion: Any  # (ORDER + 1, Z + C) Taylor coefficients over the finest step
 
 
 class Work(NamedTuple):
-    """Scratch for sampling, so that a sample never disturbs the march."""
+    """Scratch."""
 
-    state: Any  # (S,)
-    u: Any  # (1 + 2 H,)
-    expansion: Any  # (ORDER + 1, S)
-    waves: Any  # (ORDER + 1, 1 + 2 H)
+    y: Any  # (Z + C,) a sample's vector, so that a sample never disturbs the march
+    expansion: Any  # (ORDER + 1, Z + C)
+    out: Any  # (4 strips,) a product with rates or increments
+    seen: Any  # (4 strips,) a product with the probe
+    third: Any  # (K,) bounds on third derivatives
+    gap: Any  # (ORDER + 1,) one gap's Taylor coefficients
 
 
 LONGEST = 0.125

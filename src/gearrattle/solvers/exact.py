@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Task
-from gearrattle.solvers.slots import Slots, packed_inputs
+from gearrattle.solvers.slots import packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
-from gearrattle.system.flow import Flow, flow_of
+from gearrattle.system.flow import Flow
 from gearrattle.system.region import ORDER
 
 Array = NDArray[np.float64]
@@ -28,51 +28,52 @@ _FIRST_LOG = 4096
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
-def _empty_log(capacity: int, carried: int) -> packed.Log:
-    integers = (np.zeros(capacity, np.int64) for _ in range(4))
-    cycle, clearance, upward, slot = integers
-    return packed.Log(
-        cycle, np.zeros(capacity), clearance, upward, slot, np.zeros(capacity), np.zeros((capacity, carried))
-    )
+def _empty_log(capacity: int) -> packed.Log:
+    kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
+    return packed.Log(*(np.zeros(capacity, kind) for kind in kinds))
 
 
 class ExactMarch:
     """A run of the exact algorithm under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task) -> None:
+        from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.march import march_on
 
-        self._march_on = march_on
+        self._march_on = vectorised(march_on)
         self.task = task
-        self.flow = flow_of(task.system)
-        self.slots = Slots(self.flow)
+        self.slots = slots_of(task.system)
+        self.flow = self.slots.flow
         flow, scaling = self.flow, self.flow.scaling
         clearances = len(flow.system.clearances)
         references = list(flow.coordinates.references)
         deflection = flow.coordinates.basis @ task.angle
         moving = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
-        padding = np.zeros(self.slots.padding)
-        state = np.concatenate([moving, padding, task.angle[references], np.zeros(clearances)])
-        inputs = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
-        pieces, side = starting_pieces(flow, np.concatenate([moving, inputs]), task.angle)
+        z = np.concatenate([moving, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
+        y = np.concatenate([z, task.angle[references], np.zeros(clearances)])
+        pieces, side = starting_pieces(flow, z, task.angle)
         self.initial = np.array([pieces[k] for k in flow.system.clearances], dtype=np.int64)
         counts = np.zeros(10, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
-        counts[packed.LEVEL] = self.slots.regions[0].fine
-        expansion, waves = np.zeros((ORDER + 1, state.size)), np.zeros((ORDER + 1, inputs.size))
-        self.march = packed.March(state, np.zeros(2), counts, np.zeros(1), side, expansion, waves)
+        counts[packed.LEVEL] = self.slots.regions[counts[packed.SLOT]].fine
+        series = np.zeros((ORDER + 1, y.size))
+        self.march = packed.March(y, np.zeros(2), counts, np.zeros(1), side, series)
+        made, seen = self.slots.strips
+        scratch = {"out": np.zeros(4 * made), "seen": np.zeros(4 * seen)}
+        third, gap = np.zeros(clearances), np.zeros(ORDER + 1)
+        self.work = packed.Work(y.copy(), series.copy(), third=third, gap=gap, **scratch)
         samples = task.cycles * task.samples_per_cycle + 1
-        self.samples = packed.Samples(
-            task.samples_per_cycle, np.zeros((samples, state.size)), np.zeros(samples, np.int64)
-        )
+        self.samples = packed.Samples(task.samples_per_cycle, np.zeros((samples, y.size)), np.zeros(samples, np.int64))
         self.inputs = packed_inputs(flow)
-        self.log = _empty_log(_FIRST_LOG, clearances)
+        self.log = _empty_log(_FIRST_LOG)
 
     def advance(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts = self.march.counts
-        outcome = Outcome(self._march_on(self.slots.packed, self.inputs, self.march, self.samples, self.log, _BUDGET))
+        outcome = Outcome(
+            self._march_on(self.slots.packed, self.inputs, self.march, self.samples, self.log, self.work, _BUDGET)
+        )
         if outcome is Outcome.NEEDS_REGION:
             clearance, upward = divmod(int(counts[packed.PENDING]), 2)
             counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)
@@ -90,8 +91,7 @@ class ExactMarch:
     def place(self) -> tuple[float, dict[str, float]]:
         """Time and deflections now."""
         now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
-        rows = self.flow.deflection[list(self.flow.system.clearances), : self.flow.states]
-        values = rows @ self.march.state[: self.flow.states]
+        values = self.flow.deflection[list(self.flow.system.clearances)] @ self.march.y[: self.flow.width]
         return float(now * self.flow.system.inputs.period), {f"deflection {k}": float(v) for k, v in enumerate(values)}
 
     def motion(self) -> Motion:
@@ -106,7 +106,7 @@ class ExactMarch:
             **sampled,
             crossings=self._crossings(),
             initial_piece=self.initial,
-            final_force_integral=self.samples.states[-1, self.samples.states.shape[1] - len(self.initial) :].copy(),
+            final_force_integral=self.samples.states[-1, flow.width + len(flow.coordinates.references) :].copy(),
             steps=steps,
             function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
             average_step=elapsed / max(steps, 1),
@@ -127,7 +127,7 @@ class ExactMarch:
             from_piece=left,
             to_piece=left + 2 * log.upward - 1,
             velocity=log.rate * self.flow.corner_scale[log.clearance] / period,
-            force_integral=log.carried[np.arange(count), log.clearance],
+            force_integral=log.integral,
         )
 
 
@@ -146,14 +146,10 @@ def _element_order(log: packed.Log) -> IntArray:
 
 def sampled_quantities(flow: Flow, samples: packed.Samples, pieces: list[tuple[int, ...]]) -> dict[str, Array]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
-    system, coordinates, n = flow.system, flow.coordinates, flow.states
+    system, coordinates = flow.system, flow.coordinates
     index = np.arange(samples.slots.size)
-    cycle, part = np.divmod(index, samples.per_cycle)
-    z = np.hstack([samples.states[:, :n], flow.inputs_at(cycle.astype(float), part / samples.per_cycle)])
-    r = len(coordinates.elements)
-    basis = samples.states[:, :r] / flow.scaling.deflection
-    after = samples.states.shape[1] - len(coordinates.references) - len(system.clearances)
-    references = samples.states[:, after : after + len(coordinates.references)]
+    z, references = samples.states[:, : flow.width], samples.states[:, flow.width :][:, : len(coordinates.references)]
+    basis = z[:, : len(coordinates.elements)] / flow.scaling.deflection
     clearances = list(system.clearances)
     acceleration = np.empty((index.size, system.size))
     force = np.empty((index.size, len(system.laws)))

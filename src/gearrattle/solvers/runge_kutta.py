@@ -47,9 +47,10 @@ class FixedStepMarch:
     """A fixed-step run under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task, tableau: Tableau) -> None:
+        from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.runge_kutta import Stepper, step_on
 
-        self._step_on = step_on
+        self._step_on = vectorised(step_on)
         self.task, self.tableau = task, tableau
         self.flow = flow_of(task.system)
         self.field = field_of(task.system, self.flow.coordinates)

@@ -1,12 +1,22 @@
-"""Regions met so far, packed for the kernel: one slot each, arrays that double when full."""
+"""Regions met so far, packed for the kernel: one slot each, arrays that double when full.
+
+The regions of the last few systems are kept, so that running a driveline again (another start, another length, another
+algorithm to compare) builds nothing twice. Threads may share them: building is behind a lock, and arrays a kernel holds
+are only ever added to or replaced.
+"""
 
 from __future__ import annotations
+
+from collections import OrderedDict
+from hashlib import sha256
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels.packed import LONGEST, Inputs, Regions
-from gearrattle.system.flow import Flow, Pieces, split_cycles
+from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
+from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import DEEPEST, Region, build_region
 
 Array = NDArray[np.float64]
@@ -25,12 +35,12 @@ class Slots:
 
     def __init__(self, flow: Flow) -> None:
         self.flow = flow
+        self._lock = Lock()
         self.regions: list[Region] = []
         self._index: dict[Pieces, int] = {}
         clearances, width = len(flow.system.clearances), flow.width
         carried = len(flow.coordinates.references) + clearances
-        self.padding = -(flow.states + carried) % 4
-        strips = (flow.states + self.padding + carried) // 4
+        strips = -(-(flow.states + carried) // 4)
         self._watched = -(-3 * clearances // 4)
         probes = self._watched + -(-2 * width // 4)
         self._arrays: dict[str, NDArray[np.generic]] = {
@@ -47,6 +57,7 @@ class Slots:
             "neighbour": np.zeros((0, clearances, 2), np.int64),
         }
         self._tables_used = 0
+        self.strips = (strips, probes)
 
     @property
     def packed(self) -> Regions:
@@ -55,9 +66,10 @@ class Slots:
 
     def slot_of(self, pieces: Pieces) -> int:
         """Slot of a region, building it at its first visit."""
-        if pieces not in self._index:
-            self._index[pieces] = self._add(build_region(self.flow, pieces))
-        return self._index[pieces]
+        with self._lock:
+            if pieces not in self._index:
+                self._index[pieces] = self._add(build_region(self.flow, pieces))
+            return self._index[pieces]
 
     def beyond(self, slot: int, clearance: int, upward: int) -> int:
         """Slot of the region across a corner; remembered as the neighbour."""
@@ -86,10 +98,10 @@ class Slots:
         self._room("tables", self._tables_used + count)
         a = self._arrays
         for level, table in enumerate(region.tables):
-            a["tables"][self._tables_used + level] = _strips(self._padded(table))
+            a["tables"][self._tables_used + level] = _strips(table)
         a["first_table"][slot], a["fine"][slot] = self._tables_used, region.fine
         self._tables_used += count
-        a["generator"][slot] = _strips(self._padded(region.generator))
+        a["generator"][slot] = _strips(region.generator)
         rows = region.bound.rows
         a["bound_rows"][slot] = len(rows)
         a["probe"][slot, : self._watched] = _strips(np.vstack([region.deflection, region.rate, region.curvature]))
@@ -101,13 +113,38 @@ class Slots:
         a["neighbour"][slot] = -1
         return slot
 
-    def _padded(self, rows: Array) -> Array:
-        """Rows of (states, carried) with rows of zeros between."""
-        n = self.flow.states
-        return np.vstack([rows[:n], np.zeros((self.padding, rows.shape[1])), rows[n:]])
-
 
 def _strips(rows: Array) -> Array:
     """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
     filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
     return filled.reshape(-1, 4, rows.shape[1]).transpose(0, 2, 1)
+
+
+_KEPT: OrderedDict[bytes, Slots] = OrderedDict()
+_KEPT_LOCK = Lock()
+_MOST_KEPT = 4
+
+
+def slots_of(system: PiecewiseSystem) -> Slots:
+    """The slots of a system, those of an earlier run if there was one."""
+    key = _fingerprint(system)
+    with _KEPT_LOCK:
+        if key not in _KEPT:
+            _KEPT[key] = Slots(flow_of(system))
+        _KEPT.move_to_end(key)
+        while len(_KEPT) > _MOST_KEPT:
+            _KEPT.popitem(last=False)
+        return _KEPT[key]
+
+
+def _fingerprint(system: PiecewiseSystem) -> bytes:
+    """A digest of every number in the system."""
+    inputs = system.inputs
+    arrays = [system.inertia, system.drag, system.rows, np.array(inputs.period), inputs.cycles, inputs.mean]
+    arrays += [inputs.torque_sine, inputs.torque_cosine, inputs.error_sine, inputs.error_cosine]
+    for law in system.laws:
+        arrays += [law.corners, law.stiffness, law.damping, law.offset]
+    digest = sha256()
+    for array in arrays:
+        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array, dtype=np.float64).tobytes())
+    return digest.digest()
