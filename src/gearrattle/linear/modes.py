@@ -1,8 +1,9 @@
 """Modes of the linear system that remains when every element has one slope.
 
-Undamped: K phi = omega^2 J phi, a symmetric problem in mass-normalised coordinates. Damped: the state matrix's
-eigenvalues; each undamped mode gets the damping ratio phi^T D phi / (2 omega phi^T J phi), exact for proportional
-damping and the first-order estimate otherwise.
+Undamped: K phi = omega^2 J phi with K = W^T diag(k) W. Rigid motions (the null space of the rows that have a slope) are
+set apart first and have frequency zero exactly; the others are the singular values of diag(sqrt k) W J^-1/2 on their
+complement, which loses no digits to squaring. Each mode gets the damping ratio phi^T D phi / (2 omega phi^T J phi),
+exact for proportional damping and the first-order estimate otherwise.
 """
 
 from __future__ import annotations
@@ -11,13 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
+from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
-
-_RIGID = 1e-9  # of the largest omega^2 that a body alone on its springs would have
 
 
 @dataclass(frozen=True)
@@ -38,14 +37,18 @@ class ModalData:
 def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalData:
     """Modes with the slope (m,) and damping (m,) of every element given [SI]."""
     root = np.sqrt(system.inertia)
-    rows = system.rows / root
-    values, vectors = eigh((rows.T * stiffness) @ rows)
-    free = np.diagonal((rows.T * stiffness) @ rows).max(initial=0.0)
-    rigid = values <= _RIGID * _RIGID * free
-    omega = np.where(rigid, 0.0, np.sqrt(np.maximum(values, 0.0)))
-    dissipation = (rows.T * damping) @ rows + np.diag(system.drag / system.inertia)
-    modal = np.einsum("ij,ik,kj->j", vectors, dissipation, vectors)
-    ratio = np.where(rigid, np.nan, modal / np.where(rigid, 1.0, 2.0 * omega))
-    shapes = vectors / root[:, None]
+    rigid = relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist()).angle_from_reference
+    count = rigid.shape[1]
+    basis = np.linalg.qr(np.hstack([rigid * root[:, None], np.eye(system.size)]))[0]
+    elastic = np.sqrt(stiffness)[:, None] * (system.rows / root) @ basis[:, count:]
+    values, vectors = np.linalg.svd(elastic, full_matrices=True)[1:]
+    order = np.argsort(values)
+    omega = np.concatenate([np.zeros(count), values[order]])
+    normal = np.hstack([basis[:, :count], basis[:, count:] @ vectors[order].T])
+    dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
+    shapes = normal / root[:, None]
+    modal = np.einsum("ij,ik,kj->j", shapes, dissipation, shapes)
+    ratio = np.full(system.size, np.nan)
+    ratio[count:] = modal[count:] / (2.0 * omega[count:])
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(system.size)]
     return ModalData(omega, ratio, shapes / largest)
