@@ -1,0 +1,86 @@
+# Start here:   make run    the verdict on a four-inertia transmission, with a report
+#               make test   all tests but the long ones
+# `make help` lists the rest. Needs: Python 3.11 or newer (with venv), make, git. Everything installs into .venv/.
+
+PYTHON      ?=
+MODEL       ?= examples/paper/case3.toml
+OUT         ?= out/case3
+CONSTRAINTS ?= constraints.txt
+PYTEST_ARGS ?=
+
+VENV := .venv
+PY   := $(VENV)/bin/python
+PIP  := $(PY) -m pip install -qq --disable-pip-version-check -c $(CONSTRAINTS)
+
+# One linear-algebra thread per process: the matrices are small, and the tests run side by side.
+export OMP_NUM_THREADS      ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+export MPLBACKEND           ?= Agg
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help run test test-long lint docs bench images constraints clean distclean
+
+help:           ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
+
+run: $(VENV)/.package       ## simulate MODEL, write the report to OUT, print the verdict
+	@$(VENV)/bin/gearrattle run $(MODEL) -o $(OUT)
+
+test: $(VENV)/.test         ## all tests but the long ones
+	$(PY) -m pytest -n auto -m "not long" $(PYTEST_ARGS)
+
+test-long: $(VENV)/.test    ## the long, seeded attacks
+	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
+
+lint: $(VENV)/.lint         ## style, types, import floors
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	$(VENV)/bin/lint-imports
+
+docs: $(VENV)/.docs         ## the manual: docs/_build/html/index.html
+	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "manual: docs/_build/html/index.html"
+
+bench: $(VENV)/.test        ## exact against a compiled fixed step, same process
+	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only $(PYTEST_ARGS)
+
+images: $(VENV)/.package    ## redraw the pictures in docs/images
+	$(PY) docs/images/draw.py
+
+constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs  ## rewrite constraints.txt from what .venv holds
+	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
+	mv $(VENV)/pins constraints.txt
+
+clean:          ## remove what was built, keep .venv
+	rm -rf out dist build docs/_build docs/reference/generated .pytest_cache .mypy_cache .ruff_cache \
+	  .import_linter_cache .hypothesis .benchmarks
+	find src tests examples benchmarks docs -name __pycache__ -type d -exec rm -rf {} +
+
+distclean: clean ## remove .venv as well
+	rm -rf $(VENV)
+
+# The environment: each stamp is older than what it was made from only if that has changed since.
+$(VENV)/.python:
+	@usable() { "$$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; }; \
+	if usable $(PY); then touch $@; exit 0; fi; \
+	for python in $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python3.14 python); do \
+	  usable "$$python" || continue; \
+	  echo "environment: $$("$$python" --version) in $(VENV)/"; \
+	  rm -rf $(VENV) && "$$python" -m venv $(VENV) && touch $@; exit $$?; \
+	done; \
+	{ echo "Found no Python 3.11 or newer that has venv and ensurepip (tried: $(or $(PYTHON),python3, python3.11 to 3.14, python))."; \
+	  echo "Install one (Debian, Ubuntu: apt install python3 python3-venv) or name it: make run PYTHON=/path/to/python3"; } >&2; \
+	exit 1
+
+$(VENV)/.package: $(VENV)/.python pyproject.toml constraints.txt
+	@echo "installing gearrattle (a minute or two, once)"
+	@$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.package
+	@echo "installing what 'make $*' needs"
+	@$(PIP) --editable '.[$*]'
+	@touch $@

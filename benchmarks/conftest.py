@@ -1,0 +1,22 @@
+"""Prints, after pytest-benchmark's own tables, how many times faster ``exact`` was than the fixed step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
+    """Print one line a case: fastest of the rounds, and their ratio."""
+    session = getattr(config, "_benchmarksession", None)
+    fastest: dict[str, dict[str, float]] = {}
+    for bench in session.benchmarks if session else []:
+        fastest.setdefault(bench.group, {})[bench.name.split("[")[0]] = bench.stats.min
+    pairs = {case: both for case, both in fastest.items() if {"test_exact", "test_midpoint"} <= set(both)}
+    if not pairs:
+        return
+    terminalreporter.section("exact against compiled RK2, h = 0.001/150 s, 127 cycles")
+    for case, both in pairs.items():
+        exact, fixed = both["test_exact"], both["test_midpoint"]
+        terminalreporter.write_line(
+            f"{case:<14} RK2 {1e3 * fixed:7.1f} ms   exact {1e3 * exact:7.1f} ms   ratio {fixed / exact:5.2f}"
+        )

@@ -1,0 +1,1 @@
+"""The house rules, as tests: floors, sizes, words, and documents that keep up with the code."""

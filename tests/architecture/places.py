@@ -1,0 +1,22 @@
+"""Where things stand in the source tree."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "gearrattle"
+EXAMPLES = ROOT / "examples"
+DOCS = ROOT / "docs"
+
+
+def source_files() -> list[Path]:
+    """Return every Python file of the package."""
+    return sorted(SOURCE.rglob("*.py"))
+
+
+def document_files() -> list[Path]:
+    """Return every hand-written page: the ones at the root and the manual's."""
+    built = DOCS / "_build"
+    pages = [path for path in DOCS.rglob("*.md") if built not in path.parents]
+    return sorted([*ROOT.glob("*.md"), *pages])

@@ -1,0 +1,88 @@
+"""Documents keep up: commands exist, every example is listed, every key and public name has its entry."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.cli import COMMANDS
+from gearrattle.model import json_schema
+from tests.architecture.places import DOCS, EXAMPLES, ROOT, document_files
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def _targets() -> set[str]:
+    return set(re.findall(r"^([a-z][a-z-]*):", _read(ROOT / "Makefile"), flags=re.MULTILINE))
+
+
+@pytest.mark.parametrize("path", document_files(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_make_commands_named_in_a_page_exist(path: Path) -> None:
+    named = set(re.findall(r"(?:^|`)make ([a-z][a-z-]*)", _read(path), flags=re.MULTILINE))
+    assert named <= _targets()
+
+
+def test_readme_opens_with_the_two_commands() -> None:
+    opening = _read(ROOT / "README.md").split("```")[1]
+    assert re.findall(r"^make (\S+)", opening, flags=re.MULTILINE) == ["run", "test"]
+
+
+def test_gearrattle_commands_named_in_pages_exist_and_all_are_described() -> None:
+    consoles = [
+        block for path in document_files() for block in re.findall(r"```console\n(.*?)```", _read(path), re.DOTALL)
+    ]
+    assert set(re.findall(r"^gearrattle ([a-z]+)", "\n".join(consoles), flags=re.MULTILINE)) == set(COMMANDS)
+    described = _read(DOCS / "howto" / "command_line.md")
+    assert [name for name in COMMANDS if f"## `gearrattle {name}`" not in described] == []
+
+
+def test_every_example_is_listed() -> None:
+    catalogue = _read(DOCS / "howto" / "examples.md")
+    files = [path for pattern in ("*.toml", "*.py") for path in EXAMPLES.rglob(pattern)]
+    assert files
+    assert [name for path in files if (name := path.relative_to(EXAMPLES).as_posix()) not in catalogue] == []
+
+
+def test_readme_python_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", _read(ROOT / "README.md"), flags=re.DOTALL)
+    assert len(code.strip().splitlines()) <= 12
+    monkeypatch.chdir(ROOT)
+    exec(compile(code, "README.md", "exec"), {})
+
+
+def _keys(schema: Any) -> set[str]:
+    """Return every property name anywhere in a JSON Schema."""
+    if isinstance(schema, list):
+        return set().union(*map(_keys, schema)) if schema else set()
+    if not isinstance(schema, dict):
+        return set()
+    own = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
+    return own.union(*map(_keys, schema.values()))
+
+
+def test_every_key_of_the_model_file_is_described() -> None:
+    page = _read(DOCS / "howto" / "model_file.md")
+    assert sorted(key for key in _keys(json_schema()) if f"`{key}`" not in page) == []
+
+
+def test_the_first_model_in_the_key_reference_loads() -> None:
+    page = _read(DOCS / "howto" / "model_file.md")
+    assert gr.loads(page.split("```toml\n")[1].split("```")[0]).couplings[0].name == "clutch"
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("*.md")), ids=lambda path: path.name)
+def test_links_between_pages_lead_somewhere(path: Path) -> None:
+    targets = re.findall(r"\]\(([^)#:]+)\)", _read(path))
+    assert [target for target in targets if not (ROOT / target).exists()] == []
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    page = _read(DOCS / "reference" / "index.md")
+    listed = set(re.findall(r"^\s+([A-Za-z_]+)$", page, flags=re.MULTILINE))
+    assert set(gr.__all__) - {"__version__"} <= listed

@@ -1,0 +1,57 @@
+"""Floors hold statically (import-linter), and heavy libraries stay unloaded until they are needed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import grimp
+import pytest
+
+from tests.architecture.places import ROOT
+
+HEAVY = ("numba", "scipy.signal", "scipy.integrate", "xarray", "pandas", "pint", "matplotlib", "plotly", "h5netcdf")
+
+
+def _python(code: str) -> str:
+    """Run code in a fresh interpreter and return what it printed."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_import_contracts_are_kept() -> None:
+    code = "import sys; from importlinter.cli import lint_imports; sys.exit(lint_imports())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "0 broken" in done.stdout
+
+
+def test_rooms_below_the_command_line_do_not_import_the_package_root() -> None:
+    graph = grimp.build_graph("gearrattle", cache_dir=None)
+    importers = graph.find_modules_that_directly_import("gearrattle")
+    assert {name for name in importers if not name.startswith(("gearrattle.cli", "gearrattle.report"))} == set()
+
+
+def test_public_names_are_not_shadowed_by_rooms_of_the_same_name() -> None:
+    code = (
+        "import pkgutil, importlib, gearrattle as gr\n"
+        "for module in pkgutil.walk_packages(gr.__path__, 'gearrattle.'): importlib.import_module(module.name)\n"
+        "print(*(name for name in gr.__all__ if not name.startswith('_') and not callable(getattr(gr, name))))"
+    )
+    assert _python(code).split() == []
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        "import gearrattle",
+        "import sys; sys.argv = ['gearrattle', '--help']\n"
+        "from gearrattle.cli import main\n"
+        "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code, stop.code",
+    ],
+    ids=["import", "help"],
+)
+def test_heavy_libraries_load_late(start: str) -> None:
+    printed = _python(f"{start}\nimport sys\nprint('LOADED', *sorted(set(sys.modules) & set({HEAVY!r})))")
+    assert printed.strip().splitlines()[-1] == "LOADED"
