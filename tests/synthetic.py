@@ -7,7 +7,7 @@ refined by bisection. It satisfies the kinematics and the element laws, not the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -235,6 +235,8 @@ class StandInRun:
 
     trajectory: Trajectory
     model: Model
+    predictability_horizon: float = 0.15
+    lyapunov_exponents: Array = field(default_factory=lambda: np.array([7.0, -1.0]))
 
     @property
     def notes(self) -> list[str]:

@@ -23,7 +23,10 @@ import numpy as np
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, loads
-from gearrattle.trajectory import Cost, EventLog, Trajectory
+from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.system.flow import flow_of
+from gearrattle.system.variation import Variation, variation
+from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -96,6 +99,47 @@ class Run:
                 "force_integral": log.force_integral,
             }
         )
+
+    @cached_property
+    def variation(self) -> Variation:
+        """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
+        t = self.trajectory
+        flow = flow_of(assemble(self.model))
+        first, clearances = t.layout.region_of_first_piece, t.layout.clearance
+        pieces = [0] * len(t.layout.element_names)
+        for k, piece in zip(clearances, t.initial_region - first, strict=True):
+            pieces[k] = int(piece)
+        log = t.events
+        entered = log.to_region - first[log.clearance] if len(log) else log.to_region
+        return variation(flow, tuple(pieces), time=log.time, clearance=log.clearance, piece=entered, end=t.end)
+
+    @cached_property
+    def flow_gradient(self) -> xr.DataArray:
+        """d y(end) / d y(0) over relative coordinates, (state, start) [SI].
+
+        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]);
+        the rigid-body angles play no part. Entries overflow to infinity over many cycles of a chaotic motion.
+        """
+        import xarray as xr
+
+        t = self.trajectory
+        elements = relative_coordinates(assemble(self.model)).elements
+        names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
+        names += [f"velocity.{name}" for name in t.layout.inertia_names]
+        return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
+
+    @cached_property
+    def lyapunov_exponents(self) -> Array:
+        """(N,) finite-time Lyapunov exponents over the steady part, largest first [1/s]."""
+        return self.variation.exponents(self.trajectory.discard * self.trajectory.layout.period)
+
+    @cached_property
+    def predictability_horizon(self) -> float:
+        """Time [s] from which the motion is no longer predicted pointwise; infinite if it is to the end.
+
+        The first time at which some perturbation has grown by 1e7: rounding errors of 1e-16 have then become 1e-9.
+        """
+        return self.variation.horizon()
 
     @property
     def cost(self) -> Cost:

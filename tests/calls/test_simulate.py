@@ -204,3 +204,28 @@ def test_a_model_of_one_inertia_and_nothing_else_is_still_a_model() -> None:
     t = run.data.time.values
     assert run.data.velocity.values[:, 0] == pytest.approx(2.0 * (1 - np.cos(t)), abs=1e-13)
     assert run.data.angle.values[:, 0] == pytest.approx(2.0 * (t - np.sin(t)), abs=1e-12)
+
+
+def test_a_run_tells_how_far_ahead_it_is_predicted(model: gr.Model) -> None:
+    long = gr.simulate(model, cycles=60, samples_per_cycle=4, discard=10)
+    assert 0 < long.predictability_horizon < long.trajectory.end
+    assert long.lyapunov_exponents.shape == (4,)
+    assert long.lyapunov_exponents[0] > 0
+    lashed = model.with_({"mesh.mesh.backlash": 0.0})
+    calm = gr.simulate(lashed, cycles=60, samples_per_cycle=4)
+    assert calm.predictability_horizon == float("inf")
+    assert calm.lyapunov_exponents[0] < 0
+
+
+def test_the_flow_gradient_is_labelled_and_predicts_a_neighbouring_motion(model: gr.Model) -> None:
+    start = {"angle": [0.01, 0.02], "velocity": [0.5, -1.0]}
+    run = gr.simulate(model, cycles=1, samples_per_cycle=4, initial=start)
+    gradient = run.flow_gradient
+    names = ["deflection.mesh", "deflection.damper", "velocity.engine", "velocity.gear"]
+    assert list(gradient.state.values) == list(gradient.start.values) == names
+    nudge = 1e-9
+    near = gr.simulate(
+        model, cycles=1, samples_per_cycle=4, initial={"angle": [0.01, 0.02], "velocity": [0.5, -1.0 + nudge]}
+    )
+    moved = (near.data.velocity - run.data.velocity).values[-1] / nudge
+    assert moved == pytest.approx(gradient.sel(start="velocity.gear").values[2:], rel=1e-3, abs=1e-5)

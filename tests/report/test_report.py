@@ -146,15 +146,13 @@ def test_every_verdict_has_its_headline(kind: str, tmp_path: Path) -> None:
 def test_a_failing_write_leaves_nothing(tmp_path: Path) -> None:
     found = synthetic.findings("quiet")
 
-    class Full:
-        trajectory, model, notes = found.run.trajectory, found.model, []
-
+    class Full(synthetic.StandInRun):
         def save(self, path: Path) -> None:
             path.write_bytes(b"half")
             raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
-        report.write(replace(found, run=Full()), tmp_path / "out")
+        report.write(replace(found, run=Full(found.run.trajectory, found.model)), tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -37,6 +37,8 @@ def summary(findings: Findings) -> dict[str, Any]:
             "discard": trajectory.discard,
             "samples_per_cycle": trajectory.samples_per_cycle,
             "crossings": len(trajectory.events),
+            "predictability_horizon": plain(findings.run.predictability_horizon),
+            "largest_lyapunov_exponent": plain(float(findings.run.lyapunov_exponents[0])),
         },
         "cost": plain(dataclasses.asdict(trajectory.cost)),
         "equilibrium": plain(

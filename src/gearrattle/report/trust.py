@@ -21,8 +21,9 @@ _STEPPING = (
     "relying on single events."
 )
 _SENSITIVE = (
-    "A motion with impacts may depend sensitively on where it starts. Regime, rates, shares and spectra still hold "
-    "then; the instant of a single impact late in the run does not."
+    "Predictability horizon: {cycles:.3g} cycles. By then some perturbation has grown ten-million-fold, so rounding "
+    "errors of 1e-16 have become 1e-9. Regime, rates, shares and spectra still hold beyond it; the instant of a single "
+    "impact does not."
 )
 
 
@@ -43,6 +44,15 @@ def trust(findings: Findings) -> list[str]:
             "far apart, they would mean that the start-up is not over."
         )
     told.append(judged)
-    if len(impacts):
-        told.append(_SENSITIVE)
+    told.append(_predictable(findings.run.predictability_horizon, trajectory.layout.period, trajectory.end))
     return told
+
+
+def _predictable(horizon: float, period: float, end: float) -> str:
+    """Return how long the motion is predicted instant by instant."""
+    if horizon > end:
+        return (
+            "Small perturbations stay small: over the whole run no perturbation grows ten-million-fold, so single "
+            "instants are predicted to the end."
+        )
+    return _SENSITIVE.format(cycles=horizon / period)
