@@ -29,7 +29,7 @@ def test_exact(benchmark: Any, case: str) -> None:
     model = _model(case)
     benchmark.group = case
     run = benchmark.pedantic(
-        lambda: gr.simulate(model, cycles=CYCLES, discard=0, samples_per_cycle=1),
+        lambda: gr.simulate(model, cycles=CYCLES, discard=0, samples_per_cycle=1, audit=False),
         rounds=5,
         warmup_rounds=1,
     )

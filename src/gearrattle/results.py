@@ -24,6 +24,7 @@ from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, loads
 from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.flow import flow_of
 from gearrattle.system.variation import Variation, variation
 from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
@@ -192,6 +193,7 @@ class Run:
             "model": self.model.to_toml(),
             "cost": json.dumps(asdict(t.cost)),
             "notes": json.dumps(list(t.notes)),
+            "energy": json.dumps(None if t.energy is None else _listed(t.energy)),
             "samples_per_cycle": t.samples_per_cycle,
             "cycles": t.cycles,
             "discard": t.discard,
@@ -240,6 +242,17 @@ class Run:
         pd.DataFrame(columns).to_csv(path, index=False)
 
 
+def _listed(energy: EnergyAudit) -> dict[str, list[float]]:
+    return {key: np.asarray(value).tolist() for key, value in vars(energy).items()}
+
+
+def _energy(listed: dict[str, list[float]] | None) -> EnergyAudit | None:
+    if listed is None:
+        return None
+    begin, end = listed.pop("stored")
+    return EnergyAudit(**{key: np.array(value) for key, value in listed.items()}, stored=(begin, end))
+
+
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Read a run written by ``Run.save``.
 
@@ -284,5 +297,6 @@ def open_run(path: str | os.PathLike[str]) -> Run:
             discard=int(file.attrs["discard"]),
             cost=Cost(**json.loads(str(file.attrs["cost"]))),
             notes=tuple(json.loads(str(file.attrs["notes"]))),
+            energy=_energy(json.loads(str(file.attrs["energy"]))),
         )
     return Run(trajectory, model)

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.system.energy import EnergyAudit
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -96,7 +98,8 @@ class Cost:
     """What a computation cost.
 
     ``steps`` counts accepted steps, ``function_calls`` evaluations of the right-hand side (for ``exact``: propagations
-    and polynomial expansions), ``average_trial_step`` is the mean of all steps tried [s], accepted or not.
+    and polynomial expansions), ``average_trial_step`` is the mean of all steps tried [s], accepted or not;
+    ``energy_residual`` is the energy the audit cannot account for, relative to all works and losses (None: no audit).
     """
 
     algorithm: str
@@ -107,6 +110,7 @@ class Cost:
     average_step: float
     average_trial_step: float
     wall_time: float
+    energy_residual: float | None = None
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,7 @@ class Trajectory:
         samples_per_cycle, cycles, discard: the output grid; criteria use [discard T, end].
         cost: what it took.
         notes: everything the user must know about this motion.
+        energy: where the energy went (None: no audit).
     """
 
     layout: Layout
@@ -145,6 +150,7 @@ class Trajectory:
     discard: int
     cost: Cost
     notes: tuple[str, ...] = field(default=())
+    energy: EnergyAudit | None = None
 
     @property
     def end(self) -> float:

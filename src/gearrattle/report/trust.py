@@ -20,6 +20,10 @@ _STEPPING = (
     "The motion is stepped by {algorithm}, with its own truncation error; compare with the algorithm “exact” before "
     "relying on single events."
 )
+_ENERGY = (
+    "Energy audit: work, losses and stored energy, integrated apart from the motion, balance to {residual:.0e} of all "
+    "that was turned over."
+)
 _SENSITIVE = (
     "Predictability horizon: {cycles:.3g} cycles. By then some perturbation has grown ten-million-fold, so rounding "
     "errors of 1e-16 have become 1e-9. Regime, rates, shares and spectra still hold beyond it; the instant of a single "
@@ -44,6 +48,8 @@ def trust(findings: Findings) -> list[str]:
             "far apart, they would mean that the start-up is not over."
         )
     told.append(judged)
+    if (residual := trajectory.cost.energy_residual) is not None:
+        told.append(_ENERGY.format(residual=residual))
     told.append(_predictable(findings.run.predictability_horizon, trajectory.layout.period, trajectory.end))
     return told
 

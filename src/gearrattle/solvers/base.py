@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.outcome import Outcome
+from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -33,6 +34,7 @@ class Task:
         samples_per_cycle: output grid.
         tolerance: None for the solver's default.
         step: fixed step [s]; None for the solver's default.
+        audit: whether to audit the energy, where the solver can.
     """
 
     system: PiecewiseSystem
@@ -42,6 +44,7 @@ class Task:
     samples_per_cycle: int
     tolerance: float | None
     step: float | None
+    audit: bool = True
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,7 @@ class Motion:
     average_step: float
     average_trial_step: float
     notes: tuple[str, ...] = ()
+    energy: EnergyAudit | None = None
 
 
 class Marching(Protocol):

@@ -17,6 +17,7 @@ from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Task
 from gearrattle.solvers.slots import packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
+from gearrattle.system.energy import EnergyAudit, audit
 from gearrattle.system.flow import Flow
 from gearrattle.system.region import ORDER
 
@@ -102,15 +103,31 @@ class ExactMarch:
             flow, self.samples, [region.pieces for region in self.slots.regions]
         )
         elapsed = task.cycles * flow.system.inputs.period
+        crossings = self._crossings()
         return Motion(
             **sampled,
-            crossings=self._crossings(),
+            crossings=crossings,
             initial_piece=self.initial,
             final_force_integral=self.samples.states[-1, flow.width + len(flow.coordinates.references) :].copy(),
             steps=steps,
             function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
             average_step=elapsed / max(steps, 1),
             average_trial_step=float(self.march.tried[0]) / max(trials, 1) * flow.system.inputs.period,
+            energy=self._audit(crossings) if task.audit else None,
+        )
+
+    def _audit(self, crossings: Crossings) -> EnergyAudit:
+        pieces = [0] * len(self.flow.system.laws)
+        for k, piece in zip(self.flow.system.clearances, self.initial, strict=True):
+            pieces[k] = int(piece)
+        return audit(
+            self.flow,
+            tuple(pieces),
+            samples=np.ascontiguousarray(self.samples.states[:, : self.flow.width]),
+            per_cycle=self.samples.per_cycle,
+            time=crossings.time / self.flow.system.inputs.period,
+            clearance=crossings.clearance,
+            piece=crossings.to_piece,
         )
 
     def _crossings(self) -> Crossings:

@@ -64,6 +64,7 @@ def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
         average_step=float(motion.average_step),
         average_trial_step=float(motion.average_trial_step),
         wall_time=wall,
+        energy_residual=None if motion.energy is None else motion.energy.relative_residual,
     )
 
 
@@ -96,4 +97,5 @@ def _trajectory(task: Task, layout: Layout, discard: int, motion: Motion, cost: 
         discard=discard,
         cost=cost,
         notes=motion.notes,
+        energy=motion.energy,
     )

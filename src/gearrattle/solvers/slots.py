@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels.packed import LONGEST, Inputs, Regions
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.system.region import DEEPEST, Region, build_region
+from gearrattle.system.region import DEEPEST, Region, build_region, strips
 
 Array = NDArray[np.float64]
 
@@ -40,14 +40,14 @@ class Slots:
         self._index: dict[Pieces, int] = {}
         clearances, width = len(flow.system.clearances), flow.width
         carried = len(flow.coordinates.references) + clearances
-        strips = -(-(flow.states + carried) // 4)
+        made = -(-(flow.states + carried) // 4)
         self._watched = -(-3 * clearances // 4)
         probes = self._watched + -(-2 * width // 4)
         self._arrays: dict[str, NDArray[np.generic]] = {
             "first_table": np.zeros(0, np.int64),
             "fine": np.zeros(0, np.int64),
-            "tables": np.zeros((0, strips, width, 4)),
-            "generator": np.zeros((0, strips, width, 4)),
+            "tables": np.zeros((0, made, width, 4)),
+            "generator": np.zeros((0, made, width, 4)),
             "probe": np.zeros((0, probes, width, 4)),
             "bound_rows": np.zeros(0, np.int64),
             "weights": np.zeros((0, clearances, width)),
@@ -57,7 +57,7 @@ class Slots:
             "neighbour": np.zeros((0, clearances, 2), np.int64),
         }
         self._tables_used = 0
-        self.strips = (strips, probes)
+        self.strips = (made, probes)
 
     @property
     def packed(self) -> Regions:
@@ -98,26 +98,20 @@ class Slots:
         self._room("tables", self._tables_used + count)
         a = self._arrays
         for level, table in enumerate(region.tables):
-            a["tables"][self._tables_used + level] = _strips(table)
+            a["tables"][self._tables_used + level] = strips(table)
         a["first_table"][slot], a["fine"][slot] = self._tables_used, region.fine
         self._tables_used += count
-        a["generator"][slot] = _strips(region.generator)
+        a["generator"][slot] = strips(region.generator)
         rows = region.bound.rows
         a["bound_rows"][slot] = len(rows)
-        a["probe"][slot, : self._watched] = _strips(np.vstack([region.deflection, region.rate, region.curvature]))
-        bounds = _strips(np.stack([rows.real, rows.imag], axis=1).reshape(-1, self.flow.width))
+        a["probe"][slot, : self._watched] = strips(np.vstack([region.deflection, region.rate, region.curvature]))
+        bounds = strips(np.stack([rows.real, rows.imag], axis=1).reshape(-1, self.flow.width))
         a["probe"][slot, self._watched : self._watched + len(bounds)] = bounds
         a["weights"][slot, :, : len(rows)] = region.bound.weights
         a["constant"][slot] = region.bound.constant
         a["lower"][slot], a["upper"][slot] = region.lower, region.upper
         a["neighbour"][slot] = -1
         return slot
-
-
-def _strips(rows: Array) -> Array:
-    """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
-    filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
-    return filled.reshape(-1, 4, rows.shape[1]).transpose(0, 2, 1)
 
 
 _KEPT: OrderedDict[bytes, Slots] = OrderedDict()

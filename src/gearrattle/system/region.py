@@ -53,7 +53,7 @@ class Region:
         return len(self.tables) - 1
 
 
-def _finest_level(matrix: Array) -> int:
+def finest_level(matrix: Array) -> int:
     """Smallest level at which ORDER Taylor terms leave a negligible remainder."""
     norm = float(np.linalg.norm(matrix, 1))
     if norm == 0.0:
@@ -62,6 +62,12 @@ def _finest_level(matrix: Array) -> int:
     step = (NEGLIGIBLE * factorial(ORDER + 1)) ** (1.0 / (ORDER + 1)) / max(float(power), 1e-300)
     level = ceil(log2(LONGEST / float(step)))
     return min(DEEPEST, max(0, level))
+
+
+def strips(rows: Array) -> Array:
+    """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
+    filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
+    return np.ascontiguousarray(filled.reshape(-1, 4, rows.shape[1]).transpose(0, 2, 1))
 
 
 def exponential_increments(matrix: Array, carried: Array, step: float, doublings: int) -> Array:
@@ -98,7 +104,7 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
     """Tables, rows and bounds of the region in which every element is in the piece given."""
     matrix = flow.generator(pieces)
     carried = flow.carried_rows(pieces)
-    fine = _finest_level(matrix)
+    fine = finest_level(matrix)
     increments = exponential_increments(matrix, carried, LONGEST / 2.0**fine, fine)
     n = flow.states
     kept = np.r_[0:n, flow.width : flow.width + carried.shape[0]]

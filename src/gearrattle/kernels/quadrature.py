@@ -1,0 +1,99 @@
+"""Works and losses along a known motion, by Gauss-Legendre quadrature of the power on its dense output."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gearrattle.kernels._jit import kernel
+from gearrattle.kernels.window import multiply
+
+
+class Powers(NamedTuple):
+    """What the quadrature needs of every region; strips as in ``packed``, Q nodes, n inertias, m elements."""
+
+    step: Any  # (regions,) length of a full quadrature step, in periods
+    advance: Any  # (regions, strips, Z, 4) increments of z over a full step
+    nodes: Any  # (regions, Q, strips, Z, 4) increments of z to every node of a full step
+    generator: Any  # (regions, strips, Z, 4) rates of z
+    forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates (m each)
+    damping: Any  # (regions, m)
+    drag: Any  # (n,)
+    abscissas: Any  # (Q,) in 0 ... 1
+    weights: Any  # (Q,)
+
+
+@kernel
+def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
+    """Add weight times every power at the state z."""
+    multiply(powers.forms[region], z, values)
+    n, m = drag.size, loss.size
+    for i in range(n):
+        torque[i] += weight * values[n + i] * values[i]
+        drag[i] += weight * powers.drag[i] * values[i] * values[i]
+    for k in range(m):
+        rate = values[2 * n + k]
+        loss[k] += weight * powers.damping[region, k] * rate * rate
+        error[k] -= weight * values[2 * n + m + k] * values[2 * n + 2 * m + k]
+
+
+@kernel
+def _full_step(powers, region, scratch, width, values, torque, drag, loss, error):
+    """Add the powers over one full step and move z, scratch[0], to its end."""
+    z, at, made = scratch[0], scratch[1], scratch[2]
+    h = powers.step[region]
+    for q in range(powers.weights.size):
+        multiply(powers.nodes[region, q], z, made)
+        for j in range(width):
+            at[j] = z[j] + made[j]
+        _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
+    multiply(powers.advance[region], z, made)
+    for j in range(width):
+        z[j] += made[j]
+
+
+@kernel
+def _partial_step(powers, region, h, scratch, width, values, torque, drag, loss, error):
+    """The same over a shorter step, by its Taylor series."""
+    z, at, made, series = scratch[0], scratch[1], scratch[2], scratch[4:]
+    order = series.shape[0] - 1
+    series[0, :width] = z[:width]
+    for p in range(1, order + 1):
+        multiply(powers.generator[region], series[p - 1], made)
+        for j in range(width):
+            series[p, j] = h / p * made[j]
+    for q in range(powers.weights.size + 1):
+        x = powers.abscissas[q] if q < powers.weights.size else 1.0
+        for j in range(width):
+            total = series[order, j]
+            for p in range(order - 1, -1, -1):
+                total = total * x + series[p, j]
+            at[j] = total
+        if q < powers.weights.size:
+            _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
+    z[:width] = at[:width]
+
+
+@kernel
+def integrate_powers(powers, path, durations, samples, scratch, torque, drag, loss, error):
+    """Integrate every power over intervals, in periods.
+
+    Args:
+        powers: see ``Powers``.
+        path: (I, 2) region of each interval, and the sample its first state is taken from (-1: goes on).
+        durations: (I,) lengths in periods.
+        samples: (t, Z) sampled states z.
+        scratch: (order of the Taylor series + 5, room for the longest product).
+        torque, drag: (n,) work of the torques and loss to drag; loss, error: (m,) of elements; all are added to.
+    """
+    width = samples.shape[1]
+    values = scratch[3]
+    for i in range(durations.size):
+        region, sample = path[i, 0], path[i, 1]
+        if sample >= 0:
+            scratch[0, :width] = samples[sample]
+        left = durations[i]
+        while left >= powers.step[region]:
+            _full_step(powers, region, scratch, width, values, torque, drag, loss, error)
+            left -= powers.step[region]
+        if left > 0.0:
+            _partial_step(powers, region, left, scratch, width, values, torque, drag, loss, error)

@@ -1,0 +1,79 @@
+"""The energy audit closes on true motions, gives closed forms, and fails on tampered ones."""
+
+import numpy as np
+import pytest
+
+from gearrattle.solvers.exact import ExactMarch
+from gearrattle.system.energy import EnergyAudit, audit, stored_energy
+from tests.solvers.tasks import GAP, oscillator, run, task
+from tests.system.drivelines import clearance, random_chain
+
+
+def motion_of(seed: int, samples: int = 16):  # type: ignore[no-untyped-def]
+    system = random_chain(seed)
+    rng = np.random.default_rng(seed)
+    return run(task(system, list(rng.normal(size=system.size) * 0.01), list(rng.normal(size=system.size)), cycles=3,
+                    samples=samples))  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_the_balance_closes_on_random_drivelines(seed: int) -> None:
+    energy = motion_of(seed).energy
+    assert energy.turnover > 0
+    assert energy.relative_residual <= 1e-11
+
+
+def test_free_vibration_through_a_gap_keeps_its_energy_and_loses_nothing() -> None:
+    energy = run(task(oscillator(GAP), [1.25], [0.0], cycles=50)).energy
+    assert energy.stored == pytest.approx((0.5 * 4.0 * 0.75**2,) * 2, rel=1e-13)
+    assert (energy.torque_work.any(), energy.drag_loss.any(), energy.element_loss.any()) == (False, False, False)
+
+
+def test_a_damper_that_stops_the_motion_has_taken_all_of_its_energy() -> None:
+    energy = run(task(oscillator(drag=4.0), [0.3], [0.0], cycles=40)).energy
+    assert energy.drag_loss[0] == pytest.approx(0.5 * 4.0 * 0.3**2, rel=1e-13)
+
+
+def test_the_work_of_a_mean_torque_is_torque_times_angle() -> None:
+    motion = run(task(oscillator(clearance(4.0, 0.3, 0.5), mean=1.5), [0.1], [0.0], cycles=6))
+    assert motion.energy.torque_work[0] == pytest.approx(1.5 * (motion.angle[-1, 0] - 0.1), rel=1e-12)
+
+
+def test_stored_energy_of_a_staged_law_is_the_area_under_it() -> None:
+    law = clearance(10.0, 0.0, 0.5, 0.2)
+    march = ExactMarch(task(oscillator(law), [0.0], [0.0]))
+    fine = np.linspace(0, -1.3, 200_001)
+    area = np.trapezoid([law.elastic(float(d)) for d in fine], fine)
+    assert stored_energy(march.flow, np.array([-1.3]), np.array([2.0])) == pytest.approx(2.0 + area, rel=1e-9)
+
+
+def tampered(**changes: object) -> EnergyAudit:
+    given = task(oscillator(clearance(4.0, 0.3, 0.5), force=3.0), [1.25], [0.0], cycles=6, samples=4)
+    march = ExactMarch(given)
+    while march.advance():
+        pass
+    crossings = march.motion().crossings
+    true = {
+        "samples": np.ascontiguousarray(march.samples.states[:, : march.flow.width]),
+        "per_cycle": 4,
+        "time": crossings.time,
+        "clearance": crossings.clearance,
+        "piece": crossings.to_piece,
+    }
+    first = march.slots.regions[march.slots.slot_of((int(march.initial[0]),))].pieces
+    return audit(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]
+
+
+def test_the_audit_can_fail() -> None:
+    assert tampered().relative_residual <= 1e-13
+    late = {"time": lambda t: t + 1e-3}
+    assert tampered(**late).relative_residual > 1e-6
+
+    def nudged(states: np.ndarray) -> np.ndarray:
+        states = states.copy()
+        states[-1, 1] *= 1.001
+        return states
+
+    assert tampered(samples=nudged).relative_residual > 1e-6
+    missed = {key: (lambda a: np.delete(a, [2, 3])) for key in ("time", "clearance", "piece")}
+    assert tampered(**missed).relative_residual > 1e-6
