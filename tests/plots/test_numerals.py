@@ -18,8 +18,8 @@ def read(text: str) -> float:
     plain = text.replace("−", "-").translate(str.maketrans(RAISED, "-0123456789"))
     if text[-1] not in RAISED:
         return float(plain)
-    mantissa, _, power = plain.rpartition("10") if " × " not in text else plain.partition(" × 10")
-    return float(mantissa or 1.0) * 10.0 ** int(power)
+    mantissa, power = plain.split(" × 10") if " × " in text else ("1", plain.removeprefix("10"))
+    return float(mantissa) * 10.0 ** int(power)
 
 
 @pytest.mark.parametrize(
