@@ -1,4 +1,4 @@
-"""Every run of the tests tries the same examples: a failure is found again, and a green run means the same each time."""
+"""Every run of the tests tries the same examples: a failure is found again, a green run means the same each time."""
 
 from hypothesis import settings
 

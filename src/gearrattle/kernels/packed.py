@@ -38,21 +38,6 @@ class Regions(NamedTuple):
     neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
 
 
-class RegionView(NamedTuple):
-    """One slot, unpacked for the loop that stays in it."""
-
-    slot: int
-    fine: int
-    tables: Any  # (fine + 1, strips, Z, 4)
-    generator: Any  # (strips, Z, 4)
-    probe: Any  # (strips, Z, 4)
-    bound_rows: int
-    weights: Any  # (K, J)
-    constant: Any  # (K,)
-    lower: Any  # (K,)
-    upper: Any  # (K,)
-
-
 class Samples(NamedTuple):
     """Where sampled states go: sample i lies at i / per_cycle periods."""
 

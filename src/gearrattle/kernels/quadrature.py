@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.window import multiply
+from gearrattle.kernels.window import multiply, multiply_row
 
 
 class Powers(NamedTuple):
@@ -13,7 +13,7 @@ class Powers(NamedTuple):
 
     step: Any  # (regions,) length of a full quadrature step, in periods
     advance: Any  # (regions, strips, Z, 4) increments of z over a full step
-    nodes: Any  # (regions, Q, strips, Z, 4) increments of z to every node of a full step
+    nodes: Any  # (regions Q, strips, Z, 4) increments of z to every node of a full step
     generator: Any  # (regions, strips, Z, 4) rates of z
     forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates (m each)
     damping: Any  # (regions, m)
@@ -25,7 +25,7 @@ class Powers(NamedTuple):
 @kernel
 def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
     """Add weight times every power at the state z."""
-    multiply(powers.forms[region], z, values)
+    multiply(powers.forms, region, powers.forms.shape[1], z, values)
     n, m = drag.size, loss.size
     for i in range(n):
         torque[i] += weight * values[n + i] * values[i]
@@ -40,13 +40,13 @@ def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
 def _full_step(powers, region, scratch, width, values, torque, drag, loss, error):
     """Add the powers over one full step and move z, scratch[0], to its end."""
     z, at, made = scratch[0], scratch[1], scratch[2]
-    h = powers.step[region]
-    for q in range(powers.weights.size):
-        multiply(powers.nodes[region, q], z, made)
+    h, nodes = powers.step[region], powers.weights.size
+    for q in range(nodes):
+        multiply(powers.nodes, region * nodes + q, powers.nodes.shape[1], z, made)
         for j in range(width):
             at[j] = z[j] + made[j]
         _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
-    multiply(powers.advance[region], z, made)
+    multiply(powers.advance, region, powers.advance.shape[1], z, made)
     for j in range(width):
         z[j] += made[j]
 
@@ -58,7 +58,7 @@ def _partial_step(powers, region, h, scratch, width, values, torque, drag, loss,
     order = series.shape[0] - 1
     series[0, :width] = z[:width]
     for p in range(1, order + 1):
-        multiply(powers.generator[region], series[p - 1], made)
+        multiply_row(powers.generator, region, series, p - 1, made)
         for j in range(width):
             series[p, j] = h / p * made[j]
     for q in range(powers.weights.size + 1):

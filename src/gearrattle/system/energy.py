@@ -132,7 +132,7 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
         step = LONGEST / 2.0 ** finest_level(matrix)
         steps.append(step)
         advance.append(strips(exponential_increments(matrix, none, step, 0)[0]))
-        nodes.append([strips(exponential_increments(matrix, none, float(c) * step, 0)[0]) for c in abscissas])
+        nodes += [strips(exponential_increments(matrix, none, float(c) * step, 0)[0]) for c in abscissas]
         generators.append(strips(matrix))
         error_rate = system.rows @ flow.velocity - flow.rate
         forms.append(strips(np.vstack([flow.velocity, flow.torque, flow.rate, flow.force_rows(pieces), error_rate])))
