@@ -229,3 +229,22 @@ def test_the_flow_gradient_is_labelled_and_predicts_a_neighbouring_motion(model:
     )
     moved = (near.data.velocity - run.data.velocity).values[-1] / nudge
     assert moved == pytest.approx(gradient.sel(start="velocity.gear").values[2:], rel=1e-3, abs=1e-5)
+
+
+def test_chatter_ends_the_run_with_the_element_and_the_time(model: gr.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.solvers.exact._MOST_A_PERIOD", 3)
+    monkeypatch.setattr("gearrattle.solvers.exact._BUDGET", 50)
+    with pytest.raises(gr.ConvergenceError, match=r"crossings pile up in mesh at t = .* s; try: add damping") as caught:
+        gr.simulate(model, cycles=50, samples_per_cycle=8)
+    assert 0 < caught.value.time < 50 * 0.11
+    assert set(caught.value.state) == {"deflection.mesh"}
+
+
+def test_an_unstable_fixed_step_is_a_convergence_error_with_time_and_state(model: gr.Model) -> None:
+    stiff = model.with_({"coupling.damper.stiffness": 1e8})
+    with pytest.raises(
+        gr.ConvergenceError, match=r"rk4: the state is no longer finite .* try: a smaller step"
+    ) as caught:
+        gr.simulate(stiff, "rk4", cycles=50, samples_per_cycle=8, step=2e-3)
+    assert caught.value.time > 0
+    assert set(caught.value.state) == {"deflection.mesh"}

@@ -80,6 +80,15 @@ class Motion:
     energy: EnergyAudit | None = None
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where a run stands: time [s], (K,) deflections of the clearances, and which of them crossed last, if any."""
+
+    time: float
+    deflection: Array
+    last_crossed: int | None
+
+
 class Marching(Protocol):
     """A run under way."""
 
@@ -89,8 +98,8 @@ class Marching(Protocol):
     def fraction(self) -> float:
         """How much of the run is done, 0 ... 1."""
 
-    def place(self) -> tuple[float, dict[str, float]]:
-        """Time [s] and state by name, for a message about a failure."""
+    def place(self) -> Place:
+        """Where the run stands, for a message about a failure."""
 
     def motion(self) -> Motion:
         """The motion, once ``advance`` has answered DONE."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
-from gearrattle.solvers.base import Crossings, Motion, Task
+from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.slots import packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import EnergyAudit, audit
@@ -26,6 +26,7 @@ IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
 _FIRST_LOG = 4096
+_MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
@@ -83,17 +84,29 @@ class ExactMarch:
         if outcome is Outcome.LOG_FULL:
             self.log = packed.Log(*(np.concatenate([a, np.zeros_like(a)]) for a in self.log))
             return Outcome.SLICE_SPENT
+        if outcome is Outcome.SLICE_SPENT and self._chatters():
+            return Outcome.CHATTER
         return outcome
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all."""
         return float(self.march.counts[packed.SAMPLE] / self.samples.slots.size)
 
-    def place(self) -> tuple[float, dict[str, float]]:
-        """Time and deflections now."""
+    def place(self) -> Place:
+        """Time, deflections and the last clearance crossed."""
         now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
-        values = self.flow.deflection[list(self.flow.system.clearances)] @ self.march.y[: self.flow.width]
-        return float(now * self.flow.system.inputs.period), {f"deflection {k}": float(v) for k, v in enumerate(values)}
+        deflection = self.flow.deflection[list(self.flow.system.clearances)] @ self.march.y[: self.flow.width]
+        count = int(self.march.counts[packed.EVENTS])
+        last = int(self.log.clearance[count - 1]) if count else None
+        return Place(float(now * self.flow.system.inputs.period), deflection, last)
+
+    def _chatters(self) -> bool:
+        """Whether crossings have become too many for one period."""
+        first = int(self.march.counts[packed.EVENTS]) - _MOST_A_PERIOD
+        if first < 0:
+            return False
+        now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
+        return bool(now - (self.log.cycle[first] + self.log.fraction[first]) < 1.0)
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""

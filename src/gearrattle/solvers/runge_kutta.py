@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.outcome import Outcome
-from gearrattle.solvers.base import Crossings, Marching, Motion, Task
+from gearrattle.solvers.base import Crossings, Marching, Motion, Place, Task
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.system.field import field_of
@@ -92,11 +92,12 @@ class FixedStepMarch:
         """Samples stored, as a fraction of all."""
         return float(self.stepper.counts[1] / self.stepper.states.shape[0])
 
-    def place(self) -> tuple[float, dict[str, float]]:
-        """Time and velocities now."""
-        r = len(self.flow.coordinates.elements)
-        values = self.stepper.y[r : r + self.task.system.size]
-        return float(self.stepper.counts[0] * self.step), {f"velocity {i}": float(v) for i, v in enumerate(values)}
+    def place(self) -> Place:
+        """Time, deflections (transmission errors left out) and the last clearance crossed."""
+        clearances, count = list(self.task.system.clearances), int(self.stepper.counts[2])
+        deflection = self.field.combination[clearances] @ self.stepper.y[: len(self.flow.coordinates.elements)]
+        last = clearances.index(int(self.stepper.event_element[count - 1])) if count else None
+        return Place(float(self.stepper.counts[0] * self.step), deflection, last)
 
     def motion(self) -> Motion:
         """Samples from the interpolant, accelerations and forces from the equation of motion at them."""

@@ -10,7 +10,7 @@ import numpy as np
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import SOLVERS
-from gearrattle.solvers.base import Marching, Motion, Task
+from gearrattle.solvers.base import Motion, Place, Task
 from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
 
 Progress = Callable[[float], None]
@@ -35,7 +35,7 @@ def simulate(
     march = SOLVERS[algorithm](task)
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:
-            raise _failure(march, outcome, algorithm)
+            raise _failure(march.place(), outcome, algorithm, layout)
         if progress is not None:
             progress(march.fraction())
     motion = march.motion()
@@ -43,15 +43,16 @@ def simulate(
     return _trajectory(task, layout, discard, motion, _cost(algorithm, motion, wall))
 
 
-def _failure(march: Marching, outcome: Outcome, algorithm: str) -> ConvergenceError:
-    at, state = march.place()
+def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
+    names = layout.clearance_names
+    where = "" if place.last_crossed is None else f" in {names[place.last_crossed]}"
     what = {
-        Outcome.CHATTER: "crossings pile up without time advancing",
+        Outcome.CHATTER: f"crossings pile up{where}",
         Outcome.NON_FINITE: "the state is no longer finite (unstable)",
     }
-    return ConvergenceError(
-        f"{algorithm}: {what.get(outcome, outcome.name)} at t = {at:.9g} s", time=at, state=state, remedy=outcome.advice
-    )
+    state = {f"deflection.{name}": float(value) for name, value in zip(names, place.deflection, strict=True)}
+    message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {place.time:.9g} s"
+    return ConvergenceError(message, time=place.time, state=state, remedy=outcome.advice)
 
 
 def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
