@@ -26,8 +26,8 @@ _ENERGY = (
 )
 _SENSITIVE = (
     "Predictability horizon: {cycles:.3g} cycles. By then some perturbation has grown ten-million-fold, so rounding "
-    "errors of 1e-16 have become 1e-9. Regime, rates, shares and spectra still hold beyond it; the instant of a single "
-    "impact does not."
+    "errors of 1e-16 have become 1e-9. Beyond it rates, shares and spectra hold as averages, about as well as the two "
+    "halves agree; the instant of a single impact, the largest value, a regime decided by a few rare impacts do not."
 )
 
 
