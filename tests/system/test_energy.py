@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearrattle.solvers.exact import ExactMarch
-from gearrattle.system.energy import EnergyAudit, audit, stored_energy
+from gearrattle.system.energy import Auditor, EnergyAudit, stored_energy
 from tests.solvers.tasks import GAP, oscillator, run, task
 from tests.system.drivelines import clearance, random_chain
 
@@ -61,7 +61,10 @@ def tampered(**changes: object) -> EnergyAudit:
         "piece": crossings.to_piece,
     }
     first = march.slots.regions[march.slots.slot_of((int(march.initial[0]),))].pieces
-    return audit(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]
+    auditor = Auditor(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]
+    while not auditor.advance(3):
+        assert 0 < auditor.fraction() < 1
+    return auditor.result()
 
 
 def test_the_audit_can_fail() -> None:

@@ -17,7 +17,7 @@ from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.slots import packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
-from gearrattle.system.energy import EnergyAudit, audit
+from gearrattle.system.energy import Auditor
 from gearrattle.system.flow import Flow
 from gearrattle.system.region import ORDER
 
@@ -69,8 +69,19 @@ class ExactMarch:
         self.samples = packed.Samples(task.samples_per_cycle, np.zeros((samples, y.size)), np.zeros(samples, np.int64))
         self.inputs = packed_inputs(flow)
         self.log = _empty_log(_FIRST_LOG)
+        self.auditor: Auditor | None = None
 
     def advance(self) -> Outcome:
+        """March one slice, then audit slice by slice."""
+        if self.auditor is not None:
+            return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
+        outcome = self._march()
+        if outcome is Outcome.DONE and self.task.audit:
+            self.auditor = self._audit()
+            return Outcome.SLICE_SPENT
+        return outcome
+
+    def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts = self.march.counts
         outcome = Outcome(
@@ -89,8 +100,11 @@ class ExactMarch:
         return outcome
 
     def fraction(self) -> float:
-        """Samples stored, as a fraction of all."""
-        return float(self.march.counts[packed.SAMPLE] / self.samples.slots.size)
+        """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
+        marched = float(self.march.counts[packed.SAMPLE] / self.samples.slots.size)
+        if not self.task.audit:
+            return marched
+        return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
 
     def place(self) -> Place:
         """Time, deflections and the last clearance crossed."""
@@ -116,24 +130,23 @@ class ExactMarch:
             flow, self.samples, [region.pieces for region in self.slots.regions]
         )
         elapsed = task.cycles * flow.system.inputs.period
-        crossings = self._crossings()
         return Motion(
             **sampled,
-            crossings=crossings,
+            crossings=self._crossings(),
             initial_piece=self.initial,
             final_force_integral=self.samples.states[-1, flow.width + len(flow.coordinates.references) :].copy(),
             steps=steps,
             function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
             average_step=elapsed / max(steps, 1),
             average_trial_step=float(self.march.tried[0]) / max(trials, 1) * flow.system.inputs.period,
-            energy=self._audit(crossings) if task.audit else None,
+            energy=None if self.auditor is None else self.auditor.result(),
         )
 
-    def _audit(self, crossings: Crossings) -> EnergyAudit:
-        pieces = [0] * len(self.flow.system.laws)
+    def _audit(self) -> Auditor:
+        pieces, crossings = [0] * len(self.flow.system.laws), self._crossings()
         for k, piece in zip(self.flow.system.clearances, self.initial, strict=True):
             pieces[k] = int(piece)
-        return audit(
+        return Auditor(
             self.flow,
             tuple(pieces),
             samples=np.ascontiguousarray(self.samples.states[:, : self.flow.width]),

@@ -78,45 +78,73 @@ def _potential(law: PiecewiseLaw, deflection: float) -> float:
     return area if deflection >= 0.0 else -area
 
 
-def audit(
-    flow: Flow, initial: Pieces, *, samples: Array, per_cycle: int, time: Array, clearance: IntArray, piece: IntArray
-) -> EnergyAudit:
-    """Audit a motion.
+class Auditor:
+    """An audit under way: works in slices, so that a long one shows progress and can be cancelled."""
 
-    Args:
-        flow: the system.
-        initial: piece of every element at the start.
-        samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
-        time, clearance, piece: (E,) crossing times in periods, the clearance crossed, the piece entered.
-    """
-    from gearrattle.kernels._jit import vectorised
-    from gearrattle.kernels.quadrature import integrate_powers
+    def __init__(
+        self,
+        flow: Flow,
+        initial: Pieces,
+        *,
+        samples: Array,
+        per_cycle: int,
+        time: Array,
+        clearance: IntArray,
+        piece: IntArray,
+    ) -> None:
+        """Prepare the audit of a motion.
 
-    system = flow.system
-    grid = np.arange(len(samples)) / per_cycle
-    at = np.concatenate([grid[1:], time])
-    order = np.argsort(at, kind="stable")
-    durations = np.diff(np.concatenate([[0.0], at[order]]))
-    path = np.full((len(at), 2), -1, dtype=np.int64)
-    index: dict[Pieces, int] = {}
-    pieces, fresh = list(initial), 0
-    for i, which in enumerate(order):
-        path[i] = index.setdefault(tuple(pieces), len(index)), fresh
-        fresh = -1
-        if which < len(grid) - 1:
-            fresh = int(which) + 1
-        else:
-            event = which - (len(grid) - 1)
-            pieces[system.clearances[clearance[event]]] = int(piece[event])
-    powers = _powers(flow, list(index))
-    n, m = system.size, len(system.laws)
-    torque, drag, loss, error = np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m)
-    width = 4 * max(powers.forms.shape[1], powers.generator.shape[1])
-    scratch = np.zeros((ORDER + 5, width))
-    vectorised(integrate_powers)(powers, path, durations, samples, scratch, torque, drag, loss, error)
-    ends = tuple(stored_energy(flow, flow.deflection @ z, flow.velocity @ z) for z in (samples[0], samples[-1]))
-    period = system.inputs.period
-    return EnergyAudit(period * torque, period * error, period * drag, period * loss, (ends[0], ends[1]))
+        Args:
+            flow: the system.
+            initial: piece of every element at the start.
+            samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
+            per_cycle: samples a period.
+            time, clearance, piece: (E,) crossing times in periods, the clearance crossed, the piece entered.
+        """
+        self.flow, self.samples = flow, samples
+        grid = np.arange(1, len(samples)) / per_cycle
+        at = np.concatenate([grid, time])
+        order = np.argsort(at, kind="stable")
+        self.durations = np.diff(np.concatenate([[0.0], at[order]]))
+        self.path = np.full((len(at), 2), -1, dtype=np.int64)
+        index: dict[Pieces, int] = {}
+        pieces, fresh = list(initial), 0
+        for i, which in enumerate(order):
+            self.path[i] = index.setdefault(tuple(pieces), len(index)), fresh
+            event = which - len(grid)
+            fresh = int(which) + 1 if event < 0 else -1
+            if event >= 0:
+                pieces[flow.system.clearances[clearance[event]]] = int(piece[event])
+        self.powers = _powers(flow, list(index))
+        n, m = flow.system.size, len(flow.system.laws)
+        self.sums = (np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))
+        strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
+        self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
+        self.done = 0
+
+    def advance(self, intervals: int = 10_000) -> bool:
+        """Work through some intervals; whether that was the last of them."""
+        from gearrattle.kernels._jit import vectorised
+        from gearrattle.kernels.quadrature import integrate_powers
+
+        part = slice(self.done, self.done + intervals)
+        vectorised(integrate_powers)(
+            self.powers, self.path[part], self.durations[part], self.samples, self.scratch, *self.sums
+        )
+        self.done = min(part.stop, len(self.durations))
+        return self.done == len(self.durations)
+
+    def fraction(self) -> float:
+        """How much of the audit is done, 0 ... 1."""
+        return self.done / max(1, len(self.durations))
+
+    def result(self) -> EnergyAudit:
+        """The audit, once ``advance`` has answered True."""
+        flow, period = self.flow, self.flow.system.inputs.period
+        ends = (self.samples[0], self.samples[-1])
+        begin, end = (stored_energy(flow, flow.deflection @ z, flow.velocity @ z) for z in ends)
+        torque, drag, loss, error = (period * total for total in self.sums)
+        return EnergyAudit(torque, error, drag, loss, (begin, end))
 
 
 def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
