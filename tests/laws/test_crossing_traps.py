@@ -67,6 +67,26 @@ def test_a_start_on_a_corner_decided_by_the_third_derivative():
     assert_exact(model, 2)
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_start_on_two_corners_at_once(swapped):
+    """b leaves its corner at once, and the damping beyond it decides which way a, at rest on its own corner, goes."""
+    couplings = (
+        Coupling("wall", ("a", "ground"), "20.0", "0.0", clearance="0.1"),
+        Coupling("link", ("a", "b"), "3.0", "1.0", clearance="0.2"),
+    )
+    model = Driveline(
+        "two corners",
+        (Body("a", "1.0"), Body("b", "1.0")),
+        couplings[::-1] if swapped else couplings,
+        torques=(Torque("a", "0.5"),),
+        speed="1",
+    ).start(("0.1", "-0.1"), ("0.0", "-1.0"))
+    run = simulate(model, 2)
+    assert int(run.data["region"].sel(clearance="wall").values[0]) == 0
+    assert int(run.data["region"].sel(clearance="link").values[0]) == 1
+    assert_exact(model, 2)
+
+
 def test_rest_on_a_corner_for_ever():
     run = simulate(to_ground({"stiffness": "50.0", "clearance": "0.1"}, ("0.1", "0.0")), 50)
     assert len(run.events) == 0
@@ -174,7 +194,7 @@ def test_periods_long_and_short_beside_the_natural_ones(speed):
         torques=(Torque("a", "0.2", (Harmonic("1", "4.0", "0.3"),)),),
         speed=speed,
     ).start(("0.0", "0.0"), ("0.5", "0.0"))
-    cycles = {"1e-4": 1, "1e-2": 1, "3e2": 200, "3e4": 2000}[speed]
+    cycles = {"1e-4": 1, "1e-2": 1, "3e2": 200, "3e4": 600}[speed]
     if speed == "1e-4":  # 63 000 s at 8 rad/s: too far for the oracle; the load is quasi-static, so the answer is known
         run = simulate(model, cycles, 64)
         force = run.data["force"].values[32:, 0]

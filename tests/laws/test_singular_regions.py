@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.laws.motion import simulate
+from tests.laws.motion import simulate, times
 from tests.oracles.compare import assert_exact
 from tests.oracles.driveline import Body, Coupling, Driveline, Harmonic, Mesh, Stage, Torque
 
@@ -148,3 +148,41 @@ def test_stiffness_ratios(ratio):
         speed=repr(k**0.5 / 40),
     ).start(("0.02", "0.0", "0.0"), ("0.0", "0.3", "-0.2"))
     assert assert_exact(model, 4).events >= 2
+
+
+def test_real_modes_count_towards_the_bound():
+    """Two heavily damped bodies: all eigenvalues are real, and none may be taken for half of a complex pair."""
+    model = Driveline(
+        "overdamped pair",
+        (Body("a", "1.0"), Body("b", "1.0")),
+        (
+            Coupling("first", ("a", "b"), "7.2", "2.2", "0.086", "0.1", "0.5"),
+            Coupling("second", ("b", "ground"), "1.6", "21.0", "0.029", "0.1", "1.0"),
+        ),
+        torques=(Torque("a", "0.0", (Harmonic("1", "17.0"),)),),
+        speed="2.0",
+    ).start(("0.0", "0.0"), ("0.61", "0.61"))
+    run = simulate(model, 2)
+    assert times(run, "second")[0] == pytest.approx(0.1310873779919553, abs=1e-13)
+    assert_exact(model, 2)
+
+
+def test_real_modes_of_geared_loops_count_towards_the_bound():
+    model = Driveline(
+        "overdamped loops",
+        (Body("b0", "681.9"), Body("b1", "0.007082"), Body("b2", "0.2278"), Body("b3", "0.01605"), Body("b4", "528.0")),
+        (
+            Coupling("c0", ("b0", "b2"), "3.558", "3.252"),
+            Coupling("c1", ("b1", "b3"), "0.06664", "0.327", "6.324e-05"),
+        ),
+        (
+            Mesh("m0", ("b1", "b0"), ("0.1041", "0.02788"), "150.1", "38.67", "3.841e-05"),
+            Mesh("m1", ("b3", "b0"), ("0.7837", "0.1328"), "0.1838", "0.0", "5.803e-05"),
+            Mesh("m2", ("b4", "b3"), ("0.1484", "0.06507"), "41.86", "0.0", "4.937e-06"),
+        ),
+        speed="0.998",
+    ).start(
+        ("0.000828168563", "0.006197984122", "0.0", "-0.001024264197", "0.0001473270571"),
+        ("0.01268", "-0.05635", "-0.02769", "0.04425", "0.07641"),
+    )
+    assert assert_exact(model, 1).events >= 4

@@ -186,12 +186,19 @@ class Driveline:
 
     @property
     def period(self) -> mpf:
-        """Common period of all orders, 2 pi/(Omega gcd(orders)) [s]."""
+        """Common period of all orders [s].
+
+        2 pi/(Omega gcd(orders)), an order counting as p/q if within 1e-9 of it with q <= 64; one fundamental if an
+        order is no such fraction, if the common period would pass 64 fundamentals, or if there are no orders.
+        """
+        ratios = [order.limit_denominator(64) for order in self.orders]
         common = Fraction(0)
-        for order in self.orders:
-            denominator = common.denominator * order.denominator
-            common = Fraction(gcd(int(common * denominator), int(order * denominator)), denominator)
-        common = common or Fraction(1)
+        for ratio in ratios:
+            denominator = common.denominator * ratio.denominator
+            common = Fraction(gcd(int(common * denominator), int(ratio * denominator)), denominator)
+        odd = any(abs(x - y) > Fraction(1, 10**9) for x, y in zip(ratios, self.orders, strict=True))
+        if odd or common == 0 or common < Fraction(1, 64):
+            common = Fraction(1)
         speed = Fraction(self.speed) * common
         with mp.workdps(120):
             return 2 * mp.pi * speed.denominator / speed.numerator

@@ -110,6 +110,13 @@ class _System:
         return max([natural, *(abs(float(w)) for w, _ in self.waves)])
 
 
+def fastest_rate(model: Driveline) -> float:
+    """Return a bound on |lambda| over the innermost and outermost pieces of all elements [1/s]."""
+    system = _System(model)
+    outer = [len(law.stiffness) - 1 for law in system.laws]
+    return max(system.rate_bound(outer), system.rate_bound([0] * len(outer)))
+
+
 @lru_cache(maxsize=4096)
 def _wave_scale(frequency: Fraction, shift: int, terms: int) -> tuple[int, ...]:
     """Return (w h)^j / j! for h = 2^-shift."""
@@ -360,5 +367,5 @@ def growth(model: Driveline, cycles: float, samples_per_cycle: int, base: Soluti
     for quantity, row in (("deflection", scale[0]), ("rate", scale[1])):
         before, after = getattr(base, quantity), getattr(moved, quantity)
         for i, (a, b) in enumerate(zip(before, after, strict=True)):
-            change[i] = max(change[i], *(abs(to_float(x - y)) / s for x, y, s in zip(a, b, row, strict=True)))
-    return np.maximum.accumulate(change) / change[0]
+            change[i] = max([change[i], *(abs(to_float(x - y)) / s for x, y, s in zip(a, b, row, strict=True))])
+    return np.maximum.accumulate(change) / change[0] if model.elements else np.ones(len(change))

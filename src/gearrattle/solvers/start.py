@@ -39,24 +39,24 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
             if abs(delta - corner) <= _ON_CORNER * max(abs(corner), size):
                 pieces[k] = law.inner(c, c + 1)
                 on_corner[i] = c
+    undecided = dict(on_corner)
+    for order in range(1, _DERIVATIVES + 1):
+        signs = _signs(flow, tuple(pieces), z, order)
+        for i, c in list(undecided.items()):
+            if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
+                pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
+                del undecided[i]
     side = np.zeros(len(flow.system.clearances), dtype=np.int64)
-    inner = tuple(pieces)
     for i, c in on_corner.items():
-        k = flow.system.clearances[i]
-        upper = _direction(flow, inner, k, z)
-        if upper != 0:
-            pieces[k] = c + 1 if upper > 0 else c
-        side[i] = -1 if pieces[k] == c + 1 else 1
+        side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1
     return tuple(pieces), side
 
 
-def _direction(flow: Flow, pieces: tuple[int, ...], k: int, z: Array) -> int:
-    """Sign of the first derivative of delta_k that is not zero."""
-    matrix = flow.generator(pieces)
+def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:
+    """(K,) sign of one derivative of every clearance's deflection; 0 where it is rounding."""
+    matrix, rows = flow.generator(pieces), flow.deflection[list(flow.system.clearances)]
     derivative, size = z, np.abs(z)
-    for _ in range(_DERIVATIVES):
+    for _ in range(order):
         derivative, size = matrix @ derivative, np.abs(matrix) @ size
-        value = float(flow.deflection[k] @ derivative)
-        if abs(value) > _NOTHING * float(np.abs(flow.deflection[k]) @ size):
-            return 1 if value > 0 else -1
-    return 0
+    value = rows @ derivative
+    return np.where(np.abs(value) > _NOTHING * (np.abs(rows) @ size), np.sign(value), 0.0).astype(np.int64)

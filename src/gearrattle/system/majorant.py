@@ -106,9 +106,14 @@ def majorant(
 
 
 def _multiplicity(value: ComplexArray) -> Array:
-    """2 for a simple mode above the real axis whose conjugate is there too, 0 for that conjugate, else 1."""
-    apart = np.abs(value[:, None] - value.conj()[None, :]) <= 1e-9 * np.abs(value)[:, None]
-    paired = np.any(apart, axis=1) & (value.imag != 0.0)
+    """2 for a simple mode above the real axis whose conjugate is there too, 0 for that conjugate, else 1.
+
+    A mode within rounding of the real axis is real: it is its own conjugate and counts once.
+    """
+    near = 1e-9 * np.abs(value)
+    oscillates = np.abs(value.imag) > near
+    apart = np.abs(value[:, None] - value.conj()[None, :]) <= near[:, None]
+    paired = np.any(apart, axis=1) & oscillates
     return np.where(paired, np.where(value.imag > 0.0, 2.0, 0.0), 1.0)
 
 
