@@ -87,6 +87,24 @@ def test_a_start_on_two_corners_at_once(swapped):
     assert_exact(model, 2)
 
 
+def test_rest_on_a_corner_until_another_crossing():
+    """a waits on the corner of its wall; b flies at it, and their contact drives a through that corner at once."""
+    model = Driveline(
+        "waiting",
+        (Body("a", "1.0", drag="0.1"), Body("b", "2.0", drag="0.1")),
+        (
+            Coupling("wall", ("a", "ground"), "20.0", "0.3", clearance="0.1"),
+            Coupling("link", ("b", "a"), "30.0", "0.5", clearance="0.2"),
+        ),
+        speed="1",
+    ).start(("0.1", "0.1"), ("0.0", "1.0"))
+    run = simulate(model, 2)
+    first = run.events[:2]
+    assert set(first["clearance"]) == {"wall", "link"}
+    assert np.ptp(first["time"].to_numpy()) < 1e-6
+    assert_exact(model, 2)
+
+
 def test_rest_on_a_corner_for_ever():
     run = simulate(to_ground({"stiffness": "50.0", "clearance": "0.1"}, ("0.1", "0.0")), 50)
     assert len(run.events) == 0

@@ -269,17 +269,17 @@ def _march(system: _System, q: list[int], v: list[int], grid: list[int]) -> Solu
             return out
         q = [evaluate(c, s) for c in poly.q]
         v = [over_h(evaluate(c, s, 1), step.shift) for c in poly.q]
-        corner_at = dict(crossed)
+        before, corner_at = step.pieces, {}
         if not crossed:
             step = replace(step, time=reached)
             continue
-        rates = {k: over_h(evaluate(poly.delta[k], s, 1), step.shift) for k in corner_at}
-        pieces = [(corner_at[k] + (rates[k] > 0)) if k in corner_at else piece for k, piece in enumerate(step.pieces)]
-        before, step = step.pieces, _step(system, pieces, reached, end)
+        pieces, corner_at = _pieces_on_corners(system, before, q, v, time=reached, end=end)
+        rates = [over_h(evaluate(c, s, 1), step.shift) for c in poly.delta]
+        step = _step(system, pieces, reached, end)
         fresh = _expand(system, replace(step, terms=6), q, v)
-        for k, rate in sorted(rates.items()):
+        for k in (k for k in range(len(pieces)) if pieces[k] != before[k]):
             first, curvature = system.laws[k].first, over_h(over_h(2 * fresh.delta[k][2], step.shift), step.shift)
-            out.events.append(Event(reached, k, first + before[k], first + pieces[k], rate, curvature))
+            out.events.append(Event(reached, k, first + before[k], first + pieces[k], rates[k], curvature))
 
 
 def _check_tail(poly: _Piece) -> None:
@@ -302,27 +302,39 @@ def _sample(system: _System, step: _Step, poly: _Piece, time: int, out: Solution
 
 
 def _initial_pieces(system: _System, q, v, end: int) -> tuple[list[int], dict[int, int]]:
-    """Return the piece of every element at t = 0+ and, for those exactly on a corner, which corner.
-
-    On a corner the first derivative of delta that is not zero decides; the inner region if there is none. The pieces
-    of other elements enter the higher derivatives, so the rule is repeated until nothing changes.
-    """
+    """Return the piece of every element at t = 0+ and, for those exactly on a corner, which corner."""
     pieces = [0] * len(system.laws)
-    on: dict[int, int] = {}
     deflection = [d[0] for d in _expand(system, _Step(pieces, 0, 0, 4), q, v).delta]
     for k, law in enumerate(system.laws):
         pieces[k] = sum(1 for corner in law.corners if deflection[k] > corner)
-        for i, corner in enumerate(law.corners):
-            if abs(deflection[k] - corner) <= TINY:
-                on[k], pieces[k] = i, _inner(law, i)
+    return _pieces_on_corners(system, pieces, q, v, time=0, end=end)
+
+
+def _pieces_on_corners(system: _System, pieces, q, v, *, time: int, end: int) -> tuple[list[int], dict[int, int]]:
+    """Return the pieces with those exactly on a corner decided, and which corner they sit on.
+
+    The first derivative of delta that is not zero decides; the inner region if there is none. The pieces of other
+    elements enter the higher derivatives, so the rule is repeated until nothing changes: an element at rest on its
+    corner may be moved off it by the crossing of another.
+    """
+    pieces = list(pieces)
+    deflection = [d[0] for d in _expand(system, _Step(pieces, time, 0, 4), q, v).delta]
+    on = {
+        k: i
+        for k, law in enumerate(system.laws)
+        for i, corner in enumerate(law.corners)
+        if abs(deflection[k] - corner) <= TINY
+    }
+    for k, i in on.items():
+        pieces[k] = _inner(system.laws[k], i)
     for _ in range(2 * len(on) + 8):
-        poly, previous = _expand(system, _step(system, pieces, 0, end), q, v), list(pieces)
+        poly, previous = _expand(system, _step(system, pieces, time, end), q, v), list(pieces)
         for k, i in on.items():
             lead = next((c for c in poly.delta[k][1:12] if abs(c) > TINY), 0)
             pieces[k] = i + 1 if lead > 0 else i if lead < 0 else _inner(system.laws[k], i)
         if pieces == previous:
             return pieces, on
-    raise ArithmeticError("no consistent region at the start")
+    raise ArithmeticError("no consistent region")
 
 
 def _inner(law: Law, corner: int) -> int:
