@@ -54,7 +54,7 @@ def tampered(**changes: object) -> EnergyAudit:
         pass
     crossings = march.motion().crossings
     true = {
-        "samples": np.ascontiguousarray(march.samples.states[:, : march.flow.width]),
+        "samples": march.sampled_z(),
         "per_cycle": 4,
         "time": crossings.time,
         "clearance": crossings.clearance,

@@ -10,7 +10,8 @@ from gearrattle.system.blocks import block_diagonalise
 from gearrattle.system.flow import Flow, flow_of
 from gearrattle.system.majorant import ELIMINATION, _triangular_form
 from gearrattle.system.region import Region, build_region, exponential_increments
-from tests.system.drivelines import random_chain, random_pieces
+from tests.solvers.tasks import oscillator
+from tests.system.drivelines import clearance, linear, random_chain, random_pieces
 
 SEEDS = range(25)
 
@@ -26,19 +27,53 @@ def random_state(flow: Flow, seed: int) -> np.ndarray:
     return np.concatenate([rng.normal(size=flow.states), flow.inputs_at(np.zeros(1), rng.random(1))[0]])
 
 
+def exponential(matrix: np.ndarray, carried: np.ndarray, step: mpmath.mpf) -> np.ndarray:
+    """Return exp - 1 of a matrix with rows carried beside it, at the working precision."""
+    width = len(matrix)
+    square = np.zeros((width + len(carried),) * 2)
+    square[:width, :width], square[width:, :width] = matrix, carried
+    exact = mpmath.expm(mpmath.matrix(square.tolist()) * step) - mpmath.eye(len(square))
+    return np.array(exact.tolist(), dtype=float)[:, :width]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_tables_are_the_exponential_at_50_digits(seed: int) -> None:
-    flow, region = case(seed)
-    matrix, carried = flow.generator(region.pieces), flow.carried_rows(region.pieces)
-    square = np.zeros((flow.width + len(carried),) * 2)
-    square[: flow.width, : flow.width], square[flow.width :, : flow.width] = matrix, carried
+    _, region = case(seed)
     with mpmath.workdps(50):
         for level in (0, region.fine // 2, region.fine):
-            exact = mpmath.expm(mpmath.matrix(square.tolist()) * (mpmath.mpf(LONGEST) / 2**level))
-            want = np.array((exact - mpmath.eye(len(square))).tolist(), dtype=float)[:, : flow.width]
-            kept = np.r_[0 : flow.states, flow.width : len(square)]
-            size = np.abs(want[kept]).max(axis=1, keepdims=True)
-            assert np.all(np.abs(region.tables[level] - want[kept]) <= 2e-13 * size)
+            want = exponential(region.generator, region.carried, mpmath.mpf(LONGEST) / 2**level)
+            size = np.abs(want).max(axis=1, keepdims=True)
+            assert np.all(np.abs(region.tables[level] - want) <= 2e-13 * size)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_free_and_forced_motion_add_up_to_the_exponential_of_the_whole(seed: int) -> None:
+    flow, region = case(seed)
+    z = random_state(flow, seed)
+    n, u = flow.states, z[flow.states :]
+    whole = exponential(flow.generator(region.pieces), flow.carried_rows(region.pieces), mpmath.mpf(LONGEST))
+    free = np.concatenate([z[:n] - region.split.particular @ u, u[region.split.kept]])
+    moved = free + region.tables[0][: len(free)] @ free
+    later = u + whole[n : flow.width] @ z
+    states = moved[:n] + region.split.particular @ later
+    assert np.abs(states - (z[:n] + whole[:n] @ z)).max() <= 1e-12 * np.abs(z).max()
+    carried = region.tables[0][len(free) :] @ free + region.carried_particular @ (later - u) + region.drift * LONGEST
+    want = whole[flow.width :] @ z
+    scale = np.abs(flow.carried_rows(region.pieces)) @ np.abs(z)
+    assert np.all(np.abs(carried - want) <= 1e-12 * scale)
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-9, 1e-3, 0.5])
+def test_a_mean_torque_is_kept_where_only_a_weak_spring_holds_it(share: float) -> None:
+    system = oscillator(clearance(4.0, 0.0, 0.5, alpha=share), drag=1.0, mean=1.0)
+    region = build_region(flow_of(system), (1,))
+    assert (0 in region.split.kept) == (share < 0.01)
+
+
+def test_resonance_is_kept_as_a_state_and_a_detuned_order_is_not() -> None:
+    for turns, kept in ((2 / (2 * np.pi), 2), (2.5 / (2 * np.pi), 0)):
+        region = build_region(flow_of(oscillator(linear(4.0), force=1.0, turns=turns)), (0,))
+        assert region.split.kept.size == kept
 
 
 def test_doubling_keeps_small_increments_accurate_to_their_own_size() -> None:
@@ -62,21 +97,37 @@ def test_blocks_are_invariant_subspaces_that_rebuild_the_matrix(seed: int) -> No
     assert sum(block.left.shape[0] for block in blocks) == flow.width
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_majorant_bounds_the_third_derivative_all_along_the_longest_step(seed: int) -> None:
-    flow, region = case(seed)
-    z = random_state(flow, seed)
-    matrix = flow.generator(region.pieces)
-    bound = region.bound.bound(z)
-    third = region.deflection @ matrix @ matrix @ matrix
-    rows, fastest = 4000, np.abs(np.linalg.eigvals(matrix)).max()
-    step = min(LONGEST / rows, 0.2 / fastest)
-    move, largest, state = expm(matrix * step), np.zeros(len(bound)), z
-    for _ in range(rows):
-        largest = np.maximum(largest, np.abs(third @ state))
+def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the largest |row . y(s)| for each row, on a dense grid over the longest step."""
+    count, fastest = 4000, np.abs(np.linalg.eigvals(matrix)).max()
+    step = min(LONGEST / count, 0.2 / fastest)
+    move, largest, state = expm(matrix * step), np.zeros(len(rows)), y
+    for _ in range(count):
+        largest = np.maximum(largest, np.abs(rows @ state))
         state = move @ state
-    assert np.all(largest <= bound)
-    assert np.all(bound <= 1e5 * largest + 1e-9)  # a bound that says nothing would pass the line above
+    return largest
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_majorant_bounds_the_third_derivative_and_the_fast_modes_all_along_the_longest_step(seed: int) -> None:
+    flow, region = case(seed)
+    z, n, matrix = random_state(flow, seed), flow.states, flow.generator(region.pieces)
+    free = np.concatenate([z[:n] - region.split.particular @ z[n:], z[n:][region.split.kept]])
+    third, calm, fast = region.bound.bound(free)
+    cubed = np.linalg.matrix_power(matrix, 3)
+    deflection = flow.probe_rows(region.pieces)[0]
+    largest = largest_along(deflection @ cubed, matrix, z)
+    assert np.all(largest <= third)
+    assert np.all(third <= 1e5 * largest + 1e-9)  # a bound that says nothing would pass the line above
+    part = largest_along(region.bound.fast, region.generator, free)
+    assert np.all(part <= fast)
+    assert np.all(fast <= 1e3 * part + 1e-9)
+    embedded = np.zeros_like(deflection)
+    columns = np.r_[0:n, n + region.split.kept]
+    embedded[:, columns] = region.bound.fast
+    embedded[:, n:] -= region.bound.fast[:, :n] @ region.split.particular
+    assert np.all(largest_along((deflection - embedded) @ cubed, matrix, z) <= calm * (1 + 1e-9))
+    assert np.all(calm <= third)
 
 
 def test_a_free_flying_part_without_drag_is_bounded_by_its_elastic_motion_alone() -> None:
@@ -84,5 +135,5 @@ def test_a_free_flying_part_without_drag_is_bounded_by_its_elastic_motion_alone(
     flow = flow_of(system)
     gap = tuple(1 if law.corners.size else 0 for law in system.laws)
     region = build_region(flow, gap)
-    assert region.bound.weights.shape[0] == len(system.clearances)
+    assert region.bound.weights.shape[1] == len(system.clearances)
     assert np.all(np.isfinite(region.bound.weights))

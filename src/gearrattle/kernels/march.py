@@ -2,12 +2,12 @@
 
 Each step tries the longest dyadic h for which no clearance can leave its region: with gap g, closing speed and its rate
 exact at the start and |delta'''| <= b for as long as the region lasts (``system.majorant``), the cubic minorant of
-every gap must stay positive over the whole step. If even the finest step is not safe, the motion over it is expanded
-in a Taylor series and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
+every gap must stay positive over the whole step. If even the finest step is not safe, the deflections over it are
+polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
 every instant lies in a step proven free of crossings or in a window searched from its beginning.
 
 The kernel works in slices and hands back an ``Outcome`` code, so that the floor above can show progress, grow the log,
-or build a region met for the first time.
+or build a region met for the first time. Where a slice ends changes no bit of the motion.
 """
 
 from __future__ import annotations
@@ -15,93 +15,109 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels.oscillators import inputs_at, turn_little, turn_step
 from gearrattle.kernels.packed import (
     BAND,
     CYCLE,
+    ENTERED,
+    ENTRY,
     EVENTS,
     EXPANSIONS,
     LEVEL,
+    LONGEST,
     PENDING,
     SAMPLE,
     SLOT,
     STALLED,
     STEPS,
     TRIALS,
+    UNANCHORED,
+    UNBOUNDED,
 )
 from gearrattle.kernels.polynomial import NEVER, stays_inside
-from gearrattle.kernels.window import advance, evaluate, expand, first_crossing, inputs_at, multiply, state_between
+from gearrattle.kernels.products import multiply, multiply_add
+from gearrattle.kernels.window import (
+    advance,
+    enter,
+    first_crossing,
+    leave,
+    move_within,
+    state_between,
+    strips_of,
+)
 
 DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE = range(6)  # outcome.Outcome
 _REACH = 2  # how many times a step may double
-_ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are rotated
+_ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
+_LEAST = 1e-300  # a band of a clearance that does not move
+_SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
+_BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step
+_NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its distance is a running difference
 _MOST_STALLED = 10_000  # crossings in a row that do not advance the clock
 
 
 @inlined
-def _open(gap, rate, curvature, third, sits, h):
-    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to the band."""
-    if sits:
-        gap = max(gap, 0.0) + BAND
+def _open(gap, rate, curvature, third, band, h):
+    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to a band > 0."""
+    if band > 0.0:
+        gap = max(gap, 0.0) + band
     elif gap <= 0.0 and rate > 0.0:
         gap = 0.0
     return stays_inside(gap, rate, curvature, third, h)
 
 
 @kernel
-def _judge(lower, upper, slot, seen, third, side, h, unsafe):
-    """Mark every corner (k, lower or upper) that a step h might reach; whether there is none."""
-    count = third.size
-    safe = True
+def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, steps, level, fine, unsafe):
+    """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
+
+    Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
+    by their bound.
+
+    Returns:
+        (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
+        upper). A step safe for one clearance stays so when another shortens it.
+    """
+    count, safe = side.size, True
     for k in range(count):
-        delta, rate, curvature = seen[k], seen[count + k], seen[2 * count + k]
-        low, high = lower[slot, k], upper[slot, k]
-        if (side[k] == -1 and delta - low > 4.0 * BAND) or (side[k] == 1 and high - delta > 4.0 * BAND):
+        rate, curvature, third = seen[k + count], seen[k + 2 * count], bound[k]
+        below, above = seen[k] - lower[slot, k], upper[slot, k] - seen[k]
+        unsafe[k, 0], unsafe[k, 1] = False, False
+        h, room, margin = steps[level], min(below, above), bound[k + 2 * count]
+        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * third / 6.0)):
+            continue
+        travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
+        band[k] = fixed[k] if fixed[k] > 0.0 else max(BAND * travel, _LEAST)
+        if (side[k] == -1 and below > 4.0 * band[k]) or (side[k] == 1 and above > 4.0 * band[k]):
             side[k] = 0
-        unsafe[k, 0] = low > -1e300 and not _open(delta - low, rate, curvature, third[k], side[k] == -1, h)
-        unsafe[k, 1] = high < 1e300 and not _open(high - delta, -rate, -curvature, third[k], side[k] == 1, h)
-        safe = safe and not (unsafe[k, 0] or unsafe[k, 1])
-    return safe
+        on_lower, on_upper = (band[k] if side[k] == -1 else 0.0), (band[k] if side[k] == 1 else 0.0)
+        if room > _SMALL * margin:
+            rate, curvature, third = calm[k + count], calm[k + 2 * count], bound[k + count]
+            below, above = calm[k] - lower[slot, k] - margin, upper[slot, k] - calm[k] - margin
+        while True:
+            h = steps[level]
+            low = below < 1e300 and not _open(below, rate, curvature, third, on_lower, h)
+            high = above < 1e300 and not _open(above, -rate, -curvature, third, on_upper, h)
+            if not (low or high):
+                break
+            if level == fine:
+                unsafe[k, 0], unsafe[k, 1], safe = low, high, False
+                break
+            level += 1
+    return level, safe
 
 
 @kernel
-def _bound(weights, constant, slot, rows, seen, third):
-    """Bound every third derivative from the moduli of the bound rows."""
-    count = third.size
-    first = (3 * count + 3) // 4 * 4
-    for k in range(count):
-        third[k] = constant[slot, k]
-    for j in range(rows):
-        real, imaginary = seen[first + 2 * j], seen[first + 2 * j + 1]
-        size = np.sqrt(real * real + imaginary * imaginary)
-        for k in range(count):
-            third[k] += weights[slot, k, j] * size
-
-
-@inlined
-def _ahead(counts, clock, per_cycle):
-    """Time from now to the next sample, in periods."""
-    i = counts[SAMPLE]
-    whole = i // per_cycle
-    part = (i - whole * per_cycle) / per_cycle
-    return (whole - counts[CYCLE]) + (part - (clock[0] + clock[1]))
-
-
-@kernel
-def _emit(regions, inputs, march, samples, h, work):
-    """Store every sample in [now, now + h)."""
-    counts, now = march.counts, march.clock[0] + march.clock[1]
-    while counts[SAMPLE] < samples.slots.size:
-        i = counts[SAMPLE]
-        ahead = _ahead(counts, march.clock, samples.per_cycle)
-        if ahead >= h and ahead > 0.0:
-            break
-        if ahead <= 0.0:
-            samples.states[i] = march.y
-        else:
-            state_between(regions, inputs, counts[SLOT], march.y, counts[CYCLE], now, ahead, work)
-            samples.states[i] = work.y
-        samples.slots[i] = counts[SLOT]
-        counts[SAMPLE] += 1
+def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
+    """Bound third derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
+    groups = strips_of(modes)
+    multiply(bounds, slot, 2 * groups, width, y, parts, 0)
+    for g in range(groups):
+        r, i = 8 * g, 8 * g + 4
+        for j in range(4):
+            size[4 * g + j] = np.sqrt(parts[r + j] * parts[r + j] + parts[i + j] * parts[i + j])
+    for i in range(bound.size):
+        bound[i] = constant[slot, i]
+    multiply_add(weights, slot, bound.size // 4, modes, size, bound)
 
 
 @inlined
@@ -118,39 +134,78 @@ def _pass_time(counts, clock, h, dyadic):
 
 
 @inlined
-def _turn(cosines, sines, level, y, states):
-    """Rotate the inputs over one step of a level."""
-    for j in range(cosines.shape[1]):
-        at = states + 1 + 2 * j
-        c, s = y[at], y[at + 1]
-        y[at] = c * cosines[level, j] - s * sines[level, j]
-        y[at + 1] = s * cosines[level, j] + c * sines[level, j]
+def _elapsed(counts, clock):
+    """Time in the region, in periods."""
+    return (counts[CYCLE] - counts[ENTRY]) + (clock[0] + clock[1] - clock[2])
+
+
+@inlined
+def _ahead(counts, clock, per_cycle):
+    """Time from now to the next sample, in periods."""
+    i = counts[SAMPLE]
+    whole = i // per_cycle
+    part = (i - whole * per_cycle) / per_cycle
+    return (whole - counts[CYCLE]) + (part - (clock[0] + clock[1]))
 
 
 @kernel
-def _cross(neighbour, log, counts, clock, side, integral, passed, k, upward, rate):
-    """Log the crossing the marcher has been moved to, and step into the region beyond.
+def _emit(regions, inputs, march, samples, h, work):
+    """Store every sample in [now, now + h)."""
+    counts, now, slot = march.counts, march.clock[0] + march.clock[1], march.counts[SLOT]
+    elapsed, states = _elapsed(counts, march.clock), regions.states
+    while counts[SAMPLE] < samples.slots.size:
+        i = counts[SAMPLE]
+        ahead = _ahead(counts, march.clock, samples.per_cycle)
+        if ahead >= h and ahead > 0.0:
+            break
+        state_between(regions, inputs, march, slot, counts[CYCLE], now, max(ahead, 0.0), elapsed, work)
+        samples.states[i, :states] = work.y[:states]
+        samples.states[i, states:] = work.carried
+        samples.slots[i] = slot
+        counts[SAMPLE] += 1
 
-    PENDING is set if that region is not built yet.
-    """
-    before = clock[0] + clock[1]
-    _pass_time(counts, clock, passed, False)
-    i, slot = counts[EVENTS], counts[SLOT]
-    log.cycle[i] = counts[CYCLE]
-    log.fraction[i] = clock[0] + clock[1]
-    log.clearance[i] = k
-    log.upward[i] = upward
-    log.slot[i] = slot
-    log.rate[i] = rate
-    log.integral[i] = integral
+
+@inlined
+def _log_crossing(log, counts, clock, k, upward, rate, integral):
+    """Write a crossing down; the clock has been set to it."""
+    i = counts[EVENTS]
+    log.cycle[i], log.fraction[i], log.clearance[i] = counts[CYCLE], clock[0] + clock[1], k
+    log.upward[i], log.slot[i], log.rate[i], log.integral[i] = upward, counts[SLOT], rate, integral
     counts[EVENTS] += 1
-    counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
+
+
+@inlined
+def _step_over(neighbour, counts, side, k, upward):
+    """Make for the region beyond a corner; PENDING is set if it is not built yet."""
+    counts[ENTERED] = 0
     side[k] = -1 if upward else 1
-    beyond = neighbour[slot, k, upward]
+    beyond = neighbour[counts[SLOT], k, upward]
     if beyond < 0:
         counts[PENDING] = 2 * k + upward
     else:
         counts[SLOT] = beyond
+
+
+@kernel
+def _anchor(regions, inputs, march):
+    """Compute the inputs afresh, those kept as states too."""
+    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    inputs_at(inputs, counts[CYCLE], clock[0] + clock[1], march.u)
+    counts[UNANCHORED] = 0
+    states = regions.states
+    if counts[ENTERED]:
+        for i in range(states, regions.width[slot]):
+            march.y[i] = march.u[regions.kept[slot, i - states]]
+
+
+@inlined
+def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
+    """Deflections, rates and curvatures of every clearance, with and without the fast modes."""
+    multiply(forced, slot, watched, u.size, u, seen, 0)
+    for i in range(4 * watched):
+        calm[i] = seen[i]
+    multiply_add(probe, slot, watched, width, y, seen)
+    multiply_add(calm_rows, slot, watched, width, y, calm)
 
 
 @kernel
@@ -164,62 +219,81 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     Returns:
         an ``Outcome`` code.
     """
-    probe, tables, generator, steps = regions.probe, regions.tables, regions.generator, inputs.steps
-    lower, upper, weights, constant = regions.lower, regions.upper, regions.weights, regions.constant
-    high, low, cosines, sines = inputs.cycles_high, inputs.cycles_low, inputs.turn_cosine, inputs.turn_sine
-    y, clock, counts, side, expansion = march.y, march.clock, march.counts, march.side, march.expansion
-    out, seen, third, gap, per_cycle = work.out, work.seen, work.third, work.gap, samples.per_cycle
-    finest, bound_rows, first_table = regions.fine, regions.bound_rows, regions.first_table
-    tried, total, room = march.tried, samples.slots.size, log.cycle.size
-    states = probe.shape[2] - 1 - 2 * high.size
-    watched = (3 * side.size + 3) // 4
+    steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
+    cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
+    lower, upper, neighbour, states = regions.lower, regions.upper, regions.neighbour, regions.states
+    widths, finest, modes, drift = regions.width, regions.fine, regions.modes, regions.drift
+    probe, calm, forced, bounds = regions.probe, regions.calm, regions.forced, regions.bounds
+    weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
+    series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
+    y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
+    out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
+    parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
+    last, room, per_cycle = samples.slots.size, log.cycle.size, samples.per_cycle
+    watched, integrals = strips_of(3 * side.size), carried.size - side.size
+    fixed, band = regions.band, work.band
     unsafe = np.zeros((side.size, 2), dtype=np.bool_)
-    since_anchor = _ANCHOR_EVERY
+    ahead = _ahead(counts, clock, per_cycle)
     for _ in range(budget):
-        if counts[SAMPLE] >= total:
+        if counts[SAMPLE] >= last:
             return DONE
         if counts[PENDING] >= 0:
             return NEEDS_REGION
         if counts[EVENTS] >= room:
             return LOG_FULL
         slot = counts[SLOT]
-        fine, rows = finest[slot], bound_rows[slot]
-        if since_anchor >= _ANCHOR_EVERY:
-            inputs_at(inputs, counts[CYCLE], clock[0] + clock[1], y, states)
-            since_anchor = 0
-        multiply(probe, slot, watched + (2 * rows + 3) // 4, y, seen)
-        _bound(weights, constant, slot, rows, seen, third)
-        level = max(0, min(counts[LEVEL], fine) - _REACH)
-        safe = False
-        while not safe and level <= fine:
-            tried[0] += steps[level]
-            counts[TRIALS] += 1
-            safe = _judge(lower, upper, slot, seen, third, side, steps[level], unsafe)
-            level += 0 if safe else 1
+        fine, width = finest[slot], widths[slot]
+        if counts[UNANCHORED] >= _ANCHOR_EVERY:
+            _anchor(regions, inputs, march)
+            ahead = _ahead(counts, clock, per_cycle)
+        if not counts[ENTERED]:
+            enter(particular, kept, states, width, slot, u, y, carried, out)
+            counts[ENTERED], counts[ENTRY], clock[2] = 1, counts[CYCLE], clock[0] + clock[1]
+            counts[UNBOUNDED] = _BOUND_EVERY
+        if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
+            _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
+            counts[UNBOUNDED], clock[3] = 0, 0.0
+        _look(forced, probe, calm, slot, width, watched, y, u, seen, calm_seen)
+        first = max(0, min(counts[LEVEL], fine) - _REACH)
+        level, safe = _choose_level(
+            lower, upper, fixed, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
+        )
+        h = steps[level]
+        tried[0] += 2.0 * steps[first] - h
+        counts[TRIALS] += level - first + 1
         counts[STEPS] += 1
-        counts[LEVEL] = min(level, fine)
-        h = steps[counts[LEVEL]]
+        counts[LEVEL] = level
         passed, k, upward, rate, x = h, -1, 0, 0.0, NEVER
         if not safe:
-            expand(generator, slot, high, low, states, y, h, expansion, out)
             counts[EXPANSIONS] += 1
-            x, k, upward, rate = first_crossing(probe, lower, upper, slot, expansion, side, unsafe, gap, h)
+            x, k, upward, rate = first_crossing(
+                series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h
+            )
             passed = x * h if x < NEVER else h
-        if _ahead(counts, clock, per_cycle) < passed:
+        if ahead < passed + _NEAR:
             _emit(regions, inputs, march, samples, passed, work)
-            if counts[SAMPLE] >= total:
+            ahead = _ahead(counts, clock, per_cycle)
+            if counts[SAMPLE] >= last:
                 return DONE
+        ahead -= passed
+        clock[3] += passed
+        counts[UNANCHORED] += 1
+        counts[UNBOUNDED] += 1
         if x < NEVER:
-            evaluate(expansion, x, y)
-            _cross(regions.neighbour, log, counts, clock, side, y[y.size - side.size + k], passed, k, upward, rate)
-            since_anchor = _ANCHOR_EVERY
+            move_within(powers, slot, width, x, y, carried, out, terms, total)
+            turn_little(frequency, passed, u)
+            before = clock[0] + clock[1]
+            _pass_time(counts, clock, passed, False)
+            leave(particular, drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
+            _log_crossing(log, counts, clock, k, upward, rate, carried[integrals + k])
+            _step_over(neighbour, counts, side, k, upward)
+            counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
             if counts[STALLED] > _MOST_STALLED:
                 return CHATTER
             continue
-        advance(tables, first_table[slot] + counts[LEVEL], states, y, out)
+        advance(tables, first_table[slot] + level, width, y, carried, out)
+        turn_step(cosines, sines, level, u)
         _pass_time(counts, clock, h, True)
-        _turn(cosines, sines, counts[LEVEL], y, states)
-        since_anchor += 1
         if not np.isfinite(y[0]):
             return NON_FINITE
     return SLICE_SPENT

@@ -1,13 +1,16 @@
 """The arrays every march kernel sees, and nothing else.
 
-Sizes: N states, C carried quantities, Z = N + 1 + 2 H entries of z, K clearances, J bound rows. The marcher's vector is
-y = (z, carried). A *slot* is a region that has been visited. Rows that multiply z are stored in strips of four,
-(strips, Z, 4), so that a product keeps four sums in registers; strips of rates and increments hold the states' rows,
-then the carried ones, the last strip filled up with zeros.
+Inside a region the states are x = w + P u (``system.forced``): w moves freely, P u is the particular solution of the
+inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
+
+Sizes: N states, U = 1 + 2 H inputs, C carried quantities, K clearances, M <= N + U the longest y so far. A *slot* is a
+region that has been visited. Rows lie in strips of four, (strips, columns, 4), the last strip of each group filled up
+with zeros; rows of rates and increments hold the carried quantities' strips first, then those of y.
 """
 
 from __future__ import annotations
 
+from math import factorial
 from typing import Any, NamedTuple
 
 
@@ -16,7 +19,8 @@ class Inputs(NamedTuple):
 
     cycles_high: Any  # (H,) oscillations a period, leading 24 bits
     cycles_low: Any  # (H,) the rest
-    scale: Any  # (1 + H,) constant amplitudes in z
+    frequency: Any  # (H,) radians a period
+    scale: Any  # (1 + H,) constant amplitudes
     steps: Any  # (levels,) LONGEST / 2^level
     turn_cosine: Any  # (levels, H) rotation over one step of each level
     turn_sine: Any  # (levels, H)
@@ -25,14 +29,26 @@ class Inputs(NamedTuple):
 class Regions(NamedTuple):
     """What is known of every slot."""
 
+    states: int  # N
+    width: Any  # (slots,) length of y
+    kept: Any  # (slots, U) which inputs are kept, in the order they have in y
     first_table: Any  # (slots,) where its tables begin in `tables`
     fine: Any  # (slots,) its finest level
-    tables: Any  # (tables, strips, Z, 4) increments over a step
-    generator: Any  # (slots, strips, Z, 4) rates
-    probe: Any  # (slots, strips, Z, 4) deflections, rates, curvatures; in strips of their own, bound rows (re, im)
-    bound_rows: Any  # (slots,) how many bound rows
-    weights: Any  # (slots, K, J)
-    constant: Any  # (slots, K)
+    tables: Any  # (tables, strips, M, 4) increments over a step
+    powers: Any  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
+    particular: Any  # (slots, strips, U, 4) P, carried rows first
+    drift: Any  # (slots, C) what the constant input adds to the carried quantities in a period
+    probe: Any  # (slots, strips, M, 4) deflections, rates, curvatures
+    calm: Any  # (slots, strips, M, 4) the same without the fast modes
+    forced: Any  # (slots, strips, U, 4) the same deflections, rates, curvatures from the inputs split off
+    series: Any  # (K slots, strips, M, 4) Taylor coefficients of each deflection over the finest step
+    forced_series: Any  # (K slots, strips, U, 4)
+    forced_strips: Any  # (slots,) how many of them count: inputs turn little in a finest step
+    modes: Any  # (slots,) how many modes bound the third derivatives
+    bounds: Any  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
+    weights: Any  # (slots, strips, modes, 4) K bounds on third derivatives, K without fast modes, K on fast modes
+    constant: Any  # (slots, 4 strips)
+    band: Any  # (K,) rounding band of each clearance, corner scales; 0: relative to its motion
     lower: Any  # (slots, K) corners, corner scales
     upper: Any  # (slots, K)
     neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
@@ -42,7 +58,7 @@ class Samples(NamedTuple):
     """Where sampled states go: sample i lies at i / per_cycle periods."""
 
     per_cycle: int
-    states: Any  # (samples, Z + C)
+    states: Any  # (samples, N + C) x, carried
     slots: Any  # (samples,)
 
 
@@ -59,32 +75,58 @@ class Log(NamedTuple):
 
 
 class March(NamedTuple):
-    """The marcher itself: everything that changes."""
+    """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
 
-    y: Any  # (Z + C,)
-    clock: Any  # (2,) anchor and offset: time = cycle + anchor + offset; offset is a dyadic fraction
-    counts: Any  # (10,) integers, see the names below
+    y: Any  # (N + U, filled up to fours) w and kept inputs, or x while no region is entered
+    carried: Any  # (C,) relative to their own particular solution, as w is
+    u: Any  # (U,) inputs
+    clock: Any  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
+    #   at entry cycle + entry; the bounds are as old as age
+    counts: Any  # (COUNTS,) integers, see the names below
     tried: Any  # (1,) sum of all steps tried, in periods
+    bound: Any  # (4 strips,) the present bounds, as in `weights`
     side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
-    expansion: Any  # (ORDER + 1, Z + C) Taylor coefficients over the finest step
 
 
 class Work(NamedTuple):
     """Scratch."""
 
-    y: Any  # (Z + C,) a sample's vector, so that a sample never disturbs the march
-    expansion: Any  # (ORDER + 1, Z + C)
+    y: Any  # (N + U,) a sample's vectors, so that a sample never disturbs the march
+    carried: Any  # (C,)
+    u: Any  # (U,)
     out: Any  # (4 strips,) a product with rates or increments
     seen: Any  # (4 strips,) a product with the probe
-    third: Any  # (K,) bounds on third derivatives
+    calm: Any  # (4 strips,) a product with the calm rows
+    parts: Any  # (4 strips,) real and imaginary parts of modes
+    size: Any  # (modes,) their moduli
+    band: Any  # (K,) rounding bands at present
     gap: Any  # (ORDER + 1,) one gap's Taylor coefficients
+    terms: Any  # (3 * 4 strips,) (h A)^r y, r = 1, 2, 3
+    total: Any  # (N + U,) a partial sum of the Taylor polynomial
 
 
 LONGEST = 0.125
 """Step of level 0, in periods; level l steps LONGEST / 2^l."""
 
-BAND = 1e-14
-"""The rounding band, in corner scales: a clearance that sits on a corner leaves it once it is this far beyond."""
+ORDER = 19
+"""Order of the Taylor window; ORDER + 1 is a multiple of four."""
 
-CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED = range(10)
-"""Indices into ``March.counts``; PENDING is 2 k + upward of a crossing into a region not built yet, else -1."""
+NEGLIGIBLE = 1e-17
+"""Largest remainder of a Taylor series, relative to what it starts from."""
+
+BAND = 1e-14
+"""The rounding band: a clearance that sits on a corner leaves it once it is this far beyond, in corner scales.
+
+A clearance whose only corner is at zero has no such scale; its band is relative to how far it moves in a finest step.
+"""
+
+CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
+UNANCHORED, UNBOUNDED, COUNTS = range(12, 15)
+"""Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
+1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
+since the inputs were last computed afresh, UNBOUNDED those since the bounds were."""
+
+
+def window_norm(terms: int) -> float:
+    """Norm |h A| up to which so many terms of exp(h A) leave a negligible remainder."""
+    return float((NEGLIGIBLE * factorial(terms)) ** (1.0 / terms))

@@ -1,4 +1,4 @@
-"""The first exit of a polynomial: isolate with a bound on the third derivative, then bracketed Newton.
+"""The first exit of a polynomial: isolate with a bound on the third derivative, then bracketed Halley steps.
 
 A gap g(s), positive inside a region, is tested on [s, s + w] by the cubic minorant
 g + g' x + g'' x^2 / 2 - b x^3 / 6 <= g(s + x), b >= |g'''|. What the minorant cannot decide is halved, left half first,
@@ -9,9 +9,13 @@ from __future__ import annotations
 
 from math import sqrt
 
-from gearrattle.kernels._jit import kernel
+import numpy as np
+
+from gearrattle.kernels._jit import inlined, kernel
 
 NEVER = 2.0
+_SETTLED = 1e-7
+_THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
 _NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
 
 
@@ -39,41 +43,67 @@ def stays_inside(gap, rate, curvature, third, h):
     return gap + x * (rate + x * (0.5 * curvature - x * third / 6.0)) > 0.0
 
 
-@kernel
+@inlined
 def _value(c, s):
-    """Value and first two derivatives of sum c_j s^j."""
-    value, first, second = 0.0, 0.0, 0.0
-    for j in range(c.size - 1, -1, -1):
-        second = second * s + first
-        first = first * s + value
-        value = value * s + c[j]
-    return value, first, 2.0 * second
+    """Value and first two derivatives of sum c_j s^j.
+
+    Even and odd powers are summed side by side, in q = s^2: p = E(q) + s O(q).
+    """
+    q, n = s * s, c.size
+    even, even1, even2, odd, odd1, odd2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if n % 2:
+        n -= 1
+        even = c[n]
+    for j in range(n - 2, -1, -2):
+        even2, odd2 = even2 * q + even1, odd2 * q + odd1
+        even1, odd1 = even1 * q + even, odd1 * q + odd
+        even, odd = even * q + c[j], odd * q + c[j + 1]
+    first = 2.0 * s * even1 + odd + 2.0 * q * odd1
+    second = 2.0 * even1 + 8.0 * q * even2 + s * (6.0 * odd1 + 8.0 * q * odd2)
+    return even + s * odd, first, second
 
 
 @kernel
 def slope(c, s):
     """First derivative of sum c_j s^j."""
-    total = 0.0
-    for j in range(c.size - 1, 0, -1):
-        total = total * s + j * c[j]
-    return total
+    return _value(c, s)[1]
+
+
+@inlined
+def _halley(value, first, second):
+    """Halley's step towards a zero."""
+    return -2.0 * value * first / (2.0 * first * first - value * second)
+
+
+@inlined
+def _guess(c, low, width, gap, rate, curvature):
+    """Where the parabola from the left end meets zero, bettered on the cubic if low is 0; the middle if outside."""
+    spread = rate * rate - 2.0 * curvature * gap
+    x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
+    if low == 0.0 and c.size > 3:
+        value, first = gap + x * (rate + x * (c[2] + x * c[3])), rate + x * (curvature + 3.0 * x * c[3])
+        x += _halley(value, first, curvature + 6.0 * x * c[3])
+    return x if 0.0 < x < width else 0.5 * width
 
 
 @kernel
-def _bracketed_root(c, low, high):
-    """Root in [low, high] with c(low) > 0 >= c(high): Newton, bisection where it leaves the bracket."""
-    s = 0.5 * (low + high)
+def _bracketed_root(c, low, high, guess):
+    """Root in [low, high] with c(low) > 0 >= c(high): Halley's steps, bisection where they leave the bracket."""
+    s = low + guess
     for _ in range(80):
-        value, first, _second = _value(c, s)
+        value, first, second = _value(c, s)
         if value > 0.0:
             low = s
         else:
             high = s
-        step = s - value / first if first != 0.0 else low
+        step = s + _halley(value, first, second) if first != 0.0 else low
+        change = abs(step - s)
+        if low <= step <= high and change <= _SETTLED * step and change * abs(second) <= 10.0 * _SETTLED * abs(first):
+            return step  # what is left shrinks with the cube of this change: below rounding
         if not (low < step < high):
             step = 0.5 * (low + high)
-        if step == s or high - low <= 1e-16 * high:
-            break
+            if step <= low or step >= high:
+                break
         s = step
     return s
 
@@ -86,10 +116,10 @@ def first_exit(c):
     """
     third = 0.0
     for j in range(3, c.size):
-        third += abs(c[j]) * j * (j - 1) * (j - 2)
+        third += abs(c[j]) * _THIRD[j]
     low, width = 0.0, 1.0
-    while low < 1.0:
-        gap, rate, curvature = _value(c, low)
+    gap, rate, curvature = c[0], c[1], 2.0 * c[2]
+    while True:
         if gap <= 0.0:
             if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
                 return low
@@ -102,11 +132,13 @@ def first_exit(c):
             if closing:
                 beyond, _first, _second = _value(c, low + width)
                 if beyond <= 0.0:
-                    return _bracketed_root(c, low, low + width)
+                    return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
                 break
             if width < _NARROWEST:
                 break
             width *= 0.5
         low += width
+        if low >= 1.0:
+            return NEVER
         width *= 2.0
-    return NEVER
+        gap, rate, curvature = _value(c, low)

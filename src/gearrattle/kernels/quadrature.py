@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.window import multiply, multiply_row
+from gearrattle.kernels.products import multiply, multiply_row
 
 
 class Powers(NamedTuple):
@@ -25,7 +25,7 @@ class Powers(NamedTuple):
 @kernel
 def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
     """Add weight times every power at the state z."""
-    multiply(powers.forms, region, powers.forms.shape[1], z, values)
+    multiply(powers.forms, region, powers.forms.shape[1], powers.forms.shape[2], z, values, 0)
     n, m = drag.size, loss.size
     for i in range(n):
         torque[i] += weight * values[n + i] * values[i]
@@ -42,11 +42,11 @@ def _full_step(powers, region, scratch, width, values, torque, drag, loss, error
     z, at, made = scratch[0], scratch[1], scratch[2]
     h, nodes = powers.step[region], powers.weights.size
     for q in range(nodes):
-        multiply(powers.nodes, region * nodes + q, powers.nodes.shape[1], z, made)
+        multiply(powers.nodes, region * nodes + q, powers.nodes.shape[1], width, z, made, 0)
         for j in range(width):
             at[j] = z[j] + made[j]
         _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
-    multiply(powers.advance, region, powers.advance.shape[1], z, made)
+    multiply(powers.advance, region, powers.advance.shape[1], width, z, made, 0)
     for j in range(width):
         z[j] += made[j]
 

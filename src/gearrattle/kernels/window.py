@@ -1,121 +1,95 @@
-"""The Taylor window: inside one finest step the motion is a polynomial to rounding; the first crossing is a root.
-
-Products index stacks of matrices directly: taking a view of an array costs a compiled loop more than the product.
-"""
+"""The Taylor window: inside one finest step the motion is a polynomial to rounding; the first crossing is a root."""
 
 from __future__ import annotations
 
-from math import cos, floor, pi, sin
+from math import factorial
 
-from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.packed import BAND
+import numpy as np
+
+from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels.oscillators import inputs_at
+from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
+from gearrattle.kernels.products import multiply, multiply_add
+
+_STRIPS = (ORDER + 1) // 4
+_INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
+_FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
+_REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
+"""How far into the window n rounds of four terms reach."""
+
+
+@inlined
+def strips_of(count):
+    """How many strips of four hold some rows."""
+    return (count + 3) // 4
+
+
+@inlined
+def advance(tables, index, width, y, carried, out):
+    """Add a table's increments to y and to what is carried."""
+    behind = strips_of(carried.size)
+    multiply(tables, index, behind + strips_of(width), width, y, out, 0)
+    for i in range(carried.size):
+        carried[i] += out[i]
+    for i in range(width):
+        y[i] += out[4 * behind + i]
+
+
+@inlined
+def _combine(c0, c1, c2, c3, y, terms, first, rows, width, out, total):
+    """total = out + c0 y + c1 B y + c2 B^2 y + c3 B^3 y, in strips of four."""
+    for i in range(0, width, 4):
+        a = first + i
+        b, d = a + rows, a + 2 * rows
+        t0 = out[a] + (c0 * y[i] + c1 * terms[a] + (c2 * terms[b] + c3 * terms[d]))
+        t1 = out[a + 1] + (c0 * y[i + 1] + c1 * terms[a + 1] + (c2 * terms[b + 1] + c3 * terms[d + 1]))
+        t2 = out[a + 2] + (c0 * y[i + 2] + c1 * terms[a + 2] + (c2 * terms[b + 2] + c3 * terms[d + 2]))
+        t3 = out[a + 3] + (c0 * y[i + 3] + c1 * terms[a + 3] + (c2 * terms[b + 3] + c3 * terms[d + 3]))
+        total[i], total[i + 1], total[i + 2], total[i + 3] = t0, t1, t2, t3
 
 
 @kernel
-def inputs_at(inputs, cycle, fraction, y, first):
-    """Write the inputs u at time cycle + fraction (periods) to y[first:], phases reduced turn by turn."""
-    y[first] = inputs.scale[0]
-    for j in range(inputs.cycles_high.size):
-        high, low = inputs.cycles_high[j], inputs.cycles_low[j]
-        turn = high * cycle
-        turn = (turn - floor(turn)) + low * cycle + (high + low) * fraction
-        angle = 2.0 * pi * (turn - floor(turn))
-        y[first + 1 + 2 * j] = inputs.scale[1 + j] * cos(angle)
-        y[first + 2 + 2 * j] = inputs.scale[1 + j] * sin(angle)
+def move_within(powers, slot, width, x, y, carried, out, terms, total):
+    """Move y and what is carried by x finest steps, 0 <= x <= 1.
+
+    The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
+    then Horner in B^4; as many rounds as x needs.
+    """
+    first = 4 * strips_of(carried.size)
+    strips = strips_of(carried.size) + strips_of(width)
+    rows = 4 * strips
+    for r in range(3):
+        multiply(powers, 4 * slot + r, strips, width, y, terms, r * rows)
+    for i in range(rows):
+        out[i] = 0.0
+    rounds = 1
+    while rounds < _STRIPS and x > _REACH[rounds]:
+        rounds += 1
+    x2 = x * x
+    x3, x4 = x2 * x, x2 * x2
+    for q in range(rounds - 1, 0, -1):
+        p = _INVERSE[4 * q]
+        for _ in range(q):
+            p *= x4
+        c1, c2, c3 = x * _FALLING[q, 1], x2 * _FALLING[q, 2], x3 * _FALLING[q, 3]
+        _combine(p, p * c1, p * c2, p * c3, y, terms, first, rows, width, out, total)
+        multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
+    c2, c3 = x2 / 2.0, x3 / 6.0
+    _combine(0.0, x, c2, c3, y, terms, first, rows, width, out, total)
+    for i in range(width):
+        y[i] += total[i]
+    for i in range(carried.size):
+        carried[i] += out[i] + (c3 * terms[2 * rows + i] + c2 * terms[rows + i] + x * terms[i])
 
 
 @kernel
-def multiply(stack, index, strips, y, out):
-    """out = rows @ z: the first strips of stack[index], rows in strips of four, z the leading entries of y."""
-    for c in range(strips):
-        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
-        for j in range(stack.shape[2]):
-            weight = y[j]
-            a0 += stack[index, c, j, 0] * weight
-            a1 += stack[index, c, j, 1] * weight
-            a2 += stack[index, c, j, 2] * weight
-            a3 += stack[index, c, j, 3] * weight
-        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3
-
-
-@kernel
-def multiply_row(stack, index, rows, r, out):
-    """The same for z in row r of an array; all strips."""
-    for c in range(stack.shape[1]):
-        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
-        for j in range(stack.shape[2]):
-            weight = rows[r, j]
-            a0 += stack[index, c, j, 0] * weight
-            a1 += stack[index, c, j, 1] * weight
-            a2 += stack[index, c, j, 2] * weight
-            a3 += stack[index, c, j, 3] * weight
-        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3
-
-
-@kernel
-def advance(tables, index, states, y, out):
-    """Add a step's increments to the states and to what is carried behind z; the inputs are left to the caller."""
-    multiply(tables, index, tables.shape[1], y, out)
-    width = tables.shape[2]
-    for i in range(states):
-        y[i] += out[i]
-    for i in range(y.size - width):
-        y[width + i] += out[states + i]
-
-
-@kernel
-def expand(generator, slot, high, low, states, y, h, expansion, out):
-    """Taylor coefficients in x of y(t + h x), one row an order; the inputs oscillate high + low times a period."""
-    width = generator.shape[2]
-    for i in range(y.size):
-        expansion[0, i] = y[i]
-    for m in range(1, expansion.shape[0]):
-        factor = h / m
-        multiply_row(generator, slot, expansion, m - 1, out)
-        for i in range(states):
-            expansion[m, i] = factor * out[i]
-        expansion[m, states] = 0.0
-        for j in range(high.size):
-            turn = factor * 2.0 * pi * (high[j] + low[j])
-            cosine = states + 1 + 2 * j
-            expansion[m, cosine] = -turn * expansion[m - 1, cosine + 1]
-            expansion[m, cosine + 1] = turn * expansion[m - 1, cosine]
-        for i in range(y.size - width):
-            expansion[m, width + i] = factor * out[states + i]
-
-
-@kernel
-def evaluate(expansion, x, out):
-    """Value of the expansion at x, Horner."""
-    order = expansion.shape[0] - 1
-    for i in range(out.size):
-        out[i] = expansion[order, i]
-    for m in range(order - 1, -1, -1):
-        for i in range(out.size):
-            out[i] = out[i] * x + expansion[m, i]
-
-
-@kernel
-def _gap_series(probe, slot, k, expansion, sign, gap):
-    """Taylor coefficients of -sign delta_k over the window; a deflection's row is mostly zeros."""
-    for m in range(gap.size):
-        gap[m] = 0.0
-    strip, row = k // 4, k % 4
-    for j in range(probe.shape[2]):
-        weight = -sign * probe[slot, strip, j, row]
-        if weight != 0.0:
-            for m in range(gap.size):
-                gap[m] += weight * expansion[m, j]
-
-
-@kernel
-def first_crossing(probe, lower, upper, slot, expansion, side, unsafe, gap, h):
-    """The first crossing of the corners (k, lower or upper) marked unsafe, in the window expanded over h.
+def first_crossing(series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h):
+    """The first crossing of the corners (k, lower or upper) marked unsafe, within one finest step h.
 
     Returns:
-        (x, k, upward, rate): x as a fraction of the window, ``NEVER`` if none; d delta / ds there. Simultaneous
-        crossings go to the first element.
+        (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none; d delta / ds there. Simultaneous crossings
+        go to the first element.
     """
     best, element, upward, rate = NEVER, -1, 0, 0.0
     for k in range(side.size):
@@ -123,10 +97,14 @@ def first_crossing(probe, lower, upper, slot, expansion, side, unsafe, gap, h):
             if not unsafe[k, up]:
                 continue
             sign = 2 * up - 1
-            _gap_series(probe, slot, k, expansion, sign, gap)
+            index = slot * side.size + k
+            multiply(series, index, _STRIPS, width, y, gap, 0)
+            multiply_add(forced_series, index, forced_strips[slot], u.size, u, gap)
+            for j in range(gap.size):
+                gap[j] *= -sign
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
-                gap[0] = max(gap[0], 0.0) + BAND
+                gap[0] = max(gap[0], 0.0) + band[k]
             x = first_exit(gap)
             if x < best:
                 best, element, upward = x, k, up
@@ -135,19 +113,46 @@ def first_crossing(probe, lower, upper, slot, expansion, side, unsafe, gap, h):
 
 
 @kernel
-def state_between(regions, inputs, slot, y, cycle, start, h, work):
-    """y a time h (at most one longest step) later, into work.y: tables, then a Taylor rest."""
-    states = regions.generator.shape[2] - 1 - 2 * inputs.cycles_high.size
-    work.y[:] = y
-    done = 0.0
+def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
+    """Add the particular solution: y becomes states, and what is carried counts from the start of the run."""
+    behind = strips_of(carried.size)
+    multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
+    for i in range(states):
+        y[i] += out[4 * behind + i]
+    for i in range(carried.size):
+        carried[i] += out[i] + drift[slot, i] * elapsed
+
+
+@kernel
+def enter(particular, kept, states, width, slot, u, y, carried, out):
+    """Take the particular solution away, and put the kept inputs behind the states."""
+    behind = strips_of(carried.size)
+    multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
+    for i in range(states):
+        y[i] -= out[4 * behind + i]
+    for i in range(carried.size):
+        carried[i] -= out[i]
+    for i in range(states, width):
+        y[i] = u[kept[slot, i - states]]
+
+
+@kernel
+def state_between(regions, inputs, march, slot, cycle, start, h, elapsed, work):
+    """States and carried quantities a time h (at most one longest step) after start, into work.y and work.carried."""
+    work.y[:] = march.y
+    work.carried[:] = march.carried
+    width, done = regions.width[slot], 0.0
     for level in range(regions.fine[slot] + 1):
         length = inputs.steps[level]
         while h - done >= length:
-            advance(regions.tables, regions.first_table[slot] + level, states, work.y, work.out)
+            advance(regions.tables, regions.first_table[slot] + level, width, work.y, work.carried, work.out)
             done += length
-            inputs_at(inputs, cycle, start + done, work.y, states)
-    rest = h - done
-    if rest > 0.0:
-        high, low = inputs.cycles_high, inputs.cycles_low
-        expand(regions.generator, slot, high, low, states, work.y, rest, work.expansion, work.out)
-        evaluate(work.expansion, 1.0, work.y)
+    if h > done:
+        x = (h - done) / inputs.steps[regions.fine[slot]]
+        move_within(
+            regions.powers, slot, width, x, work.y, work.carried, work.out, work.terms, work.total
+        )  # fmt: skip
+    inputs_at(inputs, cycle, start + h, work.u)
+    leave(
+        regions.particular, regions.drift, regions.states, slot, work.u, elapsed + h, work.y, work.carried, work.out
+    )  # fmt: skip

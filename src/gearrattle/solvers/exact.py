@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
-from gearrattle.solvers.slots import packed_inputs, slots_of
+from gearrattle.solvers.slots import Size, aligned, packed_inputs, slots_of, strips_for
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
 from gearrattle.system.flow import Flow
-from gearrattle.system.region import ORDER
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,6 +34,18 @@ def _empty_log(capacity: int) -> packed.Log:
     return packed.Log(*(np.zeros(capacity, kind) for kind in kinds))
 
 
+def _scratch(size: Size) -> packed.Work:
+    """Scratch for vectors y of any width this system may need."""
+    longest = size.states + size.inputs
+    rows, whole, watched = 4 * size.made(longest), 4 * strips_for(longest), 4 * strips_for(3 * size.clearances)
+    lengths = {
+        "y": whole, "carried": size.carried, "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
+        "parts": 2 * whole, "size": whole, "band": size.clearances, "gap": packed.ORDER + 1, "terms": 3 * rows,
+        "total": whole,
+    }  # fmt: skip
+    return packed.Work(**{name: aligned(length) for name, length in lengths.items()})
+
+
 class ExactMarch:
     """A run of the exact algorithm under way (see ``base.Marching``)."""
 
@@ -46,27 +57,28 @@ class ExactMarch:
         self.task = task
         self.slots = slots_of(task.system)
         self.flow = self.slots.flow
-        flow, scaling = self.flow, self.flow.scaling
-        clearances = len(flow.system.clearances)
-        references = list(flow.coordinates.references)
+        flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
         deflection = flow.coordinates.basis @ task.angle
-        moving = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
-        z = np.concatenate([moving, flow.inputs_at(np.zeros(1), np.zeros(1))[0]])
-        y = np.concatenate([z, task.angle[references], np.zeros(clearances)])
-        pieces, side = starting_pieces(flow, z, task.angle)
+        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
+        u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
+        pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
         self.initial = np.array([pieces[k] for k in flow.system.clearances], dtype=np.int64)
-        counts = np.zeros(10, np.int64)
+        counts = np.zeros(packed.COUNTS, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
+        counts[packed.UNANCHORED] = 1 << 20
         counts[packed.LEVEL] = self.slots.regions[counts[packed.SLOT]].fine
-        series = np.zeros((ORDER + 1, y.size))
-        self.march = packed.March(y, np.zeros(2), counts, np.zeros(1), side, series)
-        made, seen = self.slots.strips
-        scratch = {"out": np.zeros(4 * made), "seen": np.zeros(4 * seen)}
-        third, gap = np.zeros(clearances), np.zeros(ORDER + 1)
-        self.work = packed.Work(y.copy(), series.copy(), third=third, gap=gap, **scratch)
+        y = aligned(4 * strips_for(size.states + size.inputs))
+        y[: size.states] = states
+        carried = np.concatenate([task.angle[list(flow.coordinates.references)], np.zeros(size.clearances)])
+        bound = aligned(4 * strips_for(3 * size.clearances))
+        self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
+        self.work = _scratch(size)
         samples = task.cycles * task.samples_per_cycle + 1
-        self.samples = packed.Samples(task.samples_per_cycle, np.zeros((samples, y.size)), np.zeros(samples, np.int64))
+        states_and_carried = np.zeros((samples, size.states + size.carried))
+        self.samples = packed.Samples(task.samples_per_cycle, states_and_carried, np.zeros(samples, np.int64))
+        states_and_carried[0] = np.concatenate([states, carried])
+        self.samples.slots[0], counts[packed.SAMPLE] = counts[packed.SLOT], 1
         self.inputs = packed_inputs(flow)
         self.log = _empty_log(_FIRST_LOG)
         self.auditor: Auditor | None = None
@@ -109,7 +121,11 @@ class ExactMarch:
     def place(self) -> Place:
         """Time, deflections and the last clearance crossed."""
         now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
-        deflection = self.flow.deflection[list(self.flow.system.clearances)] @ self.march.y[: self.flow.width]
+        states = self.march.y[: self.flow.states].copy()
+        if self.march.counts[packed.ENTERED]:
+            states += self.slots.regions[self.march.counts[packed.SLOT]].split.particular @ self.march.u
+        z = np.concatenate([states, self.march.u])
+        deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         count = int(self.march.counts[packed.EVENTS])
         last = int(self.log.clearance[count - 1]) if count else None
         return Place(float(now * self.flow.system.inputs.period), deflection, last)
@@ -126,21 +142,26 @@ class ExactMarch:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
         flow, task = self.flow, self.task
         steps, trials = int(self.march.counts[packed.STEPS]), int(self.march.counts[packed.TRIALS])
-        sampled: dict[str, Any] = sampled_quantities(
-            flow, self.samples, [region.pieces for region in self.slots.regions]
-        )
+        pieces = [region.pieces for region in self.slots.regions]
+        sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples, pieces)
         elapsed = task.cycles * flow.system.inputs.period
         return Motion(
             **sampled,
             crossings=self._crossings(),
             initial_piece=self.initial,
-            final_force_integral=self.samples.states[-1, flow.width + len(flow.coordinates.references) :].copy(),
+            final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,
             function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
             average_step=elapsed / max(steps, 1),
             average_trial_step=float(self.march.tried[0]) / max(trials, 1) * flow.system.inputs.period,
             energy=None if self.auditor is None else self.auditor.result(),
         )
+
+    def sampled_z(self) -> Array:
+        """(t, Z) states and inputs at the samples."""
+        cycle, part = np.divmod(np.arange(len(self.samples.states)), self.samples.per_cycle)
+        inputs = self.flow.inputs_at(cycle, part / self.samples.per_cycle)
+        return np.hstack([self.samples.states[:, : self.flow.states], inputs])
 
     def _audit(self) -> Auditor:
         pieces, crossings = [0] * len(self.flow.system.laws), self._crossings()
@@ -149,7 +170,7 @@ class ExactMarch:
         return Auditor(
             self.flow,
             tuple(pieces),
-            samples=np.ascontiguousarray(self.samples.states[:, : self.flow.width]),
+            samples=self.sampled_z(),
             per_cycle=self.samples.per_cycle,
             time=crossings.time / self.flow.system.inputs.period,
             clearance=crossings.clearance,
@@ -187,11 +208,13 @@ def _element_order(log: packed.Log) -> IntArray:
     return order.astype(np.int64)
 
 
-def sampled_quantities(flow: Flow, samples: packed.Samples, pieces: list[tuple[int, ...]]) -> dict[str, Array]:
+def sampled_quantities(
+    flow: Flow, z: Array, samples: packed.Samples, pieces: list[tuple[int, ...]]
+) -> dict[str, Array]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
     system, coordinates = flow.system, flow.coordinates
     index = np.arange(samples.slots.size)
-    z, references = samples.states[:, : flow.width], samples.states[:, flow.width :][:, : len(coordinates.references)]
+    references = samples.states[:, flow.states :][:, : len(coordinates.references)]
     basis = z[:, : len(coordinates.elements)] / flow.scaling.deflection
     clearances = list(system.clearances)
     acceleration = np.empty((index.size, system.size))

@@ -8,18 +8,31 @@ are only ever added to or replaced.
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass
 from hashlib import sha256
 from threading import Lock
+from typing import Any
 
 import numpy as np
+from numpy.linalg import matrix_power
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST, Inputs, Regions
+from gearrattle.kernels.packed import BAND, LONGEST, ORDER, Inputs, Regions
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
+from gearrattle.system.forced import oscillation
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import DEEPEST, Region, build_region, strips
 
 Array = NDArray[np.float64]
+
+POWERS = 4  # of the generator, for the Taylor window
+_LINE = 8  # numbers in a cache line
+NOTHING = 1e-19  # of a corner scale: terms of a forced deflection below this are left out
+
+
+def strips_for(rows: int) -> int:
+    """How many strips of four hold some rows."""
+    return -(-rows // 4)
 
 
 def packed_inputs(flow: Flow) -> Inputs:
@@ -27,7 +40,63 @@ def packed_inputs(flow: Flow) -> Inputs:
     high, low = split_cycles(flow.system.inputs.cycles)
     steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
-    return Inputs(high, low, flow.scaling.inputs, steps, np.cos(angle), np.sin(angle))
+    return Inputs(high, low, flow.frequency, flow.scaling.inputs, steps, np.cos(angle), np.sin(angle))
+
+
+def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
+    """Zeros that begin on a cache line: strips of four then never straddle two."""
+    count = int(np.prod(shape, dtype=np.int64))
+    raw: NDArray[Any] = np.zeros(count + _LINE, kind)
+    begin = -raw.ctypes.data % (8 * _LINE) // 8
+    return raw[begin : begin + count].reshape(shape)
+
+
+@dataclass(frozen=True)
+class Size:
+    """The sizes of one system's arrays, see ``packed``; counts of rows, and of the strips of four that hold them."""
+
+    states: int
+    inputs: int
+    carried: int
+    clearances: int
+
+    @classmethod
+    def of(cls, flow: Flow) -> Size:
+        """Read them off a flow."""
+        clearances = len(flow.system.clearances)
+        carried = len(flow.coordinates.references) + clearances
+        return cls(flow.states, flow.width - flow.states, carried, clearances)
+
+    def made(self, width: int) -> int:
+        """Strips of the rates of the carried quantities and of y."""
+        return strips_for(self.carried) + strips_for(width)
+
+    def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
+        """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
+        u, k, order = self.inputs, self.clearances, strips_for(ORDER + 1)
+        floats: dict[str, tuple[int, ...]] = {
+            "tables": (0, self.made(width), width, 4),
+            "powers": (0, self.made(width), width, 4),
+            "particular": (0, self.made(self.states), u, 4),
+            "drift": (0, self.carried),
+            "probe": (0, strips_for(3 * k), width, 4),
+            "calm": (0, strips_for(3 * k), width, 4),
+            "bounds": (0, 2 * strips_for(modes), width, 4),
+            "forced": (0, strips_for(3 * k), u, 4),
+            "series": (0, order, width, 4),
+            "forced_series": (0, order, u, 4),
+            "weights": (0, strips_for(3 * k), modes, 4),
+            "constant": (0, 4 * strips_for(3 * k)),
+            "lower": (0, k),
+            "upper": (0, k),
+        }
+        integers: dict[str, tuple[int, ...]] = {
+            "width": (0,), "kept": (0, u), "first_table": (0,), "fine": (0,), "modes": (0,), "forced_strips": (0,),
+            "neighbour": (0, k, 2),
+        }  # fmt: skip
+        return {name: (shape, float) for name, shape in floats.items()} | {
+            name: (shape, np.int64) for name, shape in integers.items()
+        }
 
 
 class Slots:
@@ -38,31 +107,16 @@ class Slots:
         self._lock = Lock()
         self.regions: list[Region] = []
         self._index: dict[Pieces, int] = {}
-        clearances, width = len(flow.system.clearances), flow.width
-        carried = len(flow.coordinates.references) + clearances
-        made = -(-(flow.states + carried) // 4)
-        self._watched = -(-3 * clearances // 4)
-        probes = self._watched + -(-2 * width // 4)
-        self._arrays: dict[str, NDArray[np.generic]] = {
-            "first_table": np.zeros(0, np.int64),
-            "fine": np.zeros(0, np.int64),
-            "tables": np.zeros((0, made, width, 4)),
-            "generator": np.zeros((0, made, width, 4)),
-            "probe": np.zeros((0, probes, width, 4)),
-            "bound_rows": np.zeros(0, np.int64),
-            "weights": np.zeros((0, clearances, width)),
-            "constant": np.zeros((0, clearances)),
-            "lower": np.zeros((0, clearances)),
-            "upper": np.zeros((0, clearances)),
-            "neighbour": np.zeros((0, clearances, 2), np.int64),
-        }
         self._tables_used = 0
-        self.strips = (made, probes)
+        laws = [flow.system.laws[k] for k in flow.system.clearances]
+        self._band = np.array([BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
+        self.size = Size.of(flow)
+        self._arrays = {name: aligned(shape, kind) for name, (shape, kind) in self.size.shapes(flow.states).items()}
 
     @property
     def packed(self) -> Regions:
         """The arrays for the kernel; ask again after every ``slot_of``."""
-        return Regions(**self._arrays)
+        return Regions(self.flow.states, band=self._band, **self._arrays)
 
     def slot_of(self, pieces: Pieces) -> int:
         """Slot of a region, building it at its first visit."""
@@ -81,34 +135,55 @@ class Slots:
         self._arrays["neighbour"][target, clearance, 1 - upward] = slot
         return target
 
-    def _room(self, name: str, needed: int) -> None:
-        array = self._arrays[name]
-        if array.shape[0] < needed:
-            larger = np.zeros((max(needed, 2 * array.shape[0], 8), *array.shape[1:]), array.dtype)
-            larger[: array.shape[0]] = array
-            self._arrays[name] = larger
+    def _make_room(self, slots: int, tables: int, width: int, modes: int) -> None:
+        """Let every array hold so many slots and tables, vectors y of a width, so many modes; doubling as needed."""
+        needed = self.size.shapes(width, modes)
+        for name, (shape, kind) in needed.items():
+            array = self._arrays[name]
+            rows = {"tables": tables, "powers": POWERS * slots, "series": slots * self.size.clearances,
+                    "forced_series": slots * self.size.clearances}.get(name, slots)  # fmt: skip
+            first = array.shape[0] if array.shape[0] >= rows else max(rows, 2 * array.shape[0])
+            full = (first, *map(max, shape[1:], array.shape[1:]))
+            if full != array.shape:
+                larger = aligned(full, kind)
+                larger[tuple(map(slice, array.shape))] = array
+                self._arrays[name] = larger
 
     def _add(self, region: Region) -> int:
-        slot = len(self.regions)
+        slot, count, width = len(self.regions), len(region.tables), len(region.generator)
+        rows, modes = region.bound.rows, len(region.bound.rows)
+        self._make_room(slot + 1, self._tables_used + count, width, modes)
         self.regions.append(region)
-        for name in self._arrays:
-            if name != "tables":
-                self._room(name, slot + 1)
-        count = region.tables.shape[0]
-        self._room("tables", self._tables_used + count)
-        a = self._arrays
+        a, k, carried = self._arrays, self.size.clearances, self.size.carried
+
+        def fill(name: str, index: int, *groups: Array) -> None:
+            packed = np.concatenate([strips(group) for group in groups])
+            a[name][index, : packed.shape[0], : packed.shape[1]] = packed
+
+        a["width"][slot], a["fine"][slot], a["modes"][slot] = width, region.fine, modes
+        a["kept"][slot, : width - self.flow.states] = region.split.kept
+        a["first_table"][slot] = self._tables_used
         for level, table in enumerate(region.tables):
-            a["tables"][self._tables_used + level] = strips(table)
-        a["first_table"][slot], a["fine"][slot] = self._tables_used, region.fine
+            fill("tables", self._tables_used + level, table[width:], table[:width])
         self._tables_used += count
-        a["generator"][slot] = strips(region.generator)
-        rows = region.bound.rows
-        a["bound_rows"][slot] = len(rows)
-        a["probe"][slot, : self._watched] = strips(np.vstack([region.deflection, region.rate, region.curvature]))
-        bounds = strips(np.stack([rows.real, rows.imag], axis=1).reshape(-1, self.flow.width))
-        a["probe"][slot, self._watched : self._watched + len(bounds)] = bounds
-        a["weights"][slot, :, : len(rows)] = region.bound.weights
-        a["constant"][slot] = region.bound.constant
+        for j, power in enumerate(region.powers(POWERS)):
+            fill("powers", POWERS * slot + j, power[:carried], power[carried:])
+        fill("particular", slot, region.carried_particular, region.split.particular)
+        a["drift"][slot] = region.drift
+        fours = [rows[i : i + 4] for i in range(0, modes, 4)]
+        fill("probe", slot, np.vstack(list(region.watched)))
+        fill("calm", slot, np.vstack(list(region.calm)))
+        fill("bounds", slot, rows[:0].real, *(part for four in fours for part in (four.real, four.imag)))
+        oscillators = oscillation(self.flow.frequency)
+        fill("forced", slot, np.vstack([region.forced @ matrix_power(oscillators, j) for j in range(3)]))
+        free, forced = region.series(oscillators)
+        for i in range(k):
+            fill("series", slot * k + i, free[i])
+            fill("forced_series", slot * k + i, forced[i])
+        turning = (np.abs(forced) * self.flow.input_size).max(axis=(0, 2), initial=0.0)
+        a["forced_strips"][slot] = strips_for(1 + int(np.flatnonzero(turning > NOTHING).max(initial=0)))
+        fill("weights", slot, np.vstack(list(region.bound.weights)))
+        a["constant"][slot, : 3 * k] = region.bound.constant.ravel()
         a["lower"][slot], a["upper"][slot] = region.lower, region.upper
         a["neighbour"][slot] = -1
         return slot

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST
+from gearrattle.kernels.packed import LONGEST, ORDER
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.law import PiecewiseLaw
-from gearrattle.system.region import ORDER, exponential_increments, finest_level, strips
+from gearrattle.system.region import exponential_increments, finest_level, strips
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

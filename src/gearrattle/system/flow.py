@@ -1,6 +1,6 @@
 """What the exact engine sees of a piecewise system: rows over one augmented state.
 
-    z = (x, v, u),   u = (1, cos 2 pi p_1 s, sin 2 pi p_1 s, cos 2 pi p_2 s, ...),   s = t / T,
+    z = (x, v, u),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
 all scaled (``scaling.py``). The inputs are states of their own (oscillators), so inside a region dz/ds = M z with one
 constant matrix: free motion, forced motion, resonance, drift under a mean torque are one and the same case. Every
@@ -10,11 +10,13 @@ quantity anyone asks for - an angle, a deflection, a force, an acceleration - is
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.system.forced import oscillation
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.scaling import Scaling, energy_scaling, power_of_two
 
@@ -53,6 +55,17 @@ class Flow:
         """Z, the length of z."""
         return int(self.deflection.shape[1])
 
+    @cached_property
+    def input_size(self) -> Array:
+        """(1 + 2 H,) amplitude of every input column."""
+        return np.asarray(self.scaling.inputs[_column_scale(self.frequency.size)])
+
+    @cached_property
+    def typical(self) -> float:
+        """Size of the scaled states in an ordinary motion: what the inputs do to the masses, what fills a clearance."""
+        rows = np.abs(self.deflection[list(self.system.clearances)]).max(axis=1)
+        return float(max(self.scaling.inputs.max(), (self.corner_scale / rows).max(initial=0.0)))
+
     def force_rows(self, pieces: Pieces) -> Array:
         """(m, Z) force of every element with the elements in the pieces given [SI]."""
         rows = np.empty_like(self.deflection)
@@ -74,10 +87,7 @@ class Flow:
         matrix = np.zeros((self.width, self.width))
         matrix[:r] = period * self.scaling.deflection[:, None] * (self.coordinates.basis @ self.velocity)
         matrix[r : self.states] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
-        for j, frequency in enumerate(self.frequency):
-            cosine = self.states + 1 + 2 * j
-            matrix[cosine, cosine + 1] = -frequency
-            matrix[cosine + 1, cosine] = frequency
+        matrix[self.states :, self.states :] = oscillation(self.frequency)
         return matrix
 
     def carried_rows(self, pieces: Pieces) -> Array:
@@ -103,8 +113,8 @@ class Flow:
         high, low = split_cycles(self.system.inputs.cycles)
         turn = np.remainder(np.multiply.outer(cycle, high), 1.0) + np.multiply.outer(cycle, low)
         angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction, high + low), 1.0)
-        waves = np.stack([np.cos(angle), np.sin(angle)], axis=-1).reshape(len(fraction), -1)
-        return np.hstack([np.ones((len(fraction), 1)), waves]) * self.scaling.inputs[_column_scale(self.frequency.size)]
+        waves = np.hstack([np.cos(angle), np.sin(angle)])
+        return np.hstack([np.ones((len(fraction), 1)), waves]) * self.input_size
 
 
 def split_cycles(cycles: Array) -> tuple[Array, Array]:
@@ -114,8 +124,8 @@ def split_cycles(cycles: Array) -> tuple[Array, Array]:
 
 
 def _column_scale(harmonics: int) -> NDArray[np.int64]:
-    """Index of the input scale of every input column: 0, 1, 1, 2, 2, ..."""
-    return np.concatenate([[0], np.repeat(np.arange(1, harmonics + 1), 2)]).astype(np.int64)
+    """Index of the input scale of every input column: 0, 1 ... H, 1 ... H."""
+    return np.concatenate([[0], *2 * [np.arange(1, harmonics + 1)]]).astype(np.int64)
 
 
 def flow_of(system: PiecewiseSystem) -> Flow:
@@ -126,7 +136,8 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     r, n, m = len(coordinates.elements), system.size, len(system.laws)
     states = r + n
     width = states + 1 + 2 * inputs.count
-    cosine = np.arange(states + 1, width, 2)
+    cosine = np.arange(states + 1, states + 1 + inputs.count)
+    sine = cosine + inputs.count
     size = scaling.inputs[1:]
     omega = 2 * np.pi * inputs.cycles / inputs.period
 
@@ -137,18 +148,18 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     rate = system.rows @ velocity
     curvature = np.zeros((m, width))
     deflection[:, cosine] -= inputs.error_cosine / size
-    deflection[:, cosine + 1] -= inputs.error_sine / size
+    deflection[:, sine] -= inputs.error_sine / size
     rate[:, cosine] -= inputs.error_sine * omega / size
-    rate[:, cosine + 1] += inputs.error_cosine * omega / size
+    rate[:, sine] += inputs.error_cosine * omega / size
     curvature[:, cosine] = -inputs.error_cosine * omega**2 / size
-    curvature[:, cosine + 1] = -inputs.error_sine * omega**2 / size
+    curvature[:, sine] = -inputs.error_sine * omega**2 / size
     torque = np.zeros((n, width))
     torque[:, states] = inputs.mean / scaling.inputs[0]
     torque[:, cosine] = inputs.torque_cosine / size
-    torque[:, cosine + 1] = inputs.torque_sine / size
+    torque[:, sine] = inputs.torque_sine / size
 
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
-    at_rest = [1.0 / float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only
+    at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     scale = power_of_two(np.array([c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]))
     return Flow(
         system,

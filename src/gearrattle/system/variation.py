@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST
+from gearrattle.kernels.packed import LONGEST, ORDER
 from gearrattle.system.flow import Flow, Pieces
-from gearrattle.system.region import ORDER, Region, build_region
+from gearrattle.system.region import Region, build_region
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

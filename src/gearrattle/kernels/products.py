@@ -1,0 +1,53 @@
+"""Products of packed rows with the marcher's vectors.
+
+Rows lie in strips of four, (strips, columns, 4), so that a product keeps four sums in registers. Stacks of such
+matrices are indexed in place: taking a view of an array costs a compiled loop more than the product.
+"""
+
+from __future__ import annotations
+
+from gearrattle.kernels._jit import inlined, kernel
+
+
+@inlined
+def multiply(stack, index, strips, columns, y, out, at):
+    """out[at:] = rows @ y[:columns], the first strips of stack[index]."""
+    for c in range(strips):
+        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(columns):
+            weight = y[j]
+            a0 += stack[index, c, j, 0] * weight
+            a1 += stack[index, c, j, 1] * weight
+            a2 += stack[index, c, j, 2] * weight
+            a3 += stack[index, c, j, 3] * weight
+        i = at + 4 * c
+        out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
+
+
+@inlined
+def multiply_add(stack, index, strips, columns, y, out):
+    """out += rows @ y[:columns], the first strips of stack[index]."""
+    for c in range(strips):
+        i = 4 * c
+        a0, a1, a2, a3 = out[i], out[i + 1], out[i + 2], out[i + 3]
+        for j in range(columns):
+            weight = y[j]
+            a0 += stack[index, c, j, 0] * weight
+            a1 += stack[index, c, j, 1] * weight
+            a2 += stack[index, c, j, 2] * weight
+            a3 += stack[index, c, j, 3] * weight
+        out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
+
+
+@kernel
+def multiply_row(stack, index, rows, r, out):
+    """out = all rows of stack[index] @ rows[r]."""
+    for c in range(stack.shape[1]):
+        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(stack.shape[2]):
+            weight = rows[r, j]
+            a0 += stack[index, c, j, 0] * weight
+            a1 += stack[index, c, j, 1] * weight
+            a2 += stack[index, c, j, 2] * weight
+            a3 += stack[index, c, j, 3] * weight
+        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3
