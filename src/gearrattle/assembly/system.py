@@ -13,6 +13,7 @@ import numpy as np
 
 from gearrattle.assembly.period import CommonPeriod, common_period
 from gearrattle.model import GROUND, Coupling, Harmonic, Mesh, Model
+from gearrattle.remember import remembered
 from gearrattle.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.trajectory import Layout
@@ -30,12 +31,14 @@ def law_of(element: Coupling | Mesh) -> PiecewiseLaw:
     return staged(drive, coast, element.preload if isinstance(element, Coupling) else 0.0)
 
 
+@remembered(8)
 def period_of(model: Model) -> CommonPeriod:
     """The common period of the model's torques and transmission errors."""
     errors = [h.order for mesh in model.meshes for h in mesh.transmission_error]
     return common_period(model.excitation.omega, [h.order for t in model.torques for h in t.harmonics] + errors)
 
 
+@remembered(8)
 def assemble(model: Model) -> PiecewiseSystem:
     """Write the model as one piecewise-linear system [SI, or the model's own dimensionless units]."""
     elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
@@ -72,6 +75,7 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
     sine_cosine += (harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase))
 
 
+@remembered(8)
 def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
     """Names and constants by which a trajectory of the system is judged."""
     elements, names = elements_of(model), [inertia.name for inertia in model.inertias]

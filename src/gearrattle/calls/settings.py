@@ -33,7 +33,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
         if key in given:
             changes[key] = given[key]
     plain = {key: _plain(value) for key, value in changes.items()}
-    return model.with_({f"simulation.{key}": value for key, value in plain.items()})
+    return model.with_simulation(plain)
 
 
 def _plain(value: Any) -> Any:

@@ -64,25 +64,25 @@ def simulate(
         "step": step,
         "initial": initial,
     }
-    model = settled(model, arguments)
-    settings = model.simulation
+    used = settled(model, arguments)
+    settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
     assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
     if settings.algorithm not in SOLVERS:
         rule = f"is not available yet; there are {', '.join(SOLVERS)}"
         raise ModelError(Problem("simulation.algorithm", settings.algorithm, rule))
     system = assemble(model)
-    angle, velocity, notes = _start(model, system)
+    angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
     trajectory = integrate(task, name_plate(model, system), settings.algorithm, settings.discard, progress)
     notes = (*period_of(model).notes, *notes, *trajectory.notes)
-    return Run(replace(trajectory, notes=notes), model)
+    return Run(replace(trajectory, notes=notes), used)
 
 
-def _start(model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:
-    """Angles, velocities and notes of the initial state."""
-    initial = model.simulation.initial
+def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:
+    """Angles, velocities and notes of the initial state; ``used`` has the settings, ``model`` is as handed in."""
+    initial = used.simulation.initial
     if isinstance(initial, Initial):
         return np.array(initial.angle, dtype=float), np.array(initial.velocity, dtype=float), ()
     if initial == "zero":

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
+from gearrattle.remember import remembered
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -67,6 +68,7 @@ def rigid_acceleration(system: PiecewiseSystem, coordinates: RelativeCoordinates
     return np.asarray(motion @ np.linalg.solve(motion.T @ (system.inertia[:, None] * motion), net))
 
 
+@remembered(8)
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     """Find the static equilibrium.
 

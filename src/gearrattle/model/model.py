@@ -7,6 +7,7 @@ reader. The rules checked here are those between tables: names that are unique a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
@@ -110,6 +111,22 @@ class Model(Table):
             ModelError: a path that does not exist, or a value that the file format refuses.
         """
         return self.from_tables(changed(self.to_tables(), changes))
+
+    def with_simulation(self, settings: Mapping[str, Any]) -> Self:
+        """Return a new model with some simulation settings changed; it shares all other tables with this one.
+
+        Args:
+            settings: name to value, values as in a file.
+
+        Raises:
+            ModelError: as ``with_``.
+        """
+        tables = {**self.simulation.to_plain(), **settings}
+        if not isinstance(tables.get("initial"), Mapping):
+            context = {"dimensionless": self.units == "dimensionless"}
+            with suppress(ValidationError):
+                return self.model_copy(update={"simulation": Simulation.model_validate(tables, context=context)})
+        return self.with_({f"simulation.{key}": value for key, value in settings.items()})
 
     def path_names(self) -> tuple[str, ...]:
         """Return the paths of all values that are set, as ``with_`` takes them."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass
 from hashlib import sha256
+from math import prod
 from threading import Lock
 from typing import Any
 
@@ -18,6 +19,7 @@ from numpy.linalg import matrix_power
 from numpy.typing import NDArray
 
 from gearrattle.kernels.packed import BAND, LONGEST, ORDER, Inputs, Regions
+from gearrattle.remember import remembered
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.forced import oscillation
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -45,7 +47,7 @@ def packed_inputs(flow: Flow) -> Inputs:
 
 def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
     """Zeros that begin on a cache line: strips of four then never straddle two."""
-    count = int(np.prod(shape, dtype=np.int64))
+    count = prod(shape) if isinstance(shape, tuple) else shape
     raw: NDArray[Any] = np.zeros(count + _LINE, kind)
     begin = -raw.ctypes.data % (8 * _LINE) // 8
     return raw[begin : begin + count].reshape(shape)
@@ -194,6 +196,7 @@ _KEPT_LOCK = Lock()
 _MOST_KEPT = 4
 
 
+@remembered(8)
 def slots_of(system: PiecewiseSystem) -> Slots:
     """The slots of a system, those of an earlier run if there was one."""
     key = _fingerprint(system)

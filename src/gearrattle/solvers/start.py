@@ -40,7 +40,7 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
                 pieces[k] = law.inner(c, c + 1)
                 on_corner[i] = c
     undecided = dict(on_corner)
-    for order in range(1, _DERIVATIVES + 1):
+    for order in range(1, _DERIVATIVES + 1 if undecided else 1):
         signs = _signs(flow, tuple(pieces), z, order)
         for i, c in list(undecided.items()):
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
