@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -47,10 +47,13 @@ docs: $(VENV)/.docs         ## the manual: docs/_build/html/index.html
 bench: $(VENV)/.test        ## exact against a compiled fixed step, same process
 	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only $(PYTEST_ARGS)
 
+peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
+	$(PY) -m benchmarks.peers
+
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
 
-constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs  ## rewrite constraints.txt from what .venv holds
+constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
 
@@ -80,7 +83,7 @@ $(VENV)/.package: $(VENV)/.python pyproject.toml constraints.txt
 	@$(PIP) --editable .
 	@touch $@
 
-$(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.package
+$(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers: $(VENV)/.%: $(VENV)/.package
 	@echo "installing what 'make $*' needs"
 	@$(PIP) --editable '.[$*]'
 	@touch $@
