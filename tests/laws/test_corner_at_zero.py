@@ -6,13 +6,14 @@ pi over the damped frequencies w sqrt(1 - 0.02^2) and 3 w sqrt(1 - 0.05^2) in tu
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
 import pytest
 
 from tests.laws.motion import simulate
-from tests.oracles.driveline import Body, Coupling, Driveline, Stage
+from tests.oracles.driveline import Body, Coupling, Driveline, Harmonic, Stage, Torque
 
 
 def bilinear(rate: int, velocity: str) -> Driveline:
@@ -47,3 +48,13 @@ def test_a_small_motion_is_as_exact_as_a_large_one(velocity):
 
 def test_a_decaying_motion_passes_zero_for_ever():
     assert passages(1, "1.0", 200) == pytest.approx(expected(1, 200), rel=1e-12)
+
+
+@pytest.mark.parametrize("size", ["1e-9", "1e-15"])
+def test_a_small_torque_drives_the_same_motion_as_a_large_one(size):
+    def driven(size: str) -> np.ndarray:
+        pull = Torque("x", harmonics=(Harmonic("1", size), Harmonic("2", size)))
+        return simulate(replace(bilinear(1, size), torques=(pull,)), 20, 4).events["time"].to_numpy()
+
+    assert len(driven(size)) > 40
+    assert driven(size) == pytest.approx(driven("1"), rel=1e-12)

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 POWERS = 4  # of the generator, for the Taylor window
 _LINE = 8  # numbers in a cache line
-NOTHING = 1e-19  # of a corner scale: terms of a forced deflection below this are left out
+NOTHING = 1e-19  # of the largest: terms of a forced deflection below this are left out
 
 
 def strips_for(rows: int) -> int:
@@ -183,7 +183,9 @@ class Slots:
             fill("series", slot * k + i, free[i])
             fill("forced_series", slot * k + i, forced[i])
         turning = (np.abs(forced) * self.flow.input_size).max(axis=(0, 2), initial=0.0)
-        a["forced_strips"][slot] = strips_for(1 + int(np.flatnonzero(turning > NOTHING).max(initial=0)))
+        a["forced_strips"][slot] = strips_for(
+            1 + int(np.flatnonzero(turning > NOTHING * turning.max(initial=0.0)).max(initial=0))
+        )
         fill("weights", slot, np.vstack(list(region.bound.weights)))
         a["constant"][slot, : 3 * k] = region.bound.constant.ravel()
         a["lower"][slot], a["upper"][slot] = region.lower, region.upper

@@ -63,8 +63,12 @@ class Flow:
     @cached_property
     def typical(self) -> float:
         """Size of the scaled states in an ordinary motion: what the inputs do to the masses, what fills a clearance."""
-        rows = np.abs(self.deflection[list(self.system.clearances)]).max(axis=1)
-        return float(max(self.scaling.inputs.max(), (self.corner_scale / rows).max(initial=0.0)))
+        drives = np.any(self.torque[:, self.states :], axis=0) | np.any(self.deflection[:, self.states :], axis=0)
+        sizes = list(self.input_size[drives])
+        for k, scale in zip(self.system.clearances, self.corner_scale, strict=True):
+            if np.any(self.system.laws[k].corners != 0.0):
+                sizes.append(scale / np.abs(self.deflection[k]).max())
+        return float(max(sizes, default=1.0))
 
     def force_rows(self, pieces: Pieces) -> Array:
         """(m, Z) force of every element with the elements in the pieces given [SI]."""
