@@ -9,8 +9,9 @@ the first, let every region act from one logged crossing to the next, and
 4. the pieces, forces and accelerations stored there are those of that state.
 
 Together with the start this covers the whole run, and growth of perturbations over the run plays no part: an error
-must show between the samples where it is made. Allowed is the rounding of ``replay``, times ``ROUNDINGS`` because both
-sides round, and for a penetration the 1e-12 of the clearance's scale below which nothing is promised.
+must show between the samples where it is made. Allowed is the rounding of ``replay`` at the size of the motion, times
+``ROUNDINGS`` because both sides round, and the program rounds free and forced motion apart; and for a penetration the
+1e-12 of the clearance's scale below which nothing is promised.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from tests.dense.plain import EPS, Region, region_of
 from tests.dense.replay import Segment, follow
 from tests.dense.rounding import sums_of
 
-ROUNDINGS = 4.0
+ROUNDINGS = 6.0
 LATE = 4 * EPS
 """Of the time: how exactly a logged time can be read, as a float."""
 PENETRATION = 1e-12
@@ -72,6 +73,7 @@ class Judge:
         self.scale = np.where(corners > 0, corners, np.where(swing > 0, swing, 1.0))
         self.sums = sums_of(case)
         self.segments: list[tuple[Region, Segment]] = []
+        self.size = np.max([np.abs(self.state(j)[0]) for j in range(len(self.time))], axis=0)
 
     def region(self) -> Region:
         """The region the log is in."""
@@ -86,12 +88,17 @@ class Judge:
         phase = 2 * np.pi * self.case.cycles * (time / self.case.period)
         return np.concatenate([[1.0], np.stack([np.cos(phase), np.sin(phase)], axis=1).ravel()])
 
+    def state(self, j: int) -> tuple[np.ndarray, np.ndarray]:
+        """(Z,) state at sample j as the stored angles make it, and the angles."""
+        case, u = self.case, self.inputs(self.time[j])
+        q, v = (case.angle, case.velocity) if j == 0 else (self.motion.angle[j], self.motion.velocity[j])
+        error = case.error_cosine @ u[1::2] + case.error_sine @ u[2::2]
+        return np.concatenate([case.rows @ q - error, v, u]), q
+
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
         """State and its squared rounding as stored at sample j; linear elements' deflections from the angles."""
-        case, u = self.case, self.inputs(self.time[j])
-        q = case.angle if j == 0 else self.motion.angle[j]
-        error = case.error_cosine @ u[1::2] + case.error_sine @ u[2::2]
-        delta = case.rows @ q - error
+        case, (z, q) = self.case, self.state(j)
+        delta, v, u = z[: self.m], z[self.m : self.m + self.n], z[self.m + self.n :]
         noise = self.sums.from_angles(case.rows, q, delta, given=j == 0)
         if j:
             stored = self.motion.deflection[j]
@@ -99,7 +106,6 @@ class Judge:
                 self.verdict.hold("stored deflection", abs(stored[i] - delta[k]), ROUNDINGS * noise[k], f"sample {j}")
             delta[self.clear] = stored
             noise[self.clear] = self.sums.stored(delta)[self.clear]
-        v = case.velocity if j == 0 else self.motion.velocity[j]
         phase = EPS * (1 + 2 * np.pi * np.repeat(case.cycles, 2) * (1 + self.time[j] / case.period))
         noise = np.concatenate([noise, EPS * np.abs(v), [0.0], phase])
         return np.concatenate([delta, v, u]), np.diag(noise**2)
@@ -134,7 +140,7 @@ class Judge:
     def _segment(self, z, spread, now, then, passed):
         region = self.region()
         z = np.concatenate([z[: self.m + self.n], self.inputs(now)])
-        segment = follow(region, z, spread, max(then - now, 0.0), self.sums)
+        segment = follow(region, z, spread, max(then - now, 0.0), sums=self.sums, size=self.size)
         self.verdict.segments += 1
         self.verdict.steps += segment.lengths.size
         hurry = np.abs(region.watch[1] @ segment.states).max(axis=1, initial=0.0)

@@ -47,13 +47,17 @@ class Segment:
     when: np.ndarray
 
 
-def follow(region: Region, z: np.ndarray, spread: np.ndarray, duration: float, sums: Sums) -> Segment:
+def follow(
+    region: Region, z: np.ndarray, spread: np.ndarray, duration: float, *, sums: Sums, size: np.ndarray
+) -> Segment:
     """Follow one region for a duration.
 
     Args:
         region: the region. z: (Z,) state. spread: (Z, Z) its squared rounding.
         duration: how long.
         sums: what the deflections are made from.
+        size: (Z,) largest state of the whole run: a solver may round at that size, if it adds a forced motion to a free
+            one.
     """
     count = int(duration // region.h)
     rest = min(max(duration - count * region.h, 0.0), region.h)
@@ -66,14 +70,14 @@ def follow(region: Region, z: np.ndarray, spread: np.ndarray, duration: float, s
     states = np.hstack([states[:, : count + 1], end[:, None]])
     lengths = np.full(count + 1, region.h)
     lengths[-1] = rest
-    spread, noise = _rounding(region, states, spread, count=count, partial=partial, sums=sums)
+    spread, noise = _rounding(region, states, spread, count=count, partial=partial, sums=sums, size=size)
     gap, when = _gaps(region, states, lengths)
     return Segment(end, spread, noise, states, lengths, gap, when)
 
 
-def _rounding(region, states, spread, *, count, partial, sums):
+def _rounding(region, states, spread, *, count, partial, sums, size):
     """Squared rounding at the end, and the largest of the clearances' deflections anywhere in the segment."""
-    largest = np.abs(states).max(axis=1)
+    largest = np.maximum(np.abs(states).max(axis=1), size)
     m, width = len(sums.carried), len(largest)
     own = EPS * (largest + region.h * (region.size @ largest))
     own[:m] += EPS * (sums.loops @ (largest[:m] + sums.carried))

@@ -115,8 +115,9 @@ def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound)
         r, i = 8 * g, 8 * g + 4
         for j in range(4):
             size[4 * g + j] = np.sqrt(parts[r + j] * parts[r + j] + parts[i + j] * parts[i + j])
-    for i in range(bound.size):
-        bound[i] = constant[slot, i]
+    for i in range(0, bound.size, 4):
+        b0, b1, b2, b3 = constant[slot, i], constant[slot, i + 1], constant[slot, i + 2], constant[slot, i + 3]
+        bound[i], bound[i + 1], bound[i + 2], bound[i + 3] = b0, b1, b2, b3
     multiply_add(weights, slot, bound.size // 4, modes, size, bound)
 
 
@@ -160,7 +161,7 @@ def _emit(regions, inputs, march, samples, h, work):
             break
         state_between(regions, inputs, march, slot, counts[CYCLE], now, max(ahead, 0.0), elapsed, work)
         samples.states[i, :states] = work.y[:states]
-        samples.states[i, states:] = work.carried
+        samples.states[i, states:] = work.carried[: samples.states.shape[1] - states]
         samples.slots[i] = slot
         counts[SAMPLE] += 1
 
@@ -202,8 +203,8 @@ def _anchor(regions, inputs, march):
 def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
     """Deflections, rates and curvatures of every clearance, with and without the fast modes."""
     multiply(forced, slot, watched, u.size, u, seen, 0)
-    for i in range(4 * watched):
-        calm[i] = seen[i]
+    for i in range(0, 4 * watched, 4):
+        calm[i], calm[i + 1], calm[i + 2], calm[i + 3] = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
     multiply_add(probe, slot, watched, width, y, seen)
     multiply_add(calm_rows, slot, watched, width, y, calm)
 
@@ -230,7 +231,7 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
     parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
     last, room, per_cycle = samples.slots.size, log.cycle.size, samples.per_cycle
-    watched, integrals = strips_of(3 * side.size), carried.size - side.size
+    watched, integrals = strips_of(3 * side.size), samples.states.shape[1] - states - side.size
     fixed, band = regions.band, work.band
     unsafe = np.zeros((side.size, 2), dtype=np.bool_)
     ahead = _ahead(counts, clock, per_cycle)

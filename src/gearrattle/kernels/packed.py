@@ -37,7 +37,7 @@ class Regions(NamedTuple):
     tables: Any  # (tables, strips, M, 4) increments over a step
     powers: Any  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
     particular: Any  # (slots, strips, U, 4) P, carried rows first
-    drift: Any  # (slots, C) what the constant input adds to the carried quantities in a period
+    drift: Any  # (slots, C filled up to fours) what the constant input adds to the carried quantities in a period
     probe: Any  # (slots, strips, M, 4) deflections, rates, curvatures
     calm: Any  # (slots, strips, M, 4) the same without the fast modes
     forced: Any  # (slots, strips, U, 4) the same deflections, rates, curvatures from the inputs split off
@@ -78,7 +78,7 @@ class March(NamedTuple):
     """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
 
     y: Any  # (N + U, filled up to fours) w and kept inputs, or x while no region is entered
-    carried: Any  # (C,) relative to their own particular solution, as w is
+    carried: Any  # (C, filled up to fours) relative to their own particular solution, as w is
     u: Any  # (U,) inputs
     clock: Any  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
     #   at entry cycle + entry; the bounds are as old as age
@@ -92,7 +92,7 @@ class Work(NamedTuple):
     """Scratch."""
 
     y: Any  # (N + U,) a sample's vectors, so that a sample never disturbs the march
-    carried: Any  # (C,)
+    carried: Any  # (C, filled up to fours)
     u: Any  # (U,)
     out: Any  # (4 strips,) a product with rates or increments
     seen: Any  # (4 strips,) a product with the probe

@@ -39,6 +39,26 @@ def multiply_add(stack, index, strips, columns, y, out):
         out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
 
 
+@inlined
+def add(strips, out, at, y):
+    """y += out[at:], in strips of four."""
+    for c in range(strips):
+        i = 4 * c
+        j = at + i
+        s0, s1, s2, s3 = y[i] + out[j], y[i + 1] + out[j + 1], y[i + 2] + out[j + 2], y[i + 3] + out[j + 3]
+        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+
+
+@inlined
+def subtract(strips, out, at, y):
+    """y -= out[at:], in strips of four."""
+    for c in range(strips):
+        i = 4 * c
+        j = at + i
+        s0, s1, s2, s3 = y[i] - out[j], y[i + 1] - out[j + 1], y[i + 2] - out[j + 2], y[i + 3] - out[j + 3]
+        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+
+
 @kernel
 def multiply_row(stack, index, rows, r, out):
     """out = all rows of stack[index] @ rows[r]."""

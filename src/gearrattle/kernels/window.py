@@ -10,7 +10,7 @@ from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
-from gearrattle.kernels.products import multiply, multiply_add
+from gearrattle.kernels.products import add, multiply, multiply_add, subtract
 
 _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
@@ -29,11 +29,10 @@ def strips_of(count):
 def advance(tables, index, width, y, carried, out):
     """Add a table's increments to y and to what is carried."""
     behind = strips_of(carried.size)
-    multiply(tables, index, behind + strips_of(width), width, y, out, 0)
-    for i in range(carried.size):
-        carried[i] += out[i]
-    for i in range(width):
-        y[i] += out[4 * behind + i]
+    strips = strips_of(width)
+    multiply(tables, index, behind + strips, width, y, out, 0)
+    add(behind, out, 0, carried)
+    add(strips, out, 4 * behind, y)
 
 
 @inlined
@@ -77,10 +76,9 @@ def move_within(powers, slot, width, x, y, carried, out, terms, total):
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
     c2, c3 = x2 / 2.0, x3 / 6.0
     _combine(0.0, x, c2, c3, y, terms, first, rows, width, out, total)
-    for i in range(width):
-        y[i] += total[i]
-    for i in range(carried.size):
-        carried[i] += out[i] + (c3 * terms[2 * rows + i] + c2 * terms[rows + i] + x * terms[i])
+    add(strips_of(width), total, 0, y)
+    _combine(0.0, x, c2, c3, carried, terms, 0, rows, carried.size, out, total)
+    add(strips_of(carried.size), total, 0, carried)
 
 
 @kernel
@@ -117,8 +115,7 @@ def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
     """Add the particular solution: y becomes states, and what is carried counts from the start of the run."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
-    for i in range(states):
-        y[i] += out[4 * behind + i]
+    add(strips_of(states), out, 4 * behind, y)
     for i in range(carried.size):
         carried[i] += out[i] + drift[slot, i] * elapsed
 
@@ -128,10 +125,8 @@ def enter(particular, kept, states, width, slot, u, y, carried, out):
     """Take the particular solution away, and put the kept inputs behind the states."""
     behind = strips_of(carried.size)
     multiply(particular, slot, behind + strips_of(states), u.size, u, out, 0)
-    for i in range(states):
-        y[i] -= out[4 * behind + i]
-    for i in range(carried.size):
-        carried[i] -= out[i]
+    subtract(strips_of(states), out, 4 * behind, y)
+    subtract(behind, out, 0, carried)
     for i in range(states, width):
         y[i] = u[kept[slot, i - states]]
 

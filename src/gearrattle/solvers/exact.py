@@ -39,7 +39,7 @@ def _scratch(size: Size) -> packed.Work:
     longest = size.states + size.inputs
     rows, whole, watched = 4 * size.made(longest), 4 * strips_for(longest), 4 * strips_for(3 * size.clearances)
     lengths = {
-        "y": whole, "carried": size.carried, "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
+        "y": whole, "carried": 4 * strips_for(size.carried), "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
         "parts": 2 * whole, "size": whole, "band": size.clearances, "gap": packed.ORDER + 1, "terms": 3 * rows,
         "total": whole,
     }  # fmt: skip
@@ -70,14 +70,16 @@ class ExactMarch:
         counts[packed.LEVEL] = self.slots.regions[counts[packed.SLOT]].fine
         y = aligned(4 * strips_for(size.states + size.inputs))
         y[: size.states] = states
-        carried = np.concatenate([task.angle[list(flow.coordinates.references)], np.zeros(size.clearances)])
+        references = task.angle[list(flow.coordinates.references)]
+        carried = aligned(4 * strips_for(size.carried))
+        carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.clearances))
         self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
         self.work = _scratch(size)
         samples = task.cycles * task.samples_per_cycle + 1
         states_and_carried = np.zeros((samples, size.states + size.carried))
         self.samples = packed.Samples(task.samples_per_cycle, states_and_carried, np.zeros(samples, np.int64))
-        states_and_carried[0] = np.concatenate([states, carried])
+        states_and_carried[0] = np.concatenate([states, carried[: size.carried]])
         self.samples.slots[0], counts[packed.SAMPLE] = counts[packed.SLOT], 1
         self.inputs = packed_inputs(flow)
         self.log = _empty_log(_FIRST_LOG)

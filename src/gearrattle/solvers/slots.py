@@ -80,7 +80,7 @@ class Size:
             "tables": (0, self.made(width), width, 4),
             "powers": (0, self.made(width), width, 4),
             "particular": (0, self.made(self.states), u, 4),
-            "drift": (0, self.carried),
+            "drift": (0, 4 * strips_for(self.carried)),
             "probe": (0, strips_for(3 * k), width, 4),
             "calm": (0, strips_for(3 * k), width, 4),
             "bounds": (0, 2 * strips_for(modes), width, 4),
@@ -171,7 +171,7 @@ class Slots:
         for j, power in enumerate(region.powers(POWERS)):
             fill("powers", POWERS * slot + j, power[:carried], power[carried:])
         fill("particular", slot, region.carried_particular, region.split.particular)
-        a["drift"][slot] = region.drift
+        a["drift"][slot, :carried] = region.drift
         fours = [rows[i : i + 4] for i in range(0, modes, 4)]
         fill("probe", slot, np.vstack(list(region.watched)))
         fill("calm", slot, np.vstack(list(region.calm)))
