@@ -37,9 +37,10 @@ def _empty_log(capacity: int) -> packed.Log:
 def _scratch(size: Size) -> packed.Work:
     """Scratch for vectors y of any width this system may need."""
     longest = size.states + size.inputs
-    rows, whole, watched = 4 * size.made(longest), 4 * strips_for(longest), 4 * strips_for(3 * size.clearances)
+    whole, watched = 4 * strips_for(longest), 4 * strips_for(3 * size.clearances)
+    rows, carried = 4 * size.made(longest), 4 * strips_for(size.carried)
     lengths = {
-        "y": whole, "carried": 4 * strips_for(size.carried), "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
+        "y": whole, "carried": carried, "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
         "parts": 2 * whole, "size": whole, "band": size.clearances, "gap": packed.ORDER + 1, "terms": 3 * rows,
         "total": whole,
     }  # fmt: skip

@@ -1,0 +1,77 @@
+"""What the exact solver alone promises: the same bits, however the run is cut up and whatever was run before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gearrattle.kernels import packed
+from gearrattle.outcome import Outcome
+from gearrattle.remember import remembered
+from gearrattle.solvers import Motion, Task, exact, slots
+from gearrattle.solvers.exact import ExactMarch
+from tests.solvers.tasks import oscillator, run, task
+from tests.system.drivelines import clearance, random_chain
+
+
+def same_bits(one: Motion, other: Motion) -> None:
+    for name in ("angle", "velocity", "acceleration", "force", "piece", "final_force_integral"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    for name in ("time", "clearance", "from_piece", "to_piece", "velocity", "force_integral"):
+        assert np.array_equal(getattr(one.crossings, name), getattr(other.crossings, name)), name
+
+
+def rattling(seed: int) -> Task:
+    system = random_chain(seed)
+    rng = np.random.default_rng(seed)
+    return task(system, list(rng.normal(size=system.size)), list(3 * rng.normal(size=system.size)), cycles=8)
+
+
+@pytest.mark.parametrize("budget", [1, 7, 1000])
+@pytest.mark.parametrize("seed", range(4))
+def test_slices_change_no_bit(seed: int, budget: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = run(rattling(seed))
+    monkeypatch.setattr(exact, "_BUDGET", budget)
+    assert len(whole.crossings.time) > 0
+    same_bits(whole, run(rattling(seed)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = rattling(seed)
+    monkeypatch.setattr(exact, "slots_of", lambda system: slots.Slots(slots.flow_of(system)))
+    first = run(given)
+    fresh = slots.Slots(slots.flow_of(given.system))
+    monkeypatch.setattr(exact, "slots_of", lambda _: fresh)
+    run(given)
+    same_bits(first, run(given))
+
+
+def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A limit of zero keeps every input: the augmented exponential, without any particular solution."""
+    given = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
+    split = run(given)
+    monkeypatch.setattr("gearrattle.system.forced.LARGEST", 0.0)
+    monkeypatch.setattr(exact, "slots_of", lambda system: slots.Slots(slots.flow_of(system)))
+    march = ExactMarch(given)
+    assert march.slots.regions[march.march.counts[packed.SLOT]].split.kept.size == 3
+    while march.advance() is not Outcome.DONE:
+        pass
+    kept = march.motion()
+    assert np.abs(kept.angle - split.angle).max() <= 1e-12
+    assert np.abs(kept.crossings.time - split.crossings.time).max() <= 1e-12
+    assert np.abs(kept.crossings.force_integral - split.crossings.force_integral).max() <= 1e-12
+
+
+def test_what_was_made_of_the_same_objects_is_made_once() -> None:
+    made: list[object] = []
+
+    @remembered(2)
+    def make(thing: object) -> int:
+        made.append(thing)
+        return len(made)
+
+    a, b, c = [1], [1], [1]
+    assert [make(a), make(a), make(b), make(a)] == [1, 1, 2, 1]
+    assert make(c) == 3
+    assert make(b) == 4  # b was the one used longest ago
