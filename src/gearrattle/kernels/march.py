@@ -160,8 +160,8 @@ def _emit(regions, inputs, march, samples, h, work):
         if ahead >= h and ahead > 0.0:
             break
         state_between(regions, inputs, march, slot, counts[CYCLE], now, max(ahead, 0.0), elapsed, work)
-        samples.states[i, :states] = work.y[:states]
-        samples.states[i, states:] = work.carried[: samples.states.shape[1] - states]
+        for j in range(samples.states.shape[1]):
+            samples.states[i, j] = work.y[j] if j < states else work.carried[j - states]
         samples.slots[i] = slot
         counts[SAMPLE] += 1
 

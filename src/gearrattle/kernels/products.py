@@ -39,6 +39,13 @@ def multiply_add(stack, index, strips, columns, y, out):
         out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
 
 
+@kernel
+def copy(source, count, out):
+    """Copy the first entries; compiling a slice assignment costs seconds for its error message alone."""
+    for i in range(count):
+        out[i] = source[i]
+
+
 @inlined
 def add(strips, out, at, y):
     """y += out[at:], in strips of four."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from gearrattle.kernels._jit import kernel
-from gearrattle.kernels.products import multiply, multiply_row
+from gearrattle.kernels.products import copy, multiply, multiply_row
 
 
 class Powers(NamedTuple):
@@ -56,7 +56,8 @@ def _partial_step(powers, region, h, scratch, width, values, torque, drag, loss,
     """The same over a shorter step, by its Taylor series."""
     z, at, made, series = scratch[0], scratch[1], scratch[2], scratch[4:]
     order = series.shape[0] - 1
-    series[0, :width] = z[:width]
+    for j in range(width):
+        series[0, j] = z[j]
     for p in range(1, order + 1):
         multiply_row(powers.generator, region, series, p - 1, made)
         for j in range(width):
@@ -70,7 +71,7 @@ def _partial_step(powers, region, h, scratch, width, values, torque, drag, loss,
             at[j] = total
         if q < powers.weights.size:
             _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
-    z[:width] = at[:width]
+    copy(at, width, z)
 
 
 @kernel
@@ -90,7 +91,8 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
     for i in range(durations.size):
         region, sample = path[i, 0], path[i, 1]
         if sample >= 0:
-            scratch[0, :width] = samples[sample]
+            for j in range(width):
+                scratch[0, j] = samples[sample, j]
         left = durations[i]
         while left >= powers.step[region]:
             _full_step(powers, region, scratch, width, values, torque, drag, loss, error)

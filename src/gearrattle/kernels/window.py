@@ -10,7 +10,7 @@ from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
-from gearrattle.kernels.products import add, multiply, multiply_add, subtract
+from gearrattle.kernels.products import add, copy, multiply, multiply_add, subtract
 
 _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
@@ -134,8 +134,8 @@ def enter(particular, kept, states, width, slot, u, y, carried, out):
 @kernel
 def state_between(regions, inputs, march, slot, cycle, start, h, elapsed, work):
     """States and carried quantities a time h (at most one longest step) after start, into work.y and work.carried."""
-    work.y[:] = march.y
-    work.carried[:] = march.carried
+    copy(march.y, march.y.size, work.y)
+    copy(march.carried, march.carried.size, work.carried)
     width, done = regions.width[slot], 0.0
     for level in range(regions.fine[slot] + 1):
         length = inputs.steps[level]
