@@ -98,3 +98,21 @@ def test_joining_segments_changes_the_horizon_by_no_more_than_their_length() -> 
     want = np.log(1e7) / np.log(1.012)
     assert want > 512  # only joined segments reach it
     assert want <= slow.horizon() <= want + 8
+
+
+@pytest.mark.parametrize("part", [-1e-6, -1e-10, -1e-14, 1e-14, 1e-10, 1e-6])
+def test_grazing_a_corner_at_which_the_damping_jumps_leaves_the_gradient_continuous(part: float) -> None:
+    """x'' + x = 0 inside |x| < 1/2 peaks at 1/2 (1 + part); beyond, stiffness and damping act for about sqrt(part)."""
+    system = oscillator(clearance(4.0, 0.8, 0.5, alpha=0.25))
+    start, end = 0.5 * (1.0 + part), 3
+    log = run(task(system, [0.0], [start], cycles=end)).crossings
+    assert len(log.time) == (2 if part > 1e-13 else 0) or abs(part) < 1e-13
+    free = np.array([[np.cos(end), np.sin(end)], [-np.sin(end), np.cos(end)]])
+    matrix = of(system, np.array([0.0]), np.array([start]), end).gradient()
+    assert np.abs(matrix - free).max() <= (1e-13 if part < 0 else 9.0 * np.sqrt(part + 1e-14))  # the rounding band
+    if part > 1e-13:
+        assert np.abs(matrix - free).max() >= 0.1 * np.sqrt(part)
+        step = 1e-3 * part
+        ends = [relative_state(system, np.zeros(1), np.array([start + sign * step]), end) for sign in (1, -1)]
+        difference = (ends[0] - ends[1]) / (2 * step)
+        assert np.abs(difference - matrix[:, 1]).max() <= 1e-6 + 1e-14 / step
