@@ -27,6 +27,8 @@ from tests.dense.replay import Segment, follow
 from tests.dense.rounding import sums_of
 
 ROUNDINGS = 6.0
+FORCED = 2.0
+"""Of the motion's size: a forced motion that the program may add and take away (``system.forced.LARGEST``)."""
 LATE = 4 * EPS
 """Of the time: how exactly a logged time can be read, as a float."""
 PENETRATION = 1e-12
@@ -73,7 +75,7 @@ class Judge:
         self.scale = np.where(corners > 0, corners, np.where(swing > 0, swing, 1.0))
         self.sums = sums_of(case)
         self.segments: list[tuple[Region, Segment]] = []
-        self.size = np.max([np.abs(self.state(j)[0]) for j in range(len(self.time))], axis=0)
+        self.size = FORCED * np.max([np.abs(self.state(j)[0]) for j in range(len(self.time))], axis=0)
 
     def region(self) -> Region:
         """The region the log is in."""

@@ -9,9 +9,10 @@ from gearrattle.kernels.packed import LONGEST
 from gearrattle.system.blocks import block_diagonalise
 from gearrattle.system.flow import Flow, flow_of
 from gearrattle.system.majorant import ELIMINATION, _triangular_form
+from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import Region, build_region, exponential_increments
 from tests.solvers.tasks import oscillator
-from tests.system.drivelines import clearance, linear, random_chain, random_pieces
+from tests.system.drivelines import clearance, inputs, linear, random_chain, random_pieces
 
 SEEDS = range(25)
 
@@ -68,6 +69,19 @@ def test_a_mean_torque_is_kept_where_only_a_weak_spring_holds_it(share: float) -
     system = oscillator(clearance(4.0, 0.0, 0.5, alpha=share), drag=1.0, mean=1.0)
     region = build_region(flow_of(system), (1,))
     assert (0 in region.split.kept) == (share < 0.01)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_train_that_accelerates_for_ever_has_no_particular_solution(seed: int) -> None:
+    """Its matrix is singular; in rounded arithmetic a solver may miss that and return any numbers."""
+    rng = np.random.default_rng(seed)
+    size = int(rng.integers(2, 7))
+    rows = np.eye(size - 1, size) - np.eye(size - 1, size, 1)
+    laws = tuple(clearance(float(k), 0.1, 0.5) for k in rng.uniform(1.0, 9.0, size - 1))
+    given = inputs(size, size - 1, mean=rng.normal(size=size))
+    system = PiecewiseSystem(rng.uniform(0.5, 2.0, size), np.zeros(size), rows, laws, given)
+    for pieces in (tuple(2 for _ in laws), tuple(rng.integers(0, 3, size - 1).tolist())):
+        assert 0 in build_region(flow_of(system), pieces).split.kept
 
 
 def test_resonance_is_kept_as_a_state_and_a_detuned_order_is_not() -> None:

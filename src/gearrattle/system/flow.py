@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
-from gearrattle.system.forced import oscillation
+from gearrattle.system.forced import oscillation, responses
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.scaling import Scaling, energy_scaling, power_of_two
 
@@ -62,13 +62,20 @@ class Flow:
 
     @cached_property
     def typical(self) -> float:
-        """Size of the scaled states in an ordinary motion: what the inputs do to the masses, what fills a clearance."""
-        drives = np.any(self.torque[:, self.states :], axis=0) | np.any(self.deflection[:, self.states :], axis=0)
-        sizes = list(self.input_size[drives])
+        """Size of the scaled states in an ordinary motion.
+
+        What fills a clearance, and what the inputs make of the stiffest combination of pieces, in a period at most.
+        """
+        stiffest = tuple(int(np.argmax(law.stiffness)) for law in self.system.laws)
+        matrix, n = self.generator(stiffest), self.states
+        made = responses(matrix[:n, :n], matrix[:n, n:], self.frequency)
+        pushed = np.abs(matrix[:n, n : n + 1 + self.frequency.size]).max(axis=0, initial=0.0)
+        reached = np.fmin(pushed, [np.abs(x).max(initial=0.0) for x in made])
+        sizes = list(reached * self.scaling.inputs)
         for k, scale in zip(self.system.clearances, self.corner_scale, strict=True):
             if np.any(self.system.laws[k].corners != 0.0):
-                sizes.append(scale / np.abs(self.deflection[k]).max())
-        return float(max(sizes, default=1.0))
+                sizes.append(float(scale / np.abs(self.deflection[k]).max()))
+        return max(sizes, default=0.0) or 1.0
 
     def force_rows(self, pieces: Pieces) -> Array:
         """(m, Z) force of every element with the elements in the pieces given [SI]."""

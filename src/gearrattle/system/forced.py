@@ -22,6 +22,8 @@ IntArray = NDArray[np.int64]
 LARGEST = 2.0
 """A particular solution is used up to this many times the motion's typical size."""
 
+_SOLVED = 1e-9  # largest residual of a solution, of its force
+
 
 @dataclass(frozen=True)
 class Split:
@@ -75,16 +77,11 @@ def split_inputs(
     """
     count = frequency.size
     particular, kept = np.zeros(driven.shape), np.zeros(driven.shape[1], dtype=bool)
-    for j in range(1 + count):
-        columns = [0] if j == 0 else [j, j + count]
-        force = (driven[:, j] - 1j * (0.0 if j == 0 else driven[:, j + count])).astype(np.complex128)
-        if not np.any(force):
-            continue
-        solution = _solve(free, 0.0 if j == 0 else float(frequency[j - 1]), force)
+    for j, solution in enumerate(responses(free, driven, frequency)):
         size = np.abs(solution) * amplitude[j]
         seen = np.abs(watched @ solution) * amplitude[j]
         if not (size.max() <= LARGEST * typical and seen.max(initial=0.0) <= LARGEST):
-            kept[columns] = True
+            kept[[0] if j == 0 else [j, j + count]] = True
         elif j == 0:
             particular[:, 0] = solution.real
         else:
@@ -92,12 +89,25 @@ def split_inputs(
     return Split(particular, np.flatnonzero(kept))
 
 
+def responses(free: Array, driven: Array, frequency: Array) -> list[NDArray[np.complex128]]:
+    """(N,) complex response to the constant, then to each cosine - i sine; nan where there is none."""
+    count = frequency.size
+    forces = [driven[:, 0] + 0j] + [driven[:, j] - 1j * driven[:, j + count] for j in range(1, 1 + count)]
+    return [
+        _solve(free, w, force.astype(np.complex128)) if np.any(force) else np.zeros(len(free), dtype=np.complex128)
+        for w, force in zip([0.0, *frequency.tolist()], forces, strict=True)
+    ]
+
+
 def _solve(matrix: Array, frequency: float, force: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """(i w - A)^-1 g, refined once with a residual in the longest floats there are; nan where it does not exist."""
     system = 1j * frequency * np.eye(len(matrix)) - matrix
+    nothing = np.full(force.shape, np.nan + 0j)
     try:
         solution = np.linalg.solve(system, force)
         residual = force.astype(np.clongdouble) - system.astype(np.clongdouble) @ solution.astype(np.clongdouble)
-        return solution + np.linalg.solve(system, residual.astype(np.complex128))
+        solution = solution + np.linalg.solve(system, residual.astype(np.complex128))
     except np.linalg.LinAlgError:
-        return np.full(force.shape, np.nan + 0j)
+        return nothing
+    left = np.abs(force - system @ solution).max()  # a singular matrix may pass for a regular one
+    return np.asarray(solution if left <= _SOLVED * np.abs(force).max() else nothing)
