@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -49,6 +49,12 @@ bench: $(VENV)/.test        ## exact against a compiled fixed step, same process
 
 peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
 	$(PY) -m benchmarks.peers
+
+cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/reference/cost.md
+	$(PY) -m benchmarks.cost
+
+growth: $(VENV)/.package    ## cost against the number of inertias: writes docs/reference/growth.md (minutes)
+	$(PY) -m benchmarks.growth
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py

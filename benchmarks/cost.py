@@ -6,7 +6,6 @@ its time is split by least squares: steps and crossings occur in different propo
 
 from __future__ import annotations
 
-import platform
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +14,7 @@ from time import perf_counter
 import numpy as np
 
 import gearrattle as gr
+from benchmarks.machine import machine
 from benchmarks.midpoint import march, transmission
 from gearrattle.assembly import assemble
 from gearrattle.kernels import packed
@@ -134,9 +134,7 @@ def main() -> None:
     step, crossing = np.linalg.lstsq(counts / times[:, None], np.ones(len(rows)), rcond=None)[0] * 1e9
     flops_step, flops_crossing = flops(run)
     ghz = clock()
-    names = [line.split(":", 1)[1].strip() for line in _cpuinfo() if line.startswith("model name")]
-    machine = f"{names[0] if names else platform.machine()}, {platform.system()}, CPython {platform.python_version()}"
-    lines = [HEAD.format(date=datetime.now(UTC).date(), machine=machine, rounds=ROUNDS)]
+    lines = [HEAD.format(date=datetime.now(UTC).date(), machine=machine(), rounds=ROUNDS)]
     lines += [
         "| case | RK2, ms | march, ms | ratio | steps | crossings | windows | ns a step, all in |",
         "|---" + "|--:" * 7 + "|",
@@ -156,13 +154,6 @@ def main() -> None:
     )  # fmt: skip
     PAGE.write_text("\n".join(lines), encoding="utf-8")
     print(PAGE.read_text(encoding="utf-8"))
-
-
-def _cpuinfo() -> list[str]:
-    try:
-        return Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return []
 
 
 if __name__ == "__main__":

@@ -6,12 +6,12 @@ With cases named nothing is written, the page goes to the terminal.
 from __future__ import annotations
 
 import json
-import platform
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from benchmarks.machine import machine
 from benchmarks.peers.measure import PEERS, ROUNDS, SLOW_ROUNDS, cooldown, measure
 from benchmarks.peers.page import page
 from benchmarks.peers.plant import CASES
@@ -19,15 +19,6 @@ from benchmarks.peers.taylor import HEYOKA
 
 HOME = Path(__file__).resolve().parents[2] / "docs" / "reference"
 PACKAGES = ("gearrattle", "numpy", "scipy", "numba", "heyoka", "scikit-sundae")
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.machine()
 
 
 def main(cases: list[str]) -> None:
@@ -42,7 +33,7 @@ def main(cases: list[str]) -> None:
         results.append(measure(name, peers))
     data = {
         "date": datetime.now(UTC).date().isoformat(),
-        "machine": f"{_processor()}, {platform.system()}, CPython {platform.python_version()}",
+        "machine": machine(),
         "versions": {package: version(package) for package in PACKAGES if package not in missing},
         "missing": missing,
         "rounds": ROUNDS,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.outcome import Outcome
-from gearrattle.solvers import SOLVERS, Motion, Task
+from gearrattle.solvers import SOLVERS, Marching, Motion, Task
+from gearrattle.solvers.base import Crossings
 from gearrattle.system.piecewise import PiecewiseSystem
 from tests.system.drivelines import clearance, inputs, linear
 
@@ -43,3 +44,18 @@ def task(
 
 
 GAP = clearance(4.0, 0.0, 0.5)
+
+
+def finished(march: Marching) -> Motion:
+    """Return the motion of a run taken to its end."""
+    while (outcome := march.advance()) is not Outcome.DONE:
+        assert outcome is Outcome.SLICE_SPENT
+    return march.motion()
+
+
+def same_bits(one: Motion, other: Motion) -> None:
+    """Assert that two motions are the same number for number."""
+    for name in ("angle", "velocity", "acceleration", "deflection", "force", "piece", "final_force_integral"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    for name in Crossings.__dataclass_fields__:
+        assert np.array_equal(getattr(one.crossings, name), getattr(other.crossings, name)), name

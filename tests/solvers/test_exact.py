@@ -10,6 +10,7 @@ from gearrattle.outcome import Outcome
 from gearrattle.remember import remembered
 from gearrattle.solvers import Motion, Task, exact, slots
 from gearrattle.solvers.exact import ExactMarch
+from gearrattle.system.piecewise import PiecewiseSystem
 from tests.solvers.tasks import oscillator, run, task
 from tests.system.drivelines import clearance, random_chain
 
@@ -19,6 +20,10 @@ def same_bits(one: Motion, other: Motion) -> None:
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     for name in ("time", "clearance", "from_piece", "to_piece", "velocity", "force_integral"):
         assert np.array_equal(getattr(one.crossings, name), getattr(other.crossings, name)), name
+
+
+def fresh_slots(system: PiecewiseSystem) -> slots.Slots:
+    return slots.Shelf(slots.flow_of(system)).slots
 
 
 def rattling(seed: int) -> Task:
@@ -39,10 +44,10 @@ def test_slices_change_no_bit(seed: int, budget: int, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("seed", range(4))
 def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     given = rattling(seed)
-    monkeypatch.setattr(exact, "slots_of", lambda system: slots.Slots(slots.flow_of(system)))
+    monkeypatch.setattr(exact, "slots_of", fresh_slots)
     first = run(given)
-    fresh = slots.Slots(slots.flow_of(given.system))
-    monkeypatch.setattr(exact, "slots_of", lambda _: fresh)
+    shelf = slots.Shelf(slots.flow_of(given.system))
+    monkeypatch.setattr(exact, "slots_of", lambda _: shelf.slots)
     run(given)
     same_bits(first, run(given))
 
@@ -52,7 +57,7 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
     given = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
     split = run(given)
     monkeypatch.setattr("gearrattle.system.forced.LARGEST", 0.0)
-    monkeypatch.setattr(exact, "slots_of", lambda system: slots.Slots(slots.flow_of(system)))
+    monkeypatch.setattr(exact, "slots_of", fresh_slots)
     march = ExactMarch(given)
     assert march.slots.regions[march.march.counts[packed.SLOT]].split.kept.size == 3
     while march.advance() is not Outcome.DONE:

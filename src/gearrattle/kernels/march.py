@@ -15,9 +15,21 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels.corners import (
+    CHATTER,
+    DONE,
+    LOG_FULL,
+    MOST_STALLED,
+    NEEDS_REGION,
+    NON_FINITE,
+    SLICE_SPENT,
+    band_of,
+    has_left,
+    lifted,
+    log_crossing,
+)
 from gearrattle.kernels.oscillators import inputs_at, turn_little, turn_step
 from gearrattle.kernels.packed import (
-    BAND,
     CYCLE,
     ENTERED,
     ENTRY,
@@ -46,21 +58,18 @@ from gearrattle.kernels.window import (
     strips_of,
 )
 
-DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE = range(6)  # outcome.Outcome
 _REACH = 2  # how many times a step may double
 _ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
-_LEAST = 1e-300  # a band of a clearance that does not move
 _SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
 _BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step
 _NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its distance is a running difference
-_MOST_STALLED = 10_000  # crossings in a row that do not advance the clock
 
 
 @inlined
 def _open(gap, rate, curvature, third, band, h):
     """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to a band > 0."""
     if band > 0.0:
-        gap = max(gap, 0.0) + band
+        gap = lifted(gap, band)
     elif gap <= 0.0 and rate > 0.0:
         gap = 0.0
     return stays_inside(gap, rate, curvature, third, h)
@@ -86,8 +95,8 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
         if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * third / 6.0)):
             continue
         travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
-        band[k] = fixed[k] if fixed[k] > 0.0 else max(BAND * travel, _LEAST)
-        if (side[k] == -1 and below > 4.0 * band[k]) or (side[k] == 1 and above > 4.0 * band[k]):
+        band[k] = band_of(fixed[k], travel)
+        if has_left(side[k], below, above, band[k]):
             side[k] = 0
         on_lower, on_upper = (band[k] if side[k] == -1 else 0.0), (band[k] if side[k] == 1 else 0.0)
         if room > _SMALL * margin:
@@ -154,7 +163,7 @@ def _emit(regions, inputs, march, samples, h, work):
     """Store every sample in [now, now + h)."""
     counts, now, slot = march.counts, march.clock[0] + march.clock[1], march.counts[SLOT]
     elapsed, states = _elapsed(counts, march.clock), regions.states
-    while counts[SAMPLE] < samples.slots.size:
+    while counts[SAMPLE] < samples.pieces.shape[0]:
         i = counts[SAMPLE]
         ahead = _ahead(counts, march.clock, samples.per_cycle)
         if ahead >= h and ahead > 0.0:
@@ -162,17 +171,9 @@ def _emit(regions, inputs, march, samples, h, work):
         state_between(regions, inputs, march, slot, counts[CYCLE], now, max(ahead, 0.0), elapsed, work)
         for j in range(samples.states.shape[1]):
             samples.states[i, j] = work.y[j] if j < states else work.carried[j - states]
-        samples.slots[i] = slot
+        for k in range(march.side.size):
+            samples.pieces[i, k] = regions.piece[slot, k]
         counts[SAMPLE] += 1
-
-
-@inlined
-def _log_crossing(log, counts, clock, k, upward, rate, integral):
-    """Write a crossing down; the clock has been set to it."""
-    i = counts[EVENTS]
-    log.cycle[i], log.fraction[i], log.clearance[i] = counts[CYCLE], clock[0] + clock[1], k
-    log.upward[i], log.slot[i], log.rate[i], log.integral[i] = upward, counts[SLOT], rate, integral
-    counts[EVENTS] += 1
 
 
 @inlined
@@ -230,9 +231,9 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
     out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
     parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
-    last, room, per_cycle = samples.slots.size, log.cycle.size, samples.per_cycle
+    last, room, per_cycle = samples.pieces.shape[0], log.cycle.size, samples.per_cycle
     watched, integrals = strips_of(3 * side.size), samples.states.shape[1] - states - side.size
-    fixed, band = regions.band, work.band
+    fixed, band, pieces = regions.band, work.band, regions.piece
     unsafe = np.zeros((side.size, 2), dtype=np.bool_)
     ahead = _ahead(counts, clock, per_cycle)
     for _ in range(budget):
@@ -286,10 +287,14 @@ def march_on(regions, inputs, march, samples, log, work, budget):
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
             leave(particular, drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
-            _log_crossing(log, counts, clock, k, upward, rate, carried[integrals + k])
+            log_crossing(
+                log, counts[EVENTS], counts[CYCLE], clock[0] + clock[1], k, upward, pieces[slot, k], rate,
+                carried[integrals + k],
+            )  # fmt: skip
+            counts[EVENTS] += 1
             _step_over(neighbour, counts, side, k, upward)
             counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
-            if counts[STALLED] > _MOST_STALLED:
+            if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
         advance(tables, first_table[slot] + level, width, y, carried, out)

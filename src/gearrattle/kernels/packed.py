@@ -51,6 +51,7 @@ class Regions(NamedTuple):
     band: Any  # (K,) rounding band of each clearance, corner scales; 0: relative to its motion
     lower: Any  # (slots, K) corners, corner scales
     upper: Any  # (slots, K)
+    piece: Any  # (slots, K) piece of every clearance
     neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
 
 
@@ -59,7 +60,7 @@ class Samples(NamedTuple):
 
     per_cycle: int
     states: Any  # (samples, N + C) x, carried
-    slots: Any  # (samples,)
+    pieces: Any  # (samples, K) piece of every clearance
 
 
 class Log(NamedTuple):
@@ -69,7 +70,7 @@ class Log(NamedTuple):
     fraction: Any  # (capacity,) the rest of the time, in periods
     clearance: Any  # (capacity,)
     upward: Any  # (capacity,) 1: delta grows through the corner
-    slot: Any  # (capacity,) the region left
+    piece: Any  # (capacity,) the piece left
     rate: Any  # (capacity,) d delta / ds in corner scales
     integral: Any  # (capacity,) the clearance's force integral
 

@@ -44,7 +44,7 @@ def stays_inside(gap, rate, curvature, third, h):
 
 
 @inlined
-def _value(c, s):
+def evaluate(c, s):
     """Value and first two derivatives of sum c_j s^j.
 
     Even and odd powers are summed side by side, in q = s^2: p = E(q) + s O(q).
@@ -66,7 +66,7 @@ def _value(c, s):
 @kernel
 def slope(c, s):
     """First derivative of sum c_j s^j."""
-    return _value(c, s)[1]
+    return evaluate(c, s)[1]
 
 
 @inlined
@@ -91,7 +91,7 @@ def _bracketed_root(c, low, high, guess):
     """Root in [low, high] with c(low) > 0 >= c(high): Halley's steps, bisection where they leave the bracket."""
     s = low + guess
     for _ in range(80):
-        value, first, second = _value(c, s)
+        value, first, second = evaluate(c, s)
         if value > 0.0:
             low = s
         else:
@@ -114,11 +114,16 @@ def first_exit(c):
 
     A gap of zero or below at s = 0 (rounding) is an exit if it is closing, and counts as zero if it opens.
     """
+    return exit_from(c, 0.0, c[0], c[1], 2.0 * c[2])
+
+
+@kernel
+def exit_from(c, low, gap, rate, curvature):
+    """The same in [low, 1], given the value and two derivatives at low."""
     third = 0.0
     for j in range(3, c.size):
         third += abs(c[j]) * _THIRD[j]
-    low, width = 0.0, 1.0
-    gap, rate, curvature = c[0], c[1], 2.0 * c[2]
+    width = 1.0
     while True:
         if gap <= 0.0:
             if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
@@ -130,7 +135,7 @@ def first_exit(c):
                 break
             closing = max(rate, rate + curvature * width) + 0.5 * third * width * width < 0.0
             if closing:
-                beyond, _first, _second = _value(c, low + width)
+                beyond, _first, _second = evaluate(c, low + width)
                 if beyond <= 0.0:
                     return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
                 break
@@ -141,4 +146,4 @@ def first_exit(c):
         if low >= 1.0:
             return NEVER
         width *= 2.0
-        gap, rate, curvature = _value(c, low)
+        gap, rate, curvature = evaluate(c, low)

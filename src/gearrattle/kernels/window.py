@@ -7,6 +7,7 @@ from math import factorial
 import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels.corners import lifted
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
@@ -102,7 +103,7 @@ def first_crossing(series, forced_series, forced_strips, lower, upper, slot, wid
                 gap[j] *= -sign
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
-                gap[0] = max(gap[0], 0.0) + band[k]
+                gap[0] = lifted(gap[0], band[k])
             x = first_exit(gap)
             if x < best:
                 best, element, upward = x, k, up

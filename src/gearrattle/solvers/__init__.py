@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from gearrattle.solvers.base import Marching, Motion, Solver, Task
-from gearrattle.solvers.exact import ExactMarch
+from gearrattle.solvers.choice import start_exact
 from gearrattle.solvers.runge_kutta import fixed_step
 from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT
 
 SOLVERS: dict[str, Solver] = {
-    "exact": ExactMarch,
+    "exact": start_exact,
     "rk2": fixed_step(MIDPOINT),
     "rk4": fixed_step(CLASSICAL),
 }

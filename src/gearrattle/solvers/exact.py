@@ -15,23 +15,15 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
+from gearrattle.solvers.handover import chatters, crossings_of, doubled, empty_log, sampled_quantities, sampled_z
 from gearrattle.solvers.slots import Size, aligned, packed_inputs, slots_of, strips_for
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
-from gearrattle.system.flow import Flow
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
-_FIRST_LOG = 4096
-_MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
-_SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
-
-
-def _empty_log(capacity: int) -> packed.Log:
-    kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
-    return packed.Log(*(np.zeros(capacity, kind) for kind in kinds))
 
 
 def _scratch(size: Size) -> packed.Work:
@@ -79,11 +71,13 @@ class ExactMarch:
         self.work = _scratch(size)
         samples = task.cycles * task.samples_per_cycle + 1
         states_and_carried = np.zeros((samples, size.states + size.carried))
-        self.samples = packed.Samples(task.samples_per_cycle, states_and_carried, np.zeros(samples, np.int64))
+        self.samples = packed.Samples(
+            task.samples_per_cycle, states_and_carried, np.zeros((samples, size.clearances), np.int64)
+        )
         states_and_carried[0] = np.concatenate([states, carried[: size.carried]])
-        self.samples.slots[0], counts[packed.SAMPLE] = counts[packed.SLOT], 1
+        self.samples.pieces[0], counts[packed.SAMPLE] = self.initial, 1
         self.inputs = packed_inputs(flow)
-        self.log = _empty_log(_FIRST_LOG)
+        self.log = empty_log()
         self.auditor: Auditor | None = None
 
     def advance(self) -> Outcome:
@@ -104,11 +98,11 @@ class ExactMarch:
         )
         if outcome is Outcome.NEEDS_REGION:
             clearance, upward = divmod(int(counts[packed.PENDING]), 2)
-            counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)
+            self.slots, counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)
             counts[packed.PENDING] = -1
             return Outcome.SLICE_SPENT
         if outcome is Outcome.LOG_FULL:
-            self.log = packed.Log(*(np.concatenate([a, np.zeros_like(a)]) for a in self.log))
+            self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
         if outcome is Outcome.SLICE_SPENT and self._chatters():
             return Outcome.CHATTER
@@ -116,7 +110,7 @@ class ExactMarch:
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
-        marched = float(self.march.counts[packed.SAMPLE] / self.samples.slots.size)
+        marched = float(self.march.counts[packed.SAMPLE] / len(self.samples.pieces))
         if not self.task.audit:
             return marched
         return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
@@ -135,18 +129,14 @@ class ExactMarch:
 
     def _chatters(self) -> bool:
         """Whether crossings have become too many for one period."""
-        first = int(self.march.counts[packed.EVENTS]) - _MOST_A_PERIOD
-        if first < 0:
-            return False
         now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
-        return bool(now - (self.log.cycle[first] + self.log.fraction[first]) < 1.0)
+        return chatters(self.log, int(self.march.counts[packed.EVENTS]), float(now))
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
         flow, task = self.flow, self.task
         steps, trials = int(self.march.counts[packed.STEPS]), int(self.march.counts[packed.TRIALS])
-        pieces = [region.pieces for region in self.slots.regions]
-        sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples, pieces)
+        sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
         elapsed = task.cycles * flow.system.inputs.period
         return Motion(
             **sampled,
@@ -162,9 +152,7 @@ class ExactMarch:
 
     def sampled_z(self) -> Array:
         """(t, Z) states and inputs at the samples."""
-        cycle, part = np.divmod(np.arange(len(self.samples.states)), self.samples.per_cycle)
-        inputs = self.flow.inputs_at(cycle, part / self.samples.per_cycle)
-        return np.hstack([self.samples.states[:, : self.flow.states], inputs])
+        return sampled_z(self.flow, self.samples)
 
     def _audit(self) -> Auditor:
         pieces, crossings = [0] * len(self.flow.system.laws), self._crossings()
@@ -181,58 +169,4 @@ class ExactMarch:
         )
 
     def _crossings(self) -> Crossings:
-        count = int(self.march.counts[packed.EVENTS])
-        log = packed.Log(*(a[:count] for a in self.log))
-        order = _element_order(log)
-        log = packed.Log(*(a[order] for a in log))
-        period = self.flow.system.inputs.period
-        table = np.array([[r.pieces[k] for k in self.flow.system.clearances] for r in self.slots.regions])
-        left = table.reshape(len(self.slots.regions), -1)[log.slot, log.clearance] if count else np.zeros(0, np.int64)
-        return Crossings(
-            time=np.minimum.accumulate(((log.cycle + log.fraction) * period)[::-1])[::-1],  # one time if simultaneous
-            clearance=log.clearance,
-            from_piece=left,
-            to_piece=left + 2 * log.upward - 1,
-            velocity=log.rate * self.flow.corner_scale[log.clearance] / period,
-            force_integral=log.integral,
-        )
-
-
-def _element_order(log: packed.Log) -> IntArray:
-    """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
-    order = np.arange(len(log.cycle))
-    apart = np.diff(log.cycle) + np.diff(log.fraction)
-    together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance) < 0)
-    while np.any(together):
-        at = int(np.flatnonzero(together)[0])
-        order[[at, at + 1]] = order[[at + 1, at]]
-        apart = np.diff(log.cycle[order]) + np.diff(log.fraction[order])
-        together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance[order]) < 0)
-    return order.astype(np.int64)
-
-
-def sampled_quantities(
-    flow: Flow, z: Array, samples: packed.Samples, pieces: list[tuple[int, ...]]
-) -> dict[str, Array]:
-    """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
-    system, coordinates = flow.system, flow.coordinates
-    index = np.arange(samples.slots.size)
-    references = samples.states[:, flow.states :][:, : len(coordinates.references)]
-    basis = z[:, : len(coordinates.elements)] / flow.scaling.deflection
-    clearances = list(system.clearances)
-    acceleration = np.empty((index.size, system.size))
-    force = np.empty((index.size, len(system.laws)))
-    piece = np.empty((index.size, len(clearances)), dtype=np.int64)
-    for slot in np.unique(samples.slots):
-        here = samples.slots == slot
-        acceleration[here] = z[here] @ flow.acceleration_rows(pieces[slot]).T
-        force[here] = z[here] @ flow.force_rows(pieces[slot]).T
-        piece[here] = [pieces[slot][k] for k in clearances]
-    return {
-        "angle": basis @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
-        "velocity": z @ flow.velocity.T,
-        "acceleration": acceleration,
-        "deflection": z @ flow.deflection[clearances].T,
-        "force": force,
-        "piece": piece,
-    }
+        return crossings_of(self.flow, self.log, int(self.march.counts[packed.EVENTS]))

@@ -3,12 +3,16 @@
 The regions of the last few systems are kept, so that running a driveline again (another start, another length, another
 algorithm to compare) builds nothing twice. Threads may share them: building is behind a lock, and arrays a kernel holds
 are only ever added to or replaced.
+
+Memory is bounded: a run that needs one region more than fits goes on with fresh, empty slots (``renewed``) and forgets
+what it knew; a region that comes back is built again, to the same bits. Other runs keep the slots they hold as long as
+they need no more.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from math import prod
 from threading import Lock
@@ -30,6 +34,7 @@ Array = NDArray[np.float64]
 POWERS = 4  # of the generator, for the Taylor window
 _LINE = 8  # numbers in a cache line
 NOTHING = 1e-19  # of the largest: terms of a forced deflection below this are left out
+MOST_BYTES = 256 << 20  # of arrays, which double when they are full: slots that would pass it take no more regions
 
 
 def strips_for(rows: int) -> int:
@@ -94,7 +99,7 @@ class Size:
         }
         integers: dict[str, tuple[int, ...]] = {
             "width": (0,), "kept": (0, u), "first_table": (0,), "fine": (0,), "modes": (0,), "forced_strips": (0,),
-            "neighbour": (0, k, 2),
+            "piece": (0, k), "neighbour": (0, k, 2),
         }  # fmt: skip
         return {name: (shape, float) for name, shape in floats.items()} | {
             name: (shape, np.int64) for name, shape in integers.items()
@@ -104,8 +109,8 @@ class Size:
 class Slots:
     """The regions a run has visited; ``packed`` is what the kernel sees."""
 
-    def __init__(self, flow: Flow) -> None:
-        self.flow = flow
+    def __init__(self, flow: Flow, shelf: Shelf) -> None:
+        self.flow, self._shelf = flow, shelf
         self._lock = Lock()
         self.regions: list[Region] = []
         self._index: dict[Pieces, int] = {}
@@ -127,15 +132,28 @@ class Slots:
                 self._index[pieces] = self._add(build_region(self.flow, pieces))
             return self._index[pieces]
 
-    def beyond(self, slot: int, clearance: int, upward: int) -> int:
-        """Slot of the region across a corner; remembered as the neighbour."""
+    def beyond(self, slot: int, clearance: int, upward: int) -> tuple[Slots, int]:
+        """The slots to go on with, and in them that of the region across a corner; remembered as the neighbour."""
         k = self.flow.system.clearances[clearance]
         pieces = list(self.regions[slot].pieces)
         pieces[k] += 1 if upward else -1
+        if self._is_full() and tuple(pieces) not in self._index:
+            fresh = self.renewed()
+            return fresh, fresh.slot_of(tuple(pieces))
         target = self.slot_of(tuple(pieces))
         self._arrays["neighbour"][slot, clearance, upward] = target
         self._arrays["neighbour"][target, clearance, 1 - upward] = slot
-        return target
+        return self, target
+
+    def renewed(self) -> Slots:
+        """The system's present slots; if these are they, empty ones take their place."""
+        return self._shelf.renewed(self)
+
+    def _is_full(self) -> bool:
+        """Whether one more region like the last would make the arrays too large."""
+        fits = len(self.regions) < len(self._arrays["drift"])
+        fits &= self._tables_used + len(self.regions[-1].tables) <= len(self._arrays["tables"])
+        return not fits and 2 * sum(array.nbytes for array in self._arrays.values()) > MOST_BYTES
 
     def _make_room(self, slots: int, tables: int, width: int, modes: int) -> None:
         """Let every array hold so many slots and tables, vectors y of a width, so many modes; doubling as needed."""
@@ -155,7 +173,7 @@ class Slots:
         slot, count, width = len(self.regions), len(region.tables), len(region.generator)
         rows, modes = region.bound.rows, len(region.bound.rows)
         self._make_room(slot + 1, self._tables_used + count, width, modes)
-        self.regions.append(region)
+        self.regions.append(replace(region, tables=np.zeros((count, 0, 0))))  # the arrays have them
         a, k, carried = self._arrays, self.size.clearances, self.size.carried
 
         def fill(name: str, index: int, *groups: Array) -> None:
@@ -189,22 +207,42 @@ class Slots:
         fill("weights", slot, np.vstack(list(region.bound.weights)))
         a["constant"][slot, : 3 * k] = region.bound.constant.ravel()
         a["lower"][slot], a["upper"][slot] = region.lower, region.upper
+        a["piece"][slot] = [region.pieces[i] for i in self.flow.system.clearances]
         a["neighbour"][slot] = -1
         return slot
 
 
-_KEPT: OrderedDict[bytes, Slots] = OrderedDict()
+class Shelf:
+    """Holds a system's present slots."""
+
+    def __init__(self, flow: Flow) -> None:
+        self._lock = Lock()
+        self.slots = Slots(flow, self)
+
+    def renewed(self, full: Slots) -> Slots:
+        """The present slots; empty ones if those given are the present ones."""
+        with self._lock:
+            if self.slots is full:
+                self.slots = Slots(full.flow, self)
+            return self.slots
+
+
+_KEPT: OrderedDict[bytes, Shelf] = OrderedDict()
 _KEPT_LOCK = Lock()
 _MOST_KEPT = 4
 
 
-@remembered(8)
 def slots_of(system: PiecewiseSystem) -> Slots:
     """The slots of a system, those of an earlier run if there was one."""
+    return _shelf_of(system).slots
+
+
+@remembered(8)
+def _shelf_of(system: PiecewiseSystem) -> Shelf:
     key = _fingerprint(system)
     with _KEPT_LOCK:
         if key not in _KEPT:
-            _KEPT[key] = Slots(flow_of(system))
+            _KEPT[key] = Shelf(flow_of(system))
         _KEPT.move_to_end(key)
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)

@@ -1,0 +1,36 @@
+"""``exact`` has two marches that keep the same promises; a driveline gets the one that suits it.
+
+Tables of the matrix exponential (``exact``) take long steps once a region's are built, but every region met costs an
+eigendecomposition, and with K clearances in play there are some 3^K. The sweep (``sweep``) builds nothing and takes
+short steps, *windows*, a few to the period of the fastest mode. So: the sweep where the driveline has more regions than
+a period has windows. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a
+train of ten inertias with five clearances and contact modes of a few dozen times the excitation's frequency 243 and 96.
+Both runs through there are measured on the page ``docs/reference/growth.md``.
+"""
+
+from __future__ import annotations
+
+from math import prod
+
+from gearrattle.remember import remembered
+from gearrattle.solvers.base import Marching, Task
+from gearrattle.solvers.exact import ExactMarch
+from gearrattle.solvers.sweep import SweepMarch
+from gearrattle.system.network import Majorant, is_sparse, windows_of
+from gearrattle.system.piecewise import PiecewiseSystem
+
+
+def regions_of(system: PiecewiseSystem) -> int:
+    """How many regions there are."""
+    return prod(law.pieces for law in system.laws)
+
+
+@remembered(8)
+def is_large(system: PiecewiseSystem) -> bool:
+    """Whether the sweep suits a system better; it needs every element to join two inertias at most."""
+    return is_sparse(system) and regions_of(system) > windows_of(system, Majorant(system))
+
+
+def start_exact(task: Task) -> Marching:
+    """Start a run of the algorithm ``exact``."""
+    return SweepMarch(task) if is_large(task.system) else ExactMarch(task)

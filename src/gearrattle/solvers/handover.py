@@ -1,0 +1,93 @@
+"""From what the kernels of ``exact`` store to a motion: samples and crossings [SI], the same for both its marches."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.kernels import packed
+from gearrattle.solvers.base import Crossings
+from gearrattle.system.flow import Flow
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FIRST_LOG = 4096
+_MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
+_SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
+
+
+def empty_log() -> packed.Log:
+    """Room for some crossings."""
+    kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
+    return packed.Log(*(np.zeros(FIRST_LOG, kind) for kind in kinds))
+
+
+def doubled(log: packed.Log) -> packed.Log:
+    """The same log with as much room again."""
+    return packed.Log(*(np.concatenate([a, np.zeros_like(a)]) for a in log))
+
+
+def chatters(log: packed.Log, count: int, now: float) -> bool:
+    """Whether more than a million crossings, of those logged, lie in the period before now (in periods)."""
+    first = count - _MOST_A_PERIOD
+    return first >= 0 and bool(now - (log.cycle[first] + log.fraction[first]) < 1.0)
+
+
+def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
+    """(t, Z) states and inputs at the samples."""
+    cycle, part = np.divmod(np.arange(len(samples.states)), samples.per_cycle)
+    return np.hstack([samples.states[:, : flow.states], flow.inputs_at(cycle, part / samples.per_cycle)])
+
+
+def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[str, Any]:
+    """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
+    system, coordinates = flow.system, flow.coordinates
+    references = samples.states[:, flow.states :][:, : len(coordinates.references)]
+    basis = z[:, : len(coordinates.elements)] / flow.scaling.deflection
+    clearances = list(system.clearances)
+    velocity, deflection, rate = z @ flow.velocity.T, z @ flow.deflection.T, z @ flow.rate.T
+    force = np.empty_like(deflection)
+    for k, law in enumerate(system.laws):
+        piece = samples.pieces[:, clearances.index(k)] if k in clearances else np.zeros(len(z), np.int64)
+        force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
+    balance = z @ flow.torque.T - system.drag * velocity - force @ system.rows
+    return {
+        "angle": basis @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
+        "velocity": velocity,
+        "acceleration": balance / system.inertia,
+        "deflection": deflection[:, clearances],
+        "force": force,
+        "piece": samples.pieces,
+    }
+
+
+def crossings_of(flow: Flow, log: packed.Log, count: int) -> Crossings:
+    """The first crossings of a log, those of one instant in element order and with one time."""
+    log = packed.Log(*(a[:count] for a in log))
+    order = _element_order(log)
+    log = packed.Log(*(a[order] for a in log))
+    period = flow.system.inputs.period
+    return Crossings(
+        time=np.minimum.accumulate(((log.cycle + log.fraction) * period)[::-1])[::-1],  # one time if simultaneous
+        clearance=log.clearance,
+        from_piece=log.piece,
+        to_piece=log.piece + 2 * log.upward - 1,
+        velocity=log.rate * flow.corner_scale[log.clearance] / period,
+        force_integral=log.integral,
+    )
+
+
+def _element_order(log: packed.Log) -> IntArray:
+    """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
+    order = np.arange(len(log.cycle))
+    apart = np.diff(log.cycle) + np.diff(log.fraction)
+    together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance) < 0)
+    while np.any(together):
+        at = int(np.flatnonzero(together)[0])
+        order[[at, at + 1]] = order[[at + 1, at]]
+        apart = np.diff(log.cycle[order]) + np.diff(log.fraction[order])
+        together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance[order]) < 0)
+    return order.astype(np.int64)
