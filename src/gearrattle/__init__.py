@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.simulate import simulate
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
+    from gearrattle.calls.store import open_stream
+    from gearrattle.calls.stream import Stream, stream
     from gearrattle.criteria import Verdict
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
@@ -43,6 +45,9 @@ _HOME = {
     "Verdict": "criteria",
     "Run": "results",
     "open_run": "results",
+    "stream": "calls.stream",
+    "Stream": "calls.stream",
+    "open_stream": "calls.store",
 }
 
 __version__ = _version("gearrattle")
@@ -56,6 +61,7 @@ __all__ = [
     "Modes",
     "Problem",
     "Run",
+    "Stream",
     "Verdict",
     "criteria",
     "equilibrium",
@@ -64,7 +70,9 @@ __all__ = [
     "loads",
     "modes",
     "open_run",
+    "open_stream",
     "simulate",
+    "stream",
 ]
 
 

@@ -64,4 +64,12 @@ class ConvergenceError(GearRattleError):
 
 
 class Cancelled(GearRattleError):
-    """The caller asked a long computation to stop."""
+    """The caller asked a long computation to stop.
+
+    Attributes:
+        kept: what of it has been kept, and how to go on; empty if nothing was written.
+    """
+
+    def __init__(self, message: str = "", *, kept: str = "") -> None:
+        self.kept = kept
+        super().__init__(message or kept)

@@ -112,7 +112,9 @@ class Run:
             pieces[k] = int(piece)
         log = t.events
         entered = log.to_region - first[log.clearance] if len(log) else log.to_region
-        return variation(flow, tuple(pieces), time=log.time, clearance=log.clearance, piece=entered, end=t.end)
+        start = t.first_cycle * t.layout.period
+        time, end = log.time - start, t.end - start
+        return variation(flow, tuple(pieces), time=time, clearance=log.clearance, piece=entered, end=end)
 
     @cached_property
     def flow_gradient(self) -> xr.DataArray:
@@ -140,7 +142,7 @@ class Run:
 
         The first time at which some perturbation has grown by 1e7: rounding errors of 1e-16 have then become 1e-9.
         """
-        return self.variation.horizon()
+        return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon()
 
     @property
     def cost(self) -> Cost:
@@ -197,6 +199,7 @@ class Run:
             "samples_per_cycle": t.samples_per_cycle,
             "cycles": t.cycles,
             "discard": t.discard,
+            "first_cycle": t.first_cycle,
         }
 
     def _write_netcdf(self, path: Path) -> None:
@@ -298,5 +301,6 @@ def open_run(path: str | os.PathLike[str]) -> Run:
             cost=Cost(**json.loads(str(file.attrs["cost"]))),
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
+            first_cycle=int(file.attrs.get("first_cycle", 0)),
         )
     return Run(trajectory, model)

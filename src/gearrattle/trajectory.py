@@ -119,18 +119,19 @@ class Trajectory:
 
     Attributes:
         layout: the driveline's name plate.
-        time: (Nt,) uniform grid t = k T / samples_per_cycle, first 0 [s].
+        time: (Nt,) uniform grid t = k T / samples_per_cycle, from first_cycle T on [s].
         angle, velocity, acceleration: (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
         deflection, force: (Nt, K) of the elements with a corner [rad or m, N m or N].
         region: (Nt, K) region labels.
         element_torque: (Nt, m) torque of every element referred to ``between[0]`` [N m].
-        events: every crossing with 0 < t <= end.
-        initial_region: (K,) region labels at t = 0+.
+        events: every crossing from the first sample (0 < t) to the last.
+        initial_region: (K,) region labels just after the first sample.
         final_force_integral: (K,) force integral at the end [N m s or N s]; NaN where unknown.
         samples_per_cycle, cycles, discard: the output grid; criteria use [discard T, end].
         cost: what it took.
         notes: everything the user must know about this motion.
         energy: where the energy went (None: no audit).
+        first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
     """
 
     layout: Layout
@@ -151,6 +152,7 @@ class Trajectory:
     cost: Cost
     notes: tuple[str, ...] = field(default=())
     energy: EnergyAudit | None = None
+    first_cycle: int = 0
 
     @property
     def end(self) -> float:

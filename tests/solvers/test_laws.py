@@ -5,10 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from gearrattle.solvers import SOLVERS
+from gearrattle.outcome import Outcome
+from gearrattle.solvers import SOLVERS, Extensible
 from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT, Tableau
+from gearrattle.system.piecewise import PiecewiseSystem
 from tests.solvers.tasks import GAP, oscillator, run, task
-from tests.system.drivelines import clearance
+from tests.system.drivelines import clearance, inputs
 
 NAMES = sorted(SOLVERS)
 FIXED = {"rk2": MIDPOINT, "rk4": CLASSICAL}
@@ -111,3 +113,62 @@ def test_an_unstable_step_is_a_note_with_the_growth_factor() -> None:
 def test_the_default_step_is_a_quarter_over_the_fastest_eigenvalue_down_to_a_whole_fraction_of_the_period() -> None:
     motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=1), "rk4")
     assert motion.steps == 8  # 0.25 / 2 = 1/8 of the period of 1
+
+
+ABLE = [name for name in NAMES if isinstance(SOLVERS[name](task(oscillator(GAP), [1.25], [0.0])), Extensible)]
+
+
+def test_exact_can_go_on() -> None:
+    assert "exact" in ABLE
+
+
+@pytest.mark.parametrize("restored", [False, True], ids=["extended", "restored"])
+@pytest.mark.parametrize("name", ABLE)
+def test_going_on_is_as_if_it_had_been_longer(name: str, restored: bool) -> None:
+    system = oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0)
+    whole = run(task(system, [0.9], [0.0], cycles=12), name)
+    part = task(system, [0.9], [0.0], cycles=5)
+    march = SOLVERS[name](part)
+    motions = []
+    for cycles in (5, 1, 6):
+        if motions and restored:
+            snapshot = march.snapshot()
+            march = SOLVERS[name](part)
+            march.restore(snapshot, cycles)
+        elif motions:
+            march.extend(cycles)
+        assert march.fraction() < 0.5
+        while march.advance() is not Outcome.DONE:
+            pass
+        motions.append(march.motion())
+    for quantity in ("angle", "velocity", "acceleration", "deflection", "force", "piece"):
+        pieces = [getattr(m, quantity)[bool(i) :] for i, m in enumerate(motions)]
+        assert np.concatenate(pieces).tobytes() == getattr(whole, quantity).tobytes()
+    for quantity in ("time", "clearance", "from_piece", "to_piece", "velocity", "force_integral"):
+        logged = np.concatenate([getattr(m.crossings, quantity) for m in motions])
+        assert logged.tobytes() == getattr(whole.crossings, quantity).tobytes()
+    assert sum(m.steps for m in motions) == whole.steps
+    assert sum(m.steps * m.average_step for m in motions) == pytest.approx(whole.steps * whole.average_step)
+    assert motions[-1].final_force_integral.tobytes() == whole.final_force_integral.tobytes()
+
+
+@pytest.mark.parametrize("speeds", [(0.5, 0.5), (0.5, -0.5), (0.5 * (1 - 1.2e-16), 0.5 * (1 + 3e-16))])
+@pytest.mark.parametrize("name", ABLE)
+def test_crossings_at_the_border_of_two_chunks_are_in_one_of_them(name: str, speeds: tuple[float, float]) -> None:
+    twins = PiecewiseSystem(np.ones(2), np.zeros(2), np.eye(2), (GAP, GAP), inputs(2, 2))  # both cross at t = 1
+    both = task(twins, [0.0, 0.0], list(speeds), cycles=1)
+    march = SOLVERS[name](both)
+    motions = []
+    for _ in range(4):
+        while march.advance() is not Outcome.DONE:
+            pass
+        motions.append(march.motion())
+        march.extend(1)
+    whole = run(task(twins, [0.0, 0.0], list(speeds), cycles=4), name).crossings
+    parts = [m.crossings for m in motions]
+    for k in (0, 1):
+        mine = np.concatenate([p.time[p.clearance == k] for p in parts])
+        assert len(mine) == 2
+        assert mine == pytest.approx(whole.time[whole.clearance == k], rel=1e-15)
+        chain = [motions[0].initial_piece[k], *np.concatenate([p.to_piece[p.clearance == k] for p in parts])]
+        assert list(np.concatenate([p.from_piece[p.clearance == k] for p in parts])) == chain[:-1]

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
-from gearrattle.criteria import Verdict, judge
+from collections.abc import Iterable
+
+from gearrattle.criteria import Gathered, Verdict, gather, judge, tell
+from gearrattle.errors import ModelError, Problem
 from gearrattle.results import Run
 
 
-def criteria(run: Run) -> Verdict:
+def criteria(run: Run | Iterable[Run]) -> Verdict:
     """Judge a run by every criterion: does it rattle, where, how badly.
 
     Args:
-        run: from ``simulate`` or ``open_run``.
+        run: from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
+            ``open_stream``: they are judged as one motion, and none of them is kept.
+
+    Raises:
+        ModelError: if no cycle remains after the discarded ones, or if chunks do not follow each other.
     """
-    return judge(run.trajectory, units=run.model.units)
+    if isinstance(run, Run):
+        return judge(run.trajectory, units=run.model.units)
+    gathered: Gathered | None = None
+    units, end = "SI", None
+    for each in run:
+        chunk = each.trajectory
+        if end not in (None, chunk.first_cycle):
+            rule = f"must follow the chunk before, which ends at cycle {end}"
+            raise ModelError(Problem("chunk", f"one that begins at cycle {chunk.first_cycle}", rule))
+        units, end = each.model.units, chunk.first_cycle + chunk.cycles
+        if chunk.discard < chunk.cycles:
+            gathered = gather(chunk, gathered)
+    if gathered is None:
+        raise ModelError(Problem("discard", f"all of {end or 0} cycles", "at least one cycle must remain to be judged"))
+    return tell(gathered, units=units)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model
 from gearrattle.results import Run
 from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Layout, Trajectory
+
+if TYPE_CHECKING:
+    from gearrattle.solvers import Task
 
 Array = NDArray[np.float64]
 
@@ -52,7 +57,6 @@ def simulate(
         ModelError: bad settings, or no static equilibrium.
         ConvergenceError: the algorithm failed; carries time, state and what to try.
     """
-    from gearrattle.solvers import SOLVERS, Task
     from gearrattle.solvers.simulate import simulate as integrate
 
     arguments = {
@@ -64,6 +68,49 @@ def simulate(
         "step": step,
         "initial": initial,
     }
+    plan = prepare(model, arguments, audit)
+    trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
+    return plan.run(trajectory)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A simulation about to begin.
+
+    Attributes:
+        model: the model with every setting filled in.
+        task: what to integrate.
+        layout: name plate of the driveline.
+        algorithm: a key of ``SOLVERS``.
+        discard: cycles criteria leave out.
+        notes: what must be noted before anything has moved.
+    """
+
+    model: Model
+    task: Task
+    layout: Layout
+    algorithm: str
+    discard: int
+    notes: tuple[str, ...]
+
+    def run(self, trajectory: Trajectory) -> Run:
+        """The run a trajectory of this plan makes."""
+        return Run(replace(trajectory, notes=(*self.notes, *trajectory.notes)), self.model)
+
+
+def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
+    """Settle every setting, assemble the system and find the start.
+
+    Args:
+        model: the driveline.
+        arguments: settings of the call by their names in the file; None where the call is silent.
+        audit: whether to audit the energy.
+
+    Raises:
+        ModelError: bad settings, or no static equilibrium.
+    """
+    from gearrattle.solvers import SOLVERS, Task
+
     used = settled(model, arguments)
     settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
@@ -75,9 +122,8 @@ def simulate(
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    trajectory = integrate(task, name_plate(model, system), settings.algorithm, settings.discard, progress)
-    notes = (*period_of(model).notes, *notes, *trajectory.notes)
-    return Run(replace(trajectory, notes=notes), used)
+    notes = (*period_of(model).notes, *notes)
+    return Plan(used, task, name_plate(model, system), settings.algorithm, settings.discard, notes)
 
 
 def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:

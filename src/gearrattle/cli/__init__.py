@@ -20,6 +20,7 @@ COMMANDS = {
     "check": ("gearrattle.cli.check:check", "Is this a model, and can it bear its loads?"),
     "modes": ("gearrattle.cli.modes:modes", "Natural frequencies, damping ratios and shapes."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
+    "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
 }

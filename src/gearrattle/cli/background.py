@@ -33,6 +33,7 @@ class Watch:
     def __init__(self) -> None:
         self.phase = _FIRST
         self.fraction = 0.0
+        self._since: tuple[float, float] | None = None
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
@@ -44,24 +45,39 @@ class Watch:
         if self.phase == _FIRST:
             self.phase = "simulating"
         self.fraction = fraction
+        if self._since is None:
+            self._since = time.monotonic(), fraction
         if self._stop.is_set():
             raise Cancelled("stopped by the user")
 
     def enter(self, phase: str) -> None:
         """Begin another phase, named in a word or two."""
-        self.phase = phase
+        self.phase, self._since = phase, None
         self(0.0)
+
+    def remaining(self) -> float | None:
+        """Seconds this phase will still take at the pace so far; None while that is anybody's guess."""
+        if self._since is None or self.fraction <= self._since[1]:
+            return None
+        took = time.monotonic() - self._since[0]
+        if took < _PATIENCE:
+            return None
+        return took * (1.0 - self.fraction) / (self.fraction - self._since[1])
 
     def stop(self) -> None:
         """Ask the work to stop at its next report."""
         self._stop.set()
 
 
-def watched(work: Callable[[Watch], T]) -> T:
+def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
     """Do some work in the background, show its progress, and stop it on Ctrl-C.
 
+    Args:
+        work: what to do; it should call its watch every few milliseconds.
+        grace: how long it may take to stop [s].
+
     Raises:
-        KeyboardInterrupt: on Ctrl-C, within half a second, whatever the work is doing.
+        KeyboardInterrupt: on Ctrl-C, once the work has stopped or the grace is over, whatever the work is doing.
     """
     watch, result, failure = Watch(), [], []
 
@@ -80,7 +96,7 @@ def watched(work: Callable[[Watch], T]) -> T:
             display.update()
     except KeyboardInterrupt:
         watch.stop()
-        thread.join(_GRACE)
+        thread.join(grace)
         raise
     finally:
         display.close()
@@ -106,7 +122,9 @@ class _Display:
             self._draw()
             return
         share = f": {100.0 * self._watch.fraction:.0f} %" if self._watch.fraction else ""
-        print(f"{self._watch.phase}{share}", file=sys.stderr, flush=True)
+        left = self._watch.remaining()
+        pace = "" if left is None or left < 1.0 else f", about {_duration(left)} left"
+        print(f"{self._watch.phase}{share}{pace}", file=sys.stderr, flush=True)
         self._next = now + _LINE_EVERY
 
     def _draw(self) -> None:
@@ -123,3 +141,11 @@ class _Display:
         """Clear the bar."""
         if self._bar is not None:
             self._bar.stop()
+
+
+def _duration(seconds: float) -> str:
+    """Say a duration in the unit that fits."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"

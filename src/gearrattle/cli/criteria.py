@@ -9,12 +9,12 @@ from gearrattle.cli.options import Json
 
 
 def criteria(run: Path, /, *, json: Json = False) -> None:
-    """Judge a motion saved by "simulate" or "run": does it rattle, where, how badly?
+    """Judge a motion saved by "simulate", "run" or "stream": does it rattle, where, how badly?
 
     Parameters
     ----------
     run
-        Saved motion (netCDF-4, .nc).
+        Saved motion (netCDF-4, .nc), or the folder of a "stream".
     """
     import gearrattle
     from gearrattle.calls.judge import criteria as judged
@@ -24,7 +24,7 @@ def criteria(run: Path, /, *, json: Json = False) -> None:
     if run.suffix == ".toml":
         remedy = f"gearrattle run {run} simulates and judges a model"
         raise ModelError(Problem(str(run), "a model file", "a saved motion (.nc) is needed", remedy))
-    verdict = judged(gearrattle.open_run(run))
+    verdict = judged(gearrattle.open_stream(run) if run.is_dir() else gearrattle.open_run(run))
     if json:
         print(json_text(verdict.to_dict()))
         return

@@ -54,7 +54,7 @@ def guarded(work: Callable[[], object]) -> int:
 def explain(error: BaseException) -> tuple[int, str]:
     """Return the exit code and the message of an error."""
     if isinstance(error, KeyboardInterrupt | Cancelled):
-        return INTERRUPTED, "interrupted: nothing was written"
+        return INTERRUPTED, getattr(error, "kept", "") or "interrupted: nothing was written"
     if isinstance(error, ModelError):
         return MISUSED, "\n".join(f"error: {problem}" for problem in error.problems)
     if type(error).__module__.startswith("cyclopts"):
@@ -64,10 +64,15 @@ def explain(error: BaseException) -> tuple[int, str]:
     return FAILED, f"error: {_reason(error)}"
 
 
+def disk_is_full(error: BaseException) -> bool:
+    """Whether an error says so."""
+    return getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT) or _NO_SPACE in str(error).lower()
+
+
 def _reason(error: BaseException) -> str:
     """Say why a computation or the machine failed, and what to try."""
     number = getattr(error, "errno", None)
-    if number in (errno.ENOSPC, errno.EDQUOT) or _NO_SPACE in str(error).lower():
+    if disk_is_full(error):
         return "the disk is full; nothing was written. Free some space, or choose another place with -o"
     if isinstance(error, OSError):
         place = error.filename or "the machine refused"

@@ -4,27 +4,33 @@ A shelf of interchangeable criteria (``CRITERIA``, in the order in which reports
 evaluates them all and says what rattles, where, and how badly. A new criterion is its file, one line in this table
 and its test page. Transmissibility and peak-to-peak values are of the last eight cycles, all else of the steady part.
 
+A motion may come in chunks: ``gather`` from each of them, in order, then ``tell``; no chunk need be kept.
+
 Takes a Trajectory from any source; gives a Verdict to calls, the pipeline and reports.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from gearrattle.criteria.base import RULE, Criterion, Entry, Part, Verdict, worst_first
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.criteria.base import RULE, Criterion, Entry, Part, Scope, Tally, Verdict, scope_of, worst_first
 from gearrattle.criteria.contact import ContactShare
 from gearrattle.criteria.impacts import ImpactStatistics
 from gearrattle.criteria.loose_gear import LooseGear
 from gearrattle.criteria.parts import measure_parts
 from gearrattle.criteria.peak_to_peak import PeakToPeak
 from gearrattle.criteria.regime import ImpactRegime
-from gearrattle.criteria.spectrum import AccelerationSpectrum, acceleration_density
+from gearrattle.criteria.spectrum import AccelerationSpectrum, density_of
 from gearrattle.criteria.transmissibility import Transmissibility
 from gearrattle.criteria.wording import sentence
 from gearrattle.errors import ModelError
-from gearrattle.signals import Spectrum, steady
-from gearrattle.trajectory import Trajectory
+from gearrattle.signals import Spectrum, Window
+from gearrattle.trajectory import Layout, Trajectory
 
 CRITERIA: tuple[Criterion, ...] = (
     ImpactRegime(),
@@ -39,7 +45,86 @@ CRITERIA: tuple[Criterion, ...] = (
 
 _UNITS_WITHOUT_DIMENSION = frozenset({"", "1", "1/cycle", "dB"})
 
-__all__ = ["CRITERIA", "RULE", "Criterion", "Entry", "Part", "Verdict", "judge"]
+__all__ = ["CRITERIA", "RULE", "Criterion", "Entry", "Gathered", "Part", "Tally", "Verdict", "gather", "judge", "tell"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Gathered:
+    """What the criteria keep of the chunks of a motion so far, however many there were.
+
+    Attributes:
+        scope: what has been gathered.
+        tallies: by the name of the criterion.
+    """
+
+    scope: Scope
+    tallies: Mapping[str, Tally]
+
+    def packed(self) -> dict[str, NDArray[Any]]:
+        """Return the same as named arrays, for a file."""
+        window = self.scope.window
+        span = np.array([window.start, window.end])
+        grid = np.array([window.first, window.last, window.cycles, self.scope.samples_per_cycle])
+        flat = {f"{name}/{key}": array for name, tally in self.tallies.items() for key, array in tally.items()}
+        return {"span": span, "grid": grid, **flat}
+
+    @classmethod
+    def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Gathered | None:
+        """Return what was packed; None for nothing.
+
+        Args:
+            arrays: from ``packed``, or empty.
+            layout: name plate of the driveline.
+            algorithm: what made the motion.
+        """
+        if not arrays:
+            return None
+        (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
+        tallies: dict[str, dict[str, NDArray[Any]]] = {criterion.name: {} for criterion in CRITERIA}
+        for name in set(arrays) - {"span", "grid"}:
+            criterion, _, key = name.partition("/")
+            tallies[criterion][key] = arrays[name]
+        return cls(Scope(layout, Window(start, end, first, last, cycles), per_cycle, algorithm), tallies)
+
+
+def gather(trajectory: Trajectory, before: Gathered | None = None) -> Gathered:
+    """Let every criterion gather from the next chunk of a motion.
+
+    Args:
+        trajectory: the chunk, of whole cycles.
+        before: what has been gathered from the chunks before it; None at the first.
+
+    Raises:
+        ModelError: if no cycle of the chunk remains after the discarded ones.
+        GearRattleError: if the log of corner crossings has a gap.
+    """
+    tallies = {c.name: c.gather(trajectory, None if before is None else before.tallies[c.name]) for c in CRITERIA}
+    return Gathered(scope_of(trajectory, None if before is None else before.scope), tallies)
+
+
+def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
+    """Return the verdict on all that has been gathered.
+
+    Args:
+        gathered: from ``gather``.
+        units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
+    """
+    scope, tallies = gathered.scope, gathered.tallies
+    entries = [item for criterion in CRITERIA for item in criterion.tell(tallies[criterion.name], scope)]
+    parts = worst_first(measure_parts(entries, scope, tallies[ImpactStatistics.name]))
+    if units != "SI":
+        entries = [item if item.unit in _UNITS_WITHOUT_DIMENSION else _bare(item) for item in entries]
+        parts = tuple(dataclasses.replace(part, impulse_unit="1", speed_unit="1") for part in parts)
+    return Verdict(
+        verdict=parts[0].regime if parts else "quiet",
+        sentence=sentence(parts, scope.window.cycles),
+        rule=RULE,
+        parts=parts,
+        entries=tuple(entries),
+        notes=_distinct(item.note for item in entries),
+        window=scope.window,
+        spectra=_density(gathered),
+    )
 
 
 def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
@@ -53,26 +138,7 @@ def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
         ModelError: if no cycle remains after the discarded ones.
         GearRattleError: if the log of corner crossings has a gap.
     """
-    window = steady(trajectory)
-    entries = [item for criterion in CRITERIA for item in criterion.evaluate(trajectory)]
-    margins: dict[str, float] = {}
-    for item in entries:
-        if item.criterion == LooseGear.name and item.quantity == "margin" and isinstance(item.value, float):
-            margins[item.subject] = max(item.value, margins.get(item.subject, item.value))
-    parts = worst_first(measure_parts(trajectory, margins))
-    if units != "SI":
-        entries = [item if item.unit in _UNITS_WITHOUT_DIMENSION else _bare(item) for item in entries]
-        parts = tuple(dataclasses.replace(part, impulse_unit="1", speed_unit="1") for part in parts)
-    return Verdict(
-        verdict=parts[0].regime if parts else "quiet",
-        sentence=sentence(parts, window.cycles),
-        rule=RULE,
-        parts=parts,
-        entries=tuple(entries),
-        notes=_distinct(item.note for item in entries),
-        window=window,
-        spectra=_density(trajectory),
-    )
+    return tell(gather(trajectory), units=units)
 
 
 def _bare(item: Entry) -> Entry:
@@ -83,8 +149,8 @@ def _distinct(notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(note for note in notes if note))
 
 
-def _density(trajectory: Trajectory) -> Spectrum | None:
+def _density(gathered: Gathered) -> Spectrum | None:
     try:
-        return acceleration_density(trajectory)
+        return density_of(gathered.tallies[AccelerationSpectrum.name], gathered.scope)
     except ModelError:
         return None

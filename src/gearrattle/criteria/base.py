@@ -1,8 +1,11 @@
 """The nouns of the shelf: a criterion, the entries it gives, and the verdict they add up to.
 
 A criterion measures one thing on a trajectory and says it in *entries*: one number (or word) each, about one inertia,
-mesh or coupling, with its unit, its formula and where the formula comes from. A new criterion is a file beside this
-one with a frozen class that satisfies ``Criterion``, one line in the table of ``__init__``, and its test page.
+mesh or coupling, with its unit, its formula and where the formula comes from. It does so in two steps, because a long
+motion comes in chunks that nobody keeps: it *gathers* from every chunk what it needs into a tally of bounded size, and
+*tells* the entries from the tally. A new criterion is a file beside this one with a frozen class that satisfies
+``Criterion``, one line in the table of ``__init__``, and its test page; the laws over the table hold it to what a tally
+promises.
 
 Each mesh and each clearance is a *part* of the verdict, judged by its regime in the steady part; the whole is the worst
 of its parts. The rule is stated in words (``RULE``) wherever the verdict is shown.
@@ -18,8 +21,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from gearrattle.signals import Regime, Spectrum, Window
-from gearrattle.trajectory import Layout, Trajectory
+import numpy as np
+
+from gearrattle.signals import Regime, Spectrum, Window, steady
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 PAPER = "Padmanabhan, Barlow, Rook, Singh 1995, ASME J. Mech. Des. 117, 185-192"
 
@@ -49,6 +54,27 @@ class Entry:
     note: str = ""
 
 
+Tally = Mapping[str, Array]
+"""What a criterion keeps of the chunks so far: named arrays, whose size does not grow with the number of chunks."""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What a tally is of.
+
+    Attributes:
+        layout: the driveline's name plate.
+        window: the steady part of all chunks together; sample indices as if they were one.
+        samples_per_cycle: output grid.
+        algorithm: what made the motion.
+    """
+
+    layout: Layout
+    window: Window
+    samples_per_cycle: int
+    algorithm: str
+
+
 class Criterion(Protocol):
     """A criterion: what it is called, what it computes and from where, and the computation."""
 
@@ -72,8 +98,54 @@ class Criterion(Protocol):
     def source(self) -> str:
         """Where the formula comes from."""
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+    @property
+    def merging(self) -> str:
+        """How the values of consecutive chunks become those of the whole, and what of them cannot."""
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return the tally of a chunk's steady part and of all chunks before it (None: there are none)."""
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the entries, in element or inertia order."""
+
+    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+        """Return the entries of one trajectory."""
+
+
+class Telling:
+    """A criterion's ``evaluate``: gather once, then tell."""
+
+    def evaluate(self: Criterion, trajectory: Trajectory) -> list[Entry]:
+        """Return the entries, in element or inertia order."""
+        return self.tell(self.gather(trajectory, None), scope_of(trajectory))
+
+
+def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
+    """Return the scope of a chunk's steady part and of all chunks before it.
+
+    Raises:
+        ModelError: if no cycle remains after the discarded ones.
+    """
+    window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
+    end = (trajectory.first_cycle + trajectory.cycles) * per_cycle
+    cycles = window.cycles + (0 if before is None else before.window.cycles)
+    start = window.start if before is None else before.window.start
+    whole = Window(start, window.end, end - cycles * per_cycle, end, cycles)
+    return Scope(trajectory.layout, whole, per_cycle, trajectory.cost.algorithm)
+
+
+def gather_last(trajectory: Trajectory, before: Tally | None, cycles: int) -> Tally:
+    """Return the accelerations of the last cycles, (samples, n), both bounds included [rad/s^2].
+
+    Args:
+        trajectory: the next chunk.
+        before: the same of the chunks before; None at the first.
+        cycles: how many at most.
+    """
+    signal = steady(trajectory).closed(trajectory.acceleration)
+    if before is not None:  # its last sample is the first one here
+        signal = np.concatenate([before["acceleration"][:-1], signal])
+    return {"acceleration": signal[-(cycles * trajectory.samples_per_cycle + 1) :]}
 
 
 def entry(

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, entry
-from gearrattle.signals import contact_share, region_shares, steady
+import numpy as np
+
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry
+from gearrattle.signals import dwell_times, outside, steady
 from gearrattle.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class ContactShare:
+class ContactShare(Telling):
     """Share of time in contact and in each region."""
 
     name: str = "contact"
@@ -25,14 +27,23 @@ class ContactShare:
     formula: str = "time outside the centre region / time, over [discard T, end], from event times"
     unit: str = "1"
     source: str = f"{PAPER}, sec. 6"
+    merging: str = "exact: times add up"
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return dwell (pieces of all clearances,): the time in each region [s]."""
+        window, count = steady(trajectory), trajectory.layout.clearance.size
+        times = np.concatenate([np.zeros(0), *(dwell_times(trajectory, k, window) for k in range(count))])
+        return {"dwell": times if before is None else before["dwell"] + times}
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the contact share and the share of every region, for every clearance."""
-        window = steady(trajectory)
-        entries = []
-        for k, name in enumerate(trajectory.layout.clearance_names):
-            entries.append(entry(self, name, "contact share", contact_share(trajectory, k, window)))
-            for region, share in region_shares(trajectory, k, window).items():
+        layout, entries = scope.layout, []
+        pieces = np.cumsum([0, *(stiffness.size for stiffness in layout.stiffness_of_piece)])
+        for k, name in enumerate(layout.clearance_names):
+            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][pieces[k] : pieces[k + 1]]
+            shares = {first + i: share for i, share in enumerate((times / scope.window.duration).tolist())}
+            entries.append(entry(self, name, "contact share", outside(layout, k, shares)))
+            for region, share in shares.items():
                 label = f"{region:+d}" if region else "0"
                 words = f"time in region {label} / time, over [discard T, end], from event times"
                 entries.append(entry(self, name, f"share of region {label}", share, formula=words))

@@ -21,13 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.criteria.base import Entry, entry
+from gearrattle.criteria.base import Entry, Scope, Tally, Telling, entry
 from gearrattle.signals import steady
-from gearrattle.trajectory import Trajectory
+from gearrattle.trajectory import Layout, Trajectory
 
 
 @dataclass(frozen=True)
-class LooseGear:
+class LooseGear(Telling):
     """Inertia torque of a loose gear against its drag torque."""
 
     name: str = "loose_gear"
@@ -36,16 +36,22 @@ class LooseGear:
     unit: str = "dB"
     source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
-        """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
-        layout = trajectory.layout
+    merging: str = "exact: the peak of all is the largest peak"
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return peak (n,): the largest |theta''| of the samples [rad/s^2]."""
         peak = np.max(np.abs(steady(trajectory).closed(trajectory.acceleration)), axis=0)
+        return {"peak": peak if before is None else np.maximum(before["peak"], peak)}
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
+        layout, peak = scope.layout, tally["peak"]
         entries = []
         for mesh in np.flatnonzero(layout.is_mesh).tolist():
             for loose_end in (0, 1):
                 loose, driver = (int(layout.between[mesh, end]) for end in (loose_end, 1 - loose_end))
                 drag = float(layout.drag_torque[loose])
-                if not drag > 0.0 or not _is_loose(trajectory, loose, mesh):
+                if not drag > 0.0 or not _is_loose(layout, loose, mesh):
                     continue
                 reduction = float(layout.radii[mesh, 1 - loose_end] / layout.radii[mesh, loose_end])
                 ratio = float(layout.inertia[loose]) * reduction * float(peak[driver]) / drag
@@ -69,7 +75,7 @@ class LooseGear:
         return entries
 
 
-def _is_loose(trajectory: Trajectory, inertia: int, mesh: int) -> bool:
+def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
     """Return whether the mesh is the only element with a stiffness on the inertia's body."""
-    touching = np.flatnonzero((trajectory.layout.between == inertia).any(axis=1))
-    return not any(trajectory.layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)
+    touching = np.flatnonzero((layout.between == inertia).any(axis=1))
+    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)

@@ -1,53 +1,64 @@
 """Measure the parts of the verdict: one row for every mesh and clearance.
 
-Takes a Trajectory and the loose-gear margins by mesh; gives Parts, in element order, to ``judge``.
+Takes the entries of the criteria and the sums over impacts; gives Parts, in element order, to ``judge``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import cast
 
 import numpy as np
 
-from gearrattle.criteria.base import Part, deflection_rate_unit, impulse_unit, judged_elements
-from gearrattle.signals import Impacts, centre, contact_share, find_impacts, regime, steady
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.criteria.base import Entry, Part, Scope, Tally, deflection_rate_unit, impulse_unit, judged_elements
+from gearrattle.signals import ImpactSummary, Regime, centre, summarise_impacts
+from gearrattle.trajectory import Layout
+
+Key = tuple[str, str, str]
+"""Criterion, quantity, subject."""
 
 
-def measure_parts(trajectory: Trajectory, margins: Mapping[str, float]) -> list[Part]:
+def measure_parts(entries: Sequence[Entry], scope: Scope, impacts: Tally) -> list[Part]:
     """Return the part of every mesh and clearance, in element order.
 
     Args:
-        trajectory: the motion.
-        margins: margin of the loose-gear test by mesh name [dB]; meshes without a loose gear are absent.
+        entries: those of all criteria.
+        scope: what they are of.
+        impacts: sums over the impacts (see ``add_impacts``).
     """
-    impacts = find_impacts(trajectory).within(steady(trajectory))
+    said = {(item.criterion, item.quantity, item.subject): item.value for item in entries}
+    margins: dict[str, float] = {}
+    for item in entries:
+        if (item.criterion, item.quantity) == ("loose_gear", "margin") and isinstance(item.value, float):
+            margins[item.subject] = max(item.value, margins.get(item.subject, item.value))
     return [
-        _unbroken(trajectory.layout, element, margins)
+        _unbroken(scope.layout, element, margins)
         if clearance is None
-        else _part(trajectory, element, clearance, impacts.of(clearance), margins)
-        for element, clearance in judged_elements(trajectory.layout)
+        else _part(scope, element, (summarise_impacts(impacts, scope.layout, clearance), said), margins)
+        for element, clearance in judged_elements(scope.layout)
     ]
 
 
-def _part(trajectory: Trajectory, element: int, clearance: int, impacts: Impacts, margins: Mapping[str, float]) -> Part:
-    layout = trajectory.layout
-    window = steady(trajectory)
+def _part(
+    scope: Scope, element: int, found: tuple[ImpactSummary, Mapping[Key, float | str]], margins: Mapping[str, float]
+) -> Part:
+    impacts, said = found
+    layout, window = scope.layout, scope.window
     name = layout.element_names[element]
-    drive = int(np.count_nonzero(impacts.drive))
+    clearance = layout.clearance.tolist().index(element)
     return Part(
         name=name,
         kind=_kind(layout, element),
         gap=_is_gap(layout, clearance),
-        regime=regime(trajectory, clearance, window),
-        impacts_per_cycle=len(impacts) / window.cycles,
-        impacts_per_second=len(impacts) / window.duration,
-        drive_impacts_per_cycle=drive / window.cycles,
-        coast_impacts_per_cycle=(len(impacts) - drive) / window.cycles,
-        mean_impulse=_mean(np.abs(impacts.impulse)),
-        max_impulse=_largest(np.abs(impacts.impulse)),
-        max_approach_speed=_largest(np.abs(impacts.velocity)),
-        contact_share=contact_share(trajectory, clearance, window),
+        regime=cast(Regime, said["regime", "regime", name]),
+        impacts_per_cycle=impacts.count / window.cycles,
+        impacts_per_second=impacts.count / window.duration,
+        drive_impacts_per_cycle=impacts.drive / window.cycles,
+        coast_impacts_per_cycle=(impacts.count - impacts.drive) / window.cycles,
+        mean_impulse=_if_any(impacts.mean_impulse),
+        max_impulse=_if_any(impacts.largest_impulse),
+        max_approach_speed=_if_any(impacts.largest_speed),
+        contact_share=cast(float, said["contact", "contact share", name]),
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
         speed_unit=deflection_rate_unit(layout, element),
@@ -85,9 +96,5 @@ def _is_gap(layout: Layout, clearance: int) -> bool:
     return any(layout.stiffness_of_piece[clearance][label - first] == 0.0 for label in centre(layout, clearance))
 
 
-def _mean(magnitudes: Array) -> float | None:
-    return float(magnitudes.mean()) if magnitudes.size and not np.isnan(magnitudes).any() else None
-
-
-def _largest(magnitudes: Array) -> float | None:
-    return float(magnitudes.max()) if magnitudes.size and not np.isnan(magnitudes).any() else None
+def _if_any(magnitude: float) -> float | None:
+    return None if np.isnan(magnitude) else magnitude

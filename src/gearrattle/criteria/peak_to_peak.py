@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, entry
-from gearrattle.signals import last_cycles, peak_to_peak
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, gather_last
+from gearrattle.signals import peak_to_peak
 from gearrattle.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class PeakToPeak:
+class PeakToPeak(Telling):
     """Peak-to-peak acceleration."""
 
     cycles: int = 8
@@ -26,16 +26,22 @@ class PeakToPeak:
     unit: str = "rad/s^2"
     source: str = f"{PAPER}, sec. 8 and Table 5"
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+    merging: str = "exact: the last eight cycles are kept across chunks"
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return the accelerations of the last cycles."""
+        return gather_last(trajectory, before, self.cycles)
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the peak-to-peak acceleration of every inertia."""
-        window = last_cycles(trajectory, self.cycles)
-        level = peak_to_peak(window.closed(trajectory.acceleration))
+        cycles = min(self.cycles, scope.window.cycles)
+        level = peak_to_peak(tally["acceleration"])
         short = ""
-        if window.cycles < self.cycles:
-            remain = "1 cycle remains" if window.cycles == 1 else f"{window.cycles} cycles remain"
+        if cycles < self.cycles:
+            remain = "1 cycle remains" if cycles == 1 else f"{cycles} cycles remain"
             short = f"peak-to-peak acceleration over fewer than {self.cycles} cycles: {remain} after the discarded ones"
-        words = f"max theta_i'' - min theta_i'' over the samples of the last {window.cycles} T"
-        names = trajectory.layout.inertia_names
+        words = f"max theta_i'' - min theta_i'' over the samples of the last {cycles} T"
+        names = scope.layout.inertia_names
         return [
             entry(self, name, "peak-to-peak acceleration", float(value), formula=words, note=short)
             for name, value in zip(names, level, strict=True)

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, entry, judged_elements
-from gearrattle.signals import regime, steady
+import numpy as np
+
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, judged_elements
+from gearrattle.signals import regime_of, sides_crossed, steady
 from gearrattle.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class ImpactRegime:
+class ImpactRegime(Telling):
     """Sides on which corners are crossed."""
 
     name: str = "regime"
@@ -25,12 +27,18 @@ class ImpactRegime:
     formula: str = "corners crossed in [discard T, end]: none, on one side of the centre, on both"
     unit: str = ""
     source: str = f"{PAPER}, sec. 6 and Fig. 3"
+    merging: str = "exact: a side crossed in any chunk is crossed"
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return sides (K, 2): 1 where a clearance crosses corners of its drive side, of its coast side."""
+        window, count = steady(trajectory), trajectory.layout.clearance.size
+        sides = np.array([sides_crossed(trajectory, k, window) for k in range(count)], dtype=float).reshape(-1, 2)
+        return {"sides": sides if before is None else np.maximum(before["sides"], sides)}
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the regime of every mesh and clearance; a mesh without a corner is quiet."""
-        window = steady(trajectory)
-        names = trajectory.layout.element_names
+        names, sides = scope.layout.element_names, tally["sides"] > 0.0
         return [
-            entry(self, names[k], "regime", "quiet" if clearance is None else regime(trajectory, clearance, window))
-            for k, clearance in judged_elements(trajectory.layout)
+            entry(self, names[k], "regime", "quiet" if clearance is None else regime_of(*sides[clearance].tolist()))
+            for k, clearance in judged_elements(scope.layout)
         ]

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, entry
-from gearrattle.signals import last_cycles, peak_to_peak, rms
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, gather_last
+from gearrattle.signals import peak_to_peak, rms
 from gearrattle.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class Transmissibility:
+class Transmissibility(Telling):
     """Ratio of rms and of peak-to-peak accelerations to those of the reference inertia."""
 
     cycles: int = 8
@@ -27,13 +27,18 @@ class Transmissibility:
     unit: str = "1"
     source: str = f"{PAPER}, eqs. (23)-(25)"
 
-    def evaluate(self, trajectory: Trajectory) -> list[Entry]:
+    merging: str = "exact: the last eight cycles are kept across chunks"
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return the accelerations of the last cycles."""
+        return gather_last(trajectory, before, self.cycles)
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return TR_rms and TR_peak of every inertia; NaN, with a note, where the reference does not move."""
-        layout = trajectory.layout
-        window = last_cycles(trajectory, self.cycles)
-        acceleration = window.closed(trajectory.acceleration)
+        layout, acceleration = scope.layout, tally["acceleration"]
+        cycles = min(self.cycles, scope.window.cycles)
         reference = layout.inertia_names[layout.reference]
-        short = "" if window.cycles == self.cycles else _shortened(window.cycles, self.cycles)
+        short = "" if cycles == self.cycles else _shortened(cycles, self.cycles)
         entries = []
         for quantity, over, level in (
             ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms(acceleration)),
@@ -43,7 +48,7 @@ class Transmissibility:
             still = "" if base > 0.0 else f"{quantity}: {reference} shows no acceleration to refer to"
             for inertia, own in zip(layout.inertia_names, level, strict=True):
                 value = float(own) / base if base > 0.0 else float("nan")
-                words = f"{over}, last {window.cycles} T"
+                words = f"{over}, last {cycles} T"
                 entries.append(entry(self, inertia, quantity, value, formula=words, note=still or short))
         return entries
 

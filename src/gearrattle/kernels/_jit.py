@@ -63,9 +63,11 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile for floats and arrays: no Python objects, no exceptions, the interpreter lock released.
 
-    Products and sums may be fused (fma) but never reordered: event times depend on rounding.
+    Products and sums may be fused (fma) but never reordered: event times depend on rounding. Which are fused depends on
+    what stands side by side, so everything is put into the entry kernel (``forceinline``): code compiled just now and
+    code from the cache then give the same bits, and a motion can go on in another process.
     """
-    return _compiled(function)
+    return _compiled(function, forceinline=True)
 
 
 def inlined(function: Callable[..., Any]) -> Any:

@@ -7,7 +7,8 @@ polynomials to rounding and the first crossing is the first root (``polynomial.f
 every instant lies in a step proven free of crossings or in a window searched from its beginning.
 
 The kernel works in slices and hands back an ``Outcome`` code, so that the floor above can show progress, grow the log,
-or build a region met for the first time. Where a slice ends changes no bit of the motion.
+or build a region met for the first time. Where a slice ends changes no bit of the motion; nor does it when all samples
+are stored and the march goes on with fresh ones, for the step in which the last one lies is not taken before that.
 """
 
 from __future__ import annotations
@@ -162,9 +163,9 @@ def _ahead(counts, clock, per_cycle):
 def _emit(regions, inputs, march, samples, h, work):
     """Store every sample in [now, now + h)."""
     counts, now, slot = march.counts, march.clock[0] + march.clock[1], march.counts[SLOT]
-    elapsed, states = _elapsed(counts, march.clock), regions.states
-    while counts[SAMPLE] < samples.pieces.shape[0]:
-        i = counts[SAMPLE]
+    elapsed, states, last = _elapsed(counts, march.clock), regions.states, samples.first + samples.pieces.shape[0]
+    while counts[SAMPLE] < last:
+        i = counts[SAMPLE] - samples.first
         ahead = _ahead(counts, march.clock, samples.per_cycle)
         if ahead >= h and ahead > 0.0:
             break
@@ -231,7 +232,7 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
     out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
     parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
-    last, room, per_cycle = samples.pieces.shape[0], log.cycle.size, samples.per_cycle
+    last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
     watched, integrals = strips_of(3 * side.size), samples.states.shape[1] - states - side.size
     fixed, band, pieces = regions.band, work.band, regions.piece
     unsafe = np.zeros((side.size, 2), dtype=np.bool_)
@@ -261,13 +262,8 @@ def march_on(regions, inputs, march, samples, log, work, budget):
             lower, upper, fixed, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
         )
         h = steps[level]
-        tried[0] += 2.0 * steps[first] - h
-        counts[TRIALS] += level - first + 1
-        counts[STEPS] += 1
-        counts[LEVEL] = level
         passed, k, upward, rate, x = h, -1, 0, 0.0, NEVER
         if not safe:
-            counts[EXPANSIONS] += 1
             x, k, upward, rate = first_crossing(
                 series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h
             )
@@ -276,7 +272,12 @@ def march_on(regions, inputs, march, samples, log, work, budget):
             _emit(regions, inputs, march, samples, passed, work)
             ahead = _ahead(counts, clock, per_cycle)
             if counts[SAMPLE] >= last:
-                return DONE
+                return DONE  # the step is not taken yet: a later run begins with it, and counts it then
+        tried[0] += 2.0 * steps[first] - h
+        counts[TRIALS] += level - first + 1
+        counts[STEPS] += 1
+        counts[LEVEL] = level
+        counts[EXPANSIONS] += not safe
         ahead -= passed
         clock[3] += passed
         counts[UNANCHORED] += 1

@@ -56,9 +56,10 @@ class Regions(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Where sampled states go: sample i lies at i / per_cycle periods."""
+    """Where sampled states go: sample i lies at i / per_cycle periods, in row i - first."""
 
     per_cycle: int
+    first: int
     states: Any  # (samples, N + C) x, carried
     pieces: Any  # (samples, K) piece of every clearance
 

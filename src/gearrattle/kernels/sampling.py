@@ -1,10 +1,11 @@
-"""Accelerations and element states at sampled states of the vector field."""
+"""What is asked of sampled states: accelerations and element states of the vector field, rows over states."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gearrattle.kernels._jit import kernel
+from gearrattle.kernels.products import multiply_row
 from gearrattle.kernels.vector_field import derivative
 
 
@@ -25,3 +26,10 @@ def element_samples(field, time, states):
         for k in range(elements):
             piece[i, k] = int(pieces[k])
     return acceleration, deflection, piece, force
+
+
+@kernel
+def rows_at(stack, table, states, out):
+    """out[i] = all rows of stack[table[i]] @ states[i], each sample by itself: how many there are changes no bit."""
+    for i in range(table.size):
+        multiply_row(stack, table[i], states, i, out[i])

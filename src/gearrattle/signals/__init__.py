@@ -7,35 +7,57 @@ corner crossings alone, so no sampling rate limits them.
 Takes trajectories and plain arrays; gives plain arrays to the criteria, plots and reports above.
 """
 
+from gearrattle.signals.impact_sums import ImpactSummary, add_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
-from gearrattle.signals.orders import harmonics, resolved
-from gearrattle.signals.regions import Regime, centre, contact_share, in_contact, regime, region_at, region_shares
+from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, resolved
+from gearrattle.signals.regions import (
+    Regime,
+    centre,
+    contact_share,
+    dwell_times,
+    in_contact,
+    outside,
+    regime,
+    regime_of,
+    region_at,
+    region_shares,
+    sides_crossed,
+)
 from gearrattle.signals.spectra import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
 
 __all__ = [
+    "ImpactSummary",
     "Impacts",
     "Line",
     "Regime",
     "Spectrum",
     "Window",
+    "add_impacts",
+    "amplitudes_from",
     "centre",
     "contact_share",
+    "dwell_times",
     "find_impacts",
     "harmonics",
     "in_contact",
     "last_cycles",
+    "order_sums",
+    "outside",
     "peak_to_peak",
     "psd",
     "regime",
+    "regime_of",
     "region_at",
     "region_shares",
     "resolved",
     "rms",
+    "sides_crossed",
     "steady",
     "strongest",
     "sub_harmonics",
+    "summarise_impacts",
     "super_harmonics",
 ]

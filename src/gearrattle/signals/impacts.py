@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
-from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
+from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Impacts:
         impulse: (I,) integral of the element's force over the contact [N m s or N s], positive for a drive-side
             push; NaN where the solver supplies no force integral.
         censored: (I,) whether the motion ended before the contact did.
+        row: (I,) position of the crossing in the log.
     """
 
     time: Array
@@ -44,6 +45,7 @@ class Impacts:
     duration: Array
     impulse: Array
     censored: NDArray[np.bool_]
+    row: NDArray[np.intp]
 
     def __len__(self) -> int:
         """Return the number of impacts."""
@@ -71,6 +73,7 @@ class Impacts:
             self.duration[chosen],
             self.impulse[chosen],
             self.censored[chosen],
+            self.row[chosen],
         )
 
 
@@ -96,6 +99,19 @@ def _returns(events: EventLog) -> NDArray[np.intp]:
     return following
 
 
+def corner_keys(layout: Layout, clearance: IntArray, region: IntArray, other: IntArray) -> IntArray:
+    """Return (E,) the number of the corner between two neighbouring regions, counted over all clearances.
+
+    Args:
+        layout: the driveline's name plate.
+        clearance: (E,) indices into ``layout.clearance``.
+        region, other: (E,) labels of the regions the corner lies between.
+    """
+    before = np.concatenate([[0], np.cumsum([corners.size for corners in layout.corners])]).astype(np.int64)
+    lower = np.minimum(region, other) - layout.region_of_first_piece[clearance] if len(clearance) else clearance
+    return np.asarray(before[:-1][clearance] + lower if len(clearance) else clearance, dtype=np.int64)
+
+
 def find_impacts(trajectory: Trajectory) -> Impacts:
     """Return every impact of the whole motion; take ``.of(clearance)`` and ``.within(window)`` of it.
 
@@ -116,4 +132,5 @@ def find_impacts(trajectory: Trajectory) -> Impacts:
         duration=end_time - events.time[rows],
         impulse=integral - events.force_integral[rows],
         censored=np.asarray(censored, dtype=np.bool_),
+        row=rows,
     )

@@ -28,7 +28,7 @@ def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
 
 
 def harmonics(signal: Array, time: Array, omega: float, orders: Array) -> NDArray[np.complex128]:
-    """Return the complex amplitudes of a signal at the given orders.
+    """Return the complex amplitudes of a signal at the given orders, by least squares.
 
     Args:
         signal: (N,) or (N, n) samples over whole periods, each phase once.
@@ -47,9 +47,38 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array) -> NDArra
     shown = resolved(orders, omega, (time[-1] - time[0]) / (time.size - 1))
     if not shown.any() or time.size < 2 * np.count_nonzero(shown) + 1:
         return result
-    angle = omega * np.multiply.outer(time, orders[shown])
-    columns = np.concatenate([np.ones((time.size, 1)), np.sin(angle), np.cos(angle)], axis=1)
-    weights = np.linalg.lstsq(columns, signal, rcond=None)[0]
+    weights = np.linalg.lstsq(_columns(time, omega, orders[shown]), signal, rcond=None)[0]
     sines, cosines = np.split(weights[1:], 2)
     result[shown] = sines + 1j * cosines
     return result
+
+
+def order_sums(signal: Array, time: Array, omega: float, orders: Array) -> tuple[Array, Array]:
+    """Return the two sums the same least squares rest on; those of consecutive samples add up.
+
+    Args:
+        signal: (N, n) samples.
+        time: (N,) their times [s].
+        omega: reference speed [rad/s].
+        orders: (o,) orders that the samples can show (see ``resolved``).
+
+    Returns:
+        gram: (2 o + 1, 2 o + 1) products of 1, sines and cosines with each other.
+        moments: (2 o + 1, n) their products with the signal.
+    """
+    columns = _columns(time, omega, np.asarray(orders, dtype=np.float64))
+    return columns.T @ columns, columns.T @ signal
+
+
+def amplitudes_from(gram: Array, moments: Array) -> NDArray[np.complex128]:
+    """Return (o, n) the complex amplitudes from ``order_sums``; NaN where there are fewer samples than unknowns."""
+    if gram[0, 0] < len(gram):  # the first entry counts the samples
+        return np.full((len(gram) // 2, moments.shape[1]), np.nan + 0j)
+    sines, cosines = np.split(np.linalg.lstsq(gram, moments, rcond=None)[0][1:], 2)
+    return np.asarray(sines + 1j * cosines, dtype=np.complex128)
+
+
+def _columns(time: Array, omega: float, orders: Array) -> Array:
+    """Return (N, 2 o + 1): ones, sines, cosines."""
+    angle = omega * np.multiply.outer(time, orders)
+    return np.concatenate([np.ones((time.size, 1)), np.sin(angle), np.cos(angle)], axis=1)

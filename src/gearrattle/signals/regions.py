@@ -14,6 +14,7 @@ Takes a Trajectory; gives shares and regimes to the criteria and to ``impacts``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import GearRattleError
 from gearrattle.signals.windows import Window
-from gearrattle.trajectory import IntArray, Layout, Trajectory
+from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
 Regime = Literal["quiet", "single-sided", "double-sided"]
 
@@ -82,11 +83,8 @@ def region_at(trajectory: Trajectory, clearance: int, time: float) -> int:
     return int(trajectory.events.to_region[passed[-1]]) if passed.size else int(trajectory.initial_region[clearance])
 
 
-def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
-    """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
-
-    Returns:
-        share by region label, ascending, every region of the element included; they sum to 1.
+def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array:
+    """Return (pieces,) the time in the window that a clearance spends in each of its regions, lowest first [s].
 
     Raises:
         GearRattleError: if the log has a gap.
@@ -98,8 +96,22 @@ def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dic
     bounds = np.concatenate([[window.start], events.time[inside], [window.end]])
     region = np.concatenate([[region_at(trajectory, clearance, window.start)], events.to_region[inside]])
     first = int(layout.region_of_first_piece[clearance])
-    dwell = np.bincount(region - first, weights=np.diff(bounds), minlength=layout.stiffness_of_piece[clearance].size)
-    return {first + piece: float(share) for piece, share in enumerate(dwell / window.duration)}
+    pieces = layout.stiffness_of_piece[clearance].size
+    return np.bincount(region - first, weights=np.diff(bounds), minlength=pieces).astype(np.float64)
+
+
+def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
+    """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
+
+    Returns:
+        share by region label, ascending, every region of the element included; they sum to 1.
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    first = int(trajectory.layout.region_of_first_piece[clearance])
+    shares = dwell_times(trajectory, clearance, window) / window.duration
+    return {first + piece: share for piece, share in enumerate(shares.tolist())}
 
 
 def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> float:
@@ -108,13 +120,33 @@ def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> flo
     Raises:
         GearRattleError: if the log has a gap.
     """
-    inner = centre(trajectory.layout, clearance)
-    shares = region_shares(trajectory, clearance, window)
+    return outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window))
+
+
+def outside(layout: Layout, clearance: int, shares: Mapping[int, float]) -> float:
+    """Return the part of the shares (by region label) that is contact, 0 to 1."""
+    inner = centre(layout, clearance)
     return min(1.0, sum(share for region, share in shares.items() if region not in inner))
 
 
 def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
     """Return the regime of a clearance in the window, from the sides on which it crosses corners.
+
+    Raises:
+        GearRattleError: if the log has a gap.
+    """
+    return regime_of(*sides_crossed(trajectory, clearance, window))
+
+
+def regime_of(drive: bool, coast: bool) -> Regime:
+    """Return the regime of a clearance that crosses corners on these sides."""
+    if drive and coast:
+        return "double-sided"
+    return "single-sided" if drive or coast else "quiet"
+
+
+def sides_crossed(trajectory: Trajectory, clearance: int, window: Window) -> tuple[bool, bool]:
+    """Return whether a clearance crosses corners on its drive side, and on its coast side, in the window.
 
     Raises:
         GearRattleError: if the log has a gap.
@@ -126,8 +158,4 @@ def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
     inner = centre(trajectory.layout, clearance)
     drive_bound = max(inner)  # corners from here up are the drive side's, the others the coast side's
     crossed = ~(np.isin(lower, sorted(inner)) & np.isin(lower + 1, sorted(inner)))
-    drive = bool(np.any(crossed & (lower >= drive_bound)))
-    coast = bool(np.any(crossed & (lower < drive_bound)))
-    if drive and coast:
-        return "double-sided"
-    return "single-sided" if drive or coast else "quiet"
+    return bool(np.any(crossed & (lower >= drive_bound))), bool(np.any(crossed & (lower < drive_bound)))

@@ -77,6 +77,10 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
         axis=0,
     )
     segments = 1 + (signal.shape[0] - length) // (length - overlap)
+    return Spectrum(frequency=frequency, density=density, window=averaged(cycles, segments), segments=segments)
+
+
+def averaged(cycles: int, segments: int) -> str:
+    """Return in words how a density of so many segments of so many cycles was made."""
     counted = "1 segment" if segments == 1 else f"{segments} segments, half overlapping, averaged"
-    words = f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"
-    return Spectrum(frequency=frequency, density=density, window=words, segments=segments)
+    return f"Hann, {cycles} {'cycle' if cycles == 1 else 'cycles'} a segment, {counted}, mean removed"

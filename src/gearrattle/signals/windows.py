@@ -64,8 +64,9 @@ def _tail(trajectory: Trajectory, cycles: int) -> Window:
     per_cycle = trajectory.samples_per_cycle
     last = trajectory.time.size - 1
     first = last - cycles * per_cycle
-    start = (trajectory.cycles - cycles) * trajectory.layout.period
-    return Window(start=start, end=trajectory.end, first=first, last=last, cycles=int(cycles))
+    after, period = trajectory.first_cycle + trajectory.cycles, trajectory.layout.period
+    start, end = (after - cycles) * period, max(trajectory.end, after * period)  # a crossing at the very end counts
+    return Window(start=start, end=end, first=first, last=last, cycles=int(cycles))
 
 
 def steady(trajectory: Trajectory) -> Window:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearrattle.solvers.base import Marching, Motion, Solver, Task
+from gearrattle.solvers.base import Extensible, Marching, Motion, Solver, Task
 from gearrattle.solvers.choice import start_exact
 from gearrattle.solvers.runge_kutta import fixed_step
 from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT
@@ -14,4 +14,4 @@ SOLVERS: dict[str, Solver] = {
 }
 """Name -> function that starts a run on a task."""
 
-__all__ = ["SOLVERS", "Marching", "Motion", "Solver", "Task"]
+__all__ = ["SOLVERS", "Extensible", "Marching", "Motion", "Solver", "Task"]

@@ -8,9 +8,9 @@ test page; the laws over the table test it by its existing.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +103,24 @@ class Marching(Protocol):
 
     def motion(self) -> Motion:
         """The motion, once ``advance`` has answered DONE."""
+
+
+@runtime_checkable
+class Extensible(Marching, Protocol):
+    """A run that can go on where it ended, with the same bits as if it had been longer from the beginning.
+
+    A long run is made in chunks of bounded size: ``advance`` until DONE, ``motion``, ``extend``, and so on. The last
+    sample of a chunk is the first of the next; force integrals go on, logs and counts of steps begin anew.
+    """
+
+    def extend(self, cycles: int) -> None:
+        """After DONE: let go of what is stored, and make ready for some cycles more."""
+
+    def snapshot(self) -> dict[str, Array | IntArray]:
+        """After DONE: all that another process needs to go on; owns its arrays."""
+
+    def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
+        """Begin with a snapshot of a run on the same task, and make ready for some cycles more."""
 
 
 Solver = Callable[[Task], Marching]

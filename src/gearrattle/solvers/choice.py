@@ -3,7 +3,7 @@
 Tables of the matrix exponential (``exact``) take long steps once a region's are built, but every region met costs an
 eigendecomposition, and with K clearances in play there are some 3^K. The sweep (``sweep``) builds nothing and takes
 short steps, *windows*, a few to the period of the fastest mode. So: the sweep where the driveline has more regions than
-a period has windows. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a
+a period has windows, and more than can be built in passing. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a
 train of ten inertias with five clearances and contact modes of a few dozen times the excitation's frequency 243 and 96.
 Both runs through there are measured on the page ``docs/reference/growth.md``.
 """
@@ -19,6 +19,8 @@ from gearrattle.solvers.sweep import SweepMarch
 from gearrattle.system.network import Majorant, is_sparse, windows_of
 from gearrattle.system.piecewise import PiecewiseSystem
 
+FEW_REGIONS = 100  # built in a tenth of a second
+
 
 def regions_of(system: PiecewiseSystem) -> int:
     """How many regions there are."""
@@ -28,7 +30,11 @@ def regions_of(system: PiecewiseSystem) -> int:
 @remembered(8)
 def is_large(system: PiecewiseSystem) -> bool:
     """Whether the sweep suits a system better; it needs every element to join two inertias at most."""
-    return is_sparse(system) and regions_of(system) > windows_of(system, Majorant(system))
+    return (
+        is_sparse(system)
+        and regions_of(system) > FEW_REGIONS
+        and regions_of(system) > windows_of(system, Majorant(system))
+    )
 
 
 def start_exact(task: Task) -> Marching:

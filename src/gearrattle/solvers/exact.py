@@ -7,6 +7,7 @@ own sensitivity. Takes a task, gives a motion; the regions come from ``system.re
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,6 @@ class ExactMarch:
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
         u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
-        self.initial = np.array([pieces[k] for k in flow.system.clearances], dtype=np.int64)
         counts = np.zeros(packed.COUNTS, np.int64)
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
@@ -69,16 +69,40 @@ class ExactMarch:
         bound = aligned(4 * strips_for(3 * size.clearances))
         self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
         self.work = _scratch(size)
-        samples = task.cycles * task.samples_per_cycle + 1
-        states_and_carried = np.zeros((samples, size.states + size.carried))
-        self.samples = packed.Samples(
-            task.samples_per_cycle, states_and_carried, np.zeros((samples, size.clearances), np.int64)
-        )
-        states_and_carried[0] = np.concatenate([states, carried[: size.carried]])
-        self.samples.pieces[0], counts[packed.SAMPLE] = self.initial, 1
         self.inputs = packed_inputs(flow)
         self.log = empty_log()
+        self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
+
+    def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
+        """Make room for the samples of some cycles, the first of them taken already, and count anew."""
+        counts, per_cycle = self.march.counts, self.task.samples_per_cycle
+        rows, region = cycles * per_cycle + 1, self.slots.regions[counts[packed.SLOT]]
+        self.initial = np.array([region.pieces[k] for k in self.flow.system.clearances], dtype=np.int64)
+        states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
+        states[0], pieces[0] = sample, self.initial
+        self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces)
+        self.first_cycle, self.cycles = first_cycle, cycles
+        counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
+        self.before = counts.copy(), float(self.march.tried[0])
         self.auditor: Auditor | None = None
+
+    def extend(self, cycles: int) -> None:
+        """Go on for some cycles more, with fresh samples and an empty log (see ``base.Extensible``)."""
+        self._begin(self.first_cycle + self.cycles, cycles, self.samples.states[-1])
+
+    def snapshot(self) -> dict[str, Array | IntArray]:
+        """The march, its last sample, and where both stand; regions by their pieces, for slots are numbered as met."""
+        arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
+        region = np.array(self.slots.regions[self.march.counts[packed.SLOT]].pieces, dtype=np.int64)
+        cycle = np.array(self.first_cycle + self.cycles)
+        return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
+
+    def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
+        """Go on from a snapshot for some cycles."""
+        for name, value in self.march._asdict().items():
+            value[...] = snapshot[name]
+        self.march.counts[packed.SLOT] = self.slots.slot_of(tuple(int(piece) for piece in snapshot["region"]))
+        self._begin(int(snapshot["cycle"]), cycles, np.asarray(snapshot["sample"], dtype=float))
 
     def advance(self) -> Outcome:
         """March one slice, then audit slice by slice."""
@@ -110,7 +134,7 @@ class ExactMarch:
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
-        marched = float(self.march.counts[packed.SAMPLE] / len(self.samples.pieces))
+        marched = float((self.march.counts[packed.SAMPLE] - self.samples.first) / len(self.samples.pieces))
         if not self.task.audit:
             return marched
         return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
@@ -134,19 +158,19 @@ class ExactMarch:
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
-        flow, task = self.flow, self.task
-        steps, trials = int(self.march.counts[packed.STEPS]), int(self.march.counts[packed.TRIALS])
+        flow, period = self.flow, self.flow.system.inputs.period
+        counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
+        steps = int(counted[packed.STEPS])
         sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
-        elapsed = task.cycles * flow.system.inputs.period
         return Motion(
             **sampled,
             crossings=self._crossings(),
             initial_piece=self.initial,
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,
-            function_calls=steps + int(self.march.counts[packed.EXPANSIONS]),
-            average_step=elapsed / max(steps, 1),
-            average_trial_step=float(self.march.tried[0]) / max(trials, 1) * flow.system.inputs.period,
+            function_calls=steps + int(counted[packed.EXPANSIONS]),
+            average_step=self.cycles * period / max(steps, 1),
+            average_trial_step=tried / max(int(counted[packed.TRIALS]), 1) * period,
             energy=None if self.auditor is None else self.auditor.result(),
         )
 
@@ -163,7 +187,7 @@ class ExactMarch:
             tuple(pieces),
             samples=self.sampled_z(),
             per_cycle=self.samples.per_cycle,
-            time=crossings.time / self.flow.system.inputs.period,
+            time=crossings.time / self.flow.system.inputs.period - self.first_cycle,
             clearance=crossings.clearance,
             piece=crossings.to_piece,
         )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.solvers.base import Crossings
 from gearrattle.system.flow import Flow
+from gearrattle.system.region import strips
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -38,24 +39,38 @@ def chatters(log: packed.Log, count: int, now: float) -> bool:
 
 def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
     """(t, Z) states and inputs at the samples."""
-    cycle, part = np.divmod(np.arange(len(samples.states)), samples.per_cycle)
+    cycle, part = np.divmod(samples.first + np.arange(len(samples.states)), samples.per_cycle)
     return np.hstack([samples.states[:, : flow.states], flow.inputs_at(cycle, part / samples.per_cycle)])
+
+
+def _by_row(rows: Array, states: Array) -> Array:
+    """states @ rows.T, each state by itself: how many there are changes no bit."""
+    from gearrattle.kernels._jit import vectorised
+    from gearrattle.kernels.sampling import rows_at
+
+    stack = strips(rows)[None]
+    out = np.empty((len(states), 4 * stack.shape[1]))
+    vectorised(rows_at)(stack, np.zeros(len(states), np.int64), states, out)
+    return np.ascontiguousarray(out[:, : len(rows)])
 
 
 def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[str, Any]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
     system, coordinates = flow.system, flow.coordinates
-    references = samples.states[:, flow.states :][:, : len(coordinates.references)]
-    basis = z[:, : len(coordinates.elements)] / flow.scaling.deflection
+    r, n, m = len(coordinates.references), system.size, len(system.laws)
+    references = samples.states[:, flow.states :][:, :r]
+    shape = np.zeros((n, flow.width))
+    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
+    seen = _by_row(np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate]), z)
+    angle, velocity, torque, deflection, rate = np.split(seen, np.cumsum([n, n, n, m]), axis=1)
     clearances = list(system.clearances)
-    velocity, deflection, rate = z @ flow.velocity.T, z @ flow.deflection.T, z @ flow.rate.T
     force = np.empty_like(deflection)
     for k, law in enumerate(system.laws):
         piece = samples.pieces[:, clearances.index(k)] if k in clearances else np.zeros(len(z), np.int64)
         force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
-    balance = z @ flow.torque.T - system.drag * velocity - force @ system.rows
+    balance = torque - system.drag * velocity - _by_row(np.ascontiguousarray(system.rows.T), force)
     return {
-        "angle": basis @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
+        "angle": angle + _by_row(coordinates.angle_from_reference, np.ascontiguousarray(references)),
         "velocity": velocity,
         "acceleration": balance / system.inertia,
         "deflection": deflection[:, clearances],

@@ -10,7 +10,7 @@ import numpy as np
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import SOLVERS
-from gearrattle.solvers.base import Motion, Place, Task
+from gearrattle.solvers.base import Marching, Motion, Place, Task
 from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
 
 Progress = Callable[[float], None]
@@ -33,14 +33,37 @@ def simulate(
     """
     begin = time.perf_counter()
     march = SOLVERS[algorithm](task)
+    return finish(march, task, layout, algorithm, discard=discard, progress=progress, begin=begin)
+
+
+def finish(
+    march: Marching,
+    task: Task,
+    layout: Layout,
+    algorithm: str,
+    *,
+    discard: int,
+    progress: Progress | None,
+    begin: float,
+    first_cycle: int = 0,
+) -> Trajectory:
+    """Drive a run to its end; see ``simulate``.
+
+    Args:
+        march: the run, just begun.
+        task: what it works on; its ``cycles`` are those of this trajectory.
+        layout, algorithm, discard, progress: as in ``simulate``.
+        begin: clock reading [s] from which its wall time counts.
+        first_cycle: whole cycles before its first sample.
+    """
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:
             raise _failure(march.place(), outcome, algorithm, layout)
         if progress is not None:
             progress(march.fraction())
     motion = march.motion()
-    wall = time.perf_counter() - begin
-    return _trajectory(task, layout, discard, motion, _cost(algorithm, motion, wall))
+    cost = _cost(algorithm, motion, time.perf_counter() - begin)
+    return _trajectory(task, layout, (first_cycle, discard), motion, cost)
 
 
 def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
@@ -69,13 +92,16 @@ def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
     )
 
 
-def _trajectory(task: Task, layout: Layout, discard: int, motion: Motion, cost: Cost) -> Trajectory:
+def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Motion, cost: Cost) -> Trajectory:
+    """Name everything; ``skipped`` are the cycles before its first sample and those that criteria leave out."""
+    first_cycle, discard = skipped
     first, crossings = layout.region_of_first_piece, motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
-    samples = motion.angle.shape[0]
+    per_cycle = task.samples_per_cycle
+    index = first_cycle * per_cycle + np.arange(motion.angle.shape[0], dtype=float)
     return Trajectory(
         layout=layout,
-        time=np.arange(samples, dtype=float) * (layout.period / task.samples_per_cycle),
+        time=index * (layout.period / per_cycle),
         angle=motion.angle,
         velocity=motion.velocity,
         acceleration=motion.acceleration,
@@ -93,10 +119,11 @@ def _trajectory(task: Task, layout: Layout, discard: int, motion: Motion, cost: 
         ),
         initial_region=motion.initial_piece + first,
         final_force_integral=motion.final_force_integral,
-        samples_per_cycle=task.samples_per_cycle,
+        samples_per_cycle=per_cycle,
         cycles=task.cycles,
         discard=discard,
         cost=cost,
         notes=motion.notes,
         energy=motion.energy,
+        first_cycle=first_cycle,
     )

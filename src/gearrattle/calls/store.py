@@ -1,0 +1,173 @@
+"""The store of a long motion: a folder with one netCDF file a chunk, and the state to go on with.
+
+    chunk-000001.nc, chunk-000002.nc, ...    every finished chunk, a run of its own
+    state.npz                                the march after the last of them, what has been judged, and whose it is
+
+Every file appears whole, by renaming, the state after its chunk: whatever ends the program, the state names the last
+chunk that counts, and a chunk beyond it is computed again. A store is of one model, one set of settings and one set of
+versions, for only these give the same bits; any other is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.results import Run, open_run
+
+FORMAT = "gearrattle stream 1"
+STATE = "state.npz"
+_CHUNK = "chunk-{:06d}.nc"
+Arrays = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a stored motion stands.
+
+    Attributes:
+        owner: format, model, settings and versions, as lines of text.
+        chunks, done: finished chunks, and their periods.
+        march: snapshot of the march (``solvers.Extensible``).
+        gathered: what the criteria have gathered, packed (``criteria.Gathered``); empty if nothing yet.
+    """
+
+    owner: str
+    chunks: int
+    done: int
+    march: Arrays
+    gathered: Arrays
+
+
+class Store:
+    """A folder that keeps the chunks of one long motion.
+
+    Attributes:
+        folder: where.
+        state: of the last whole chunk; None if there is none yet.
+    """
+
+    def __init__(self, folder: Path, owner: str, state: State | None) -> None:
+        self.folder, self.state = folder, state
+        self._owner = owner
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
+        """Open a folder, made when the first chunk is kept.
+
+        Args:
+            folder: where; it need not exist.
+            model: the model with every setting of the simulation filled in.
+            settings: what else decides the bits and the files.
+            resume: whether to go on with what it holds.
+
+        Raises:
+            ModelError: it holds a run already and ``resume`` is not set; or one that is not of this model, these
+                settings and these versions.
+        """
+        path, owner = Path(folder), _owner(model, settings)
+        if path.exists() and not path.is_dir():
+            raise NotADirectoryError(20, "a file stands where a folder is needed", str(path))
+        state = read_state(path)
+        if state is not None and not resume:
+            rule = f"holds {state.done} cycles of a run already"
+            raise ModelError(Problem(str(path), "", rule, "resume to go on with it, or choose another folder"))
+        if state is not None and state.owner != owner:
+            raise ModelError(_difference(path, state.owner, owner))
+        for stale in (*path.glob(".chunk-*.nc.*"), *path.glob(f".{STATE}.*")):  # of a program that was killed
+            stale.unlink(missing_ok=True)
+        return cls(path, owner, state)
+
+    def keep(self, run: Run, march: Arrays, gathered: Arrays, done: int) -> None:
+        """Write a chunk, then the state after it.
+
+        Raises:
+            OSError: the machine refused; what was kept before still counts.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        chunks = 1 if self.state is None else self.state.chunks + 1
+        run.save(self.folder / _CHUNK.format(chunks))
+        arrays: dict[str, Any] = {"owner": np.array(self._owner), "counts": np.array([chunks, done])}
+        arrays |= {f"march/{name}": array for name, array in march.items()}
+        arrays |= {f"gathered/{name}": array for name, array in gathered.items()}
+        handle, temporary = tempfile.mkstemp(prefix=f".{STATE}.", dir=self.folder)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez(file, allow_pickle=False, **arrays)
+            os.replace(temporary, self.folder / STATE)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+        self.state = State(self._owner, chunks, done, march, gathered)
+
+
+def read_state(folder: Path) -> State | None:
+    """The state in a folder, or None.
+
+    Raises:
+        ModelError: the file is no state of a stored motion.
+    """
+    path = folder / STATE
+    rule = "must be the state of a stored motion"
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            owner, (chunks, done) = str(file["owner"]), file["counts"].tolist()
+            parts: dict[str, dict[str, NDArray[Any]]] = {"march": {}, "gathered": {}}
+            for name in set(file.files) - {"owner", "counts"}:
+                part, _, key = name.partition("/")
+                parts[part][key] = file[name]
+    except FileNotFoundError:
+        return None
+    except (zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
+        raise ModelError(Problem(str(path), str(error), rule, "remove the folder, or choose another")) from None
+    return State(owner, chunks, done, parts["march"], parts["gathered"])
+
+
+def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
+    """Read the chunks of a stored motion, one after the other.
+
+    Args:
+        folder: the store of a ``stream``, finished or not.
+
+    Returns:
+        The runs of its chunks, in order; each is read when it is asked for.
+
+    Raises:
+        ModelError: there is no stored motion, or one of its files is missing or damaged.
+    """
+    path = Path(folder)
+    state = read_state(path)
+    if state is None:
+        raise ModelError(Problem(str(path), "", f"there is no stored motion ({STATE})"))
+    return (open_run(path / _CHUNK.format(i + 1)) for i in range(state.chunks))
+
+
+def _owner(model: Model, settings: Mapping[str, Any]) -> str:
+    """Everything that decides the bits, as lines of text."""
+    versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
+    told = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
+    return "\n".join([FORMAT, *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_toml()])
+
+
+def _difference(path: Path, stored: str, asked: str) -> Problem:
+    """Say where a stored motion differs from the one asked for."""
+    there, here = stored.splitlines(), asked.splitlines()
+    pairs = zip([*there, ""], [*here, ""], strict=False)
+    old, new = next(((a, b) for a, b in pairs if a != b), (f"{len(there)} lines", f"{len(here)} lines"))
+    rule = (
+        f"holds another motion, with {old or 'nothing there'}; only the same model, settings and versions go on with it"
+    )
+    return Problem(str(path), new or "nothing", rule, "repeat the call that began it, or choose another folder")

@@ -1,0 +1,89 @@
+"""``gearrattle stream``: a long motion, chunk by chunk, each kept as soon as it is finished."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json, Settings
+
+if TYPE_CHECKING:
+    from gearrattle.calls.stream import Stream
+    from gearrattle.cli.background import Watch
+
+_DEFAULTS = Settings()
+_GRACE = 2.0  # seconds after Ctrl-C in which a chunk that is being written may be finished
+
+
+def stream(
+    model: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    chunk: int | None = None,
+    resume: Annotated[bool, Parameter(negative="")] = False,
+    settings: Settings = _DEFAULTS,
+    json: Json = False,
+) -> None:
+    """Simulate and judge a long motion in the memory of one chunk; Ctrl-C keeps every finished chunk.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    output
+        Folder for the chunks; default: the model file's name with "-stream", here.
+    chunk
+        Cycles a chunk; the default makes chunks of about 100 000 samples, 5000 cycles at most.
+    resume
+        Go on with what the folder holds: same model, same options.
+    """
+    import gearrattle
+    from gearrattle.cli.background import watched
+    from gearrattle.cli.columns import json_text
+
+    driveline = gearrattle.load(model)
+    folder = output if output is not None else Path(f"{model.stem}-stream")
+    under_way: list[Stream] = []
+
+    def work(watch: Watch) -> Stream:
+        options: dict[str, Any] = {**settings.arguments(), "chunk": chunk, "store": folder, "resume": resume}
+        motion = gearrattle.stream(driveline, **options, progress=watch)
+        under_way.append(motion)
+        for run in motion:
+            for note in run.notes:
+                told.setdefault(note)
+        return motion
+
+    told: dict[str, None] = {}
+    try:
+        motion = watched(work, _GRACE)
+    except (KeyboardInterrupt, Exception) as error:
+        raise _with_what_is_kept(error, under_way, folder) from error
+    verdict = motion.verdict()
+    for note in (*told, *verdict.notes):
+        print(f"note: {note}", file=sys.stderr)
+    if json:
+        print(json_text({"cycles": motion.cycles, "folder": str(folder), **verdict.to_dict()}))
+        return
+    print(f"{verdict.verdict}: {verdict.sentence}")
+    print(f"{motion.cycles} cycles kept in: {folder}")
+
+
+def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Path) -> BaseException:
+    """Say what is kept and how to go on, if anything is."""
+    from gearrattle.cli.failures import disk_is_full
+    from gearrattle.errors import Cancelled, GearRattleError
+
+    if not under_way or not under_way[0].done:
+        return error
+    kept = f"{under_way[0].done} of {under_way[0].cycles} cycles are kept in {folder}; --resume goes on"
+    if isinstance(error, KeyboardInterrupt | Cancelled):
+        return Cancelled(kept=f"interrupted: {kept}")
+    if disk_is_full(error):
+        return GearRattleError(f"the disk is full; {kept} when there is space again")
+    print(kept, file=sys.stderr)
+    return error

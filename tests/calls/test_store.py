@@ -1,0 +1,194 @@
+"""A stored motion: whatever ends the program, it goes on after the last whole chunk with the same bits."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections import OrderedDict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.calls import store as stores
+from tests.architecture.places import EXAMPLES
+
+FILE = EXAMPLES / "paper" / "case3.toml"
+SETTINGS = {"cycles": 60, "samples_per_cycle": 8, "chunk": 9, "discard": 5}
+
+
+@pytest.fixture(scope="module")
+def model() -> gr.Model:
+    return gr.load(FILE)
+
+
+@pytest.fixture(scope="module")
+def reference(model: gr.Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The store of a motion that nobody interrupted."""
+    folder = tmp_path_factory.mktemp("whole") / "store"
+    assert len(list(gr.stream(model, **SETTINGS, store=folder))) == 7
+    return folder
+
+
+def content(folder: Path) -> dict[str, object]:
+    """Return all that is in a store, but for the time it took."""
+    import h5netcdf
+
+    found: dict[str, object] = {}
+    for path in sorted(folder.iterdir()):
+        if path.suffix == ".npz":
+            with np.load(path) as file:
+                found |= {f"{path.name}/{name}": file[name].tobytes() for name in file.files}
+            continue
+        with h5netcdf.File(path, "r") as file:
+            for group, name in ((file, ""), (file.groups["events"], "events/")):
+                found |= {f"{path.name}/{name}{key}": np.asarray(group[key][...]).tolist() for key in group.variables}
+            found |= {f"{path.name}@{key}": str(value) for key, value in file.attrs.items() if key != "cost"}
+    return found
+
+
+def test_a_store_holds_every_chunk_and_its_state(reference: Path, model: gr.Model) -> None:
+    names = [path.name for path in sorted(reference.iterdir())]
+    assert names == [*(f"chunk-{i:06d}.nc" for i in range(1, 8)), "state.npz"]
+    runs = list(gr.open_stream(reference))
+    assert [run.trajectory.first_cycle for run in runs] == [0, 9, 18, 27, 36, 45, 54]
+    whole = gr.simulate(model, cycles=60, samples_per_cycle=8, discard=5, audit=False)
+    assert np.concatenate([r.trajectory.events.time for r in runs]).tobytes() == whole.trajectory.events.time.tobytes()
+    assert gr.criteria(gr.open_stream(reference)).sentence == gr.criteria(whole).sentence
+
+
+def test_the_same_motion_makes_the_same_store(reference: Path, model: gr.Model, tmp_path: Path) -> None:
+    for _ in gr.stream(model, **SETTINGS, store=tmp_path / "again"):
+        pass
+    assert content(tmp_path / "again") == content(reference)
+
+
+@pytest.mark.parametrize("after", [0, 1, 5])
+def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
+    reference: Path, model: gr.Model, tmp_path: Path, after: int
+) -> None:
+    def stop(fraction: float) -> None:
+        if fraction > (after + 0.1) * 9 / 60:
+            raise gr.Cancelled
+
+    folder = tmp_path / "store"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gearrattle.solvers.exact._BUDGET", 200)
+        with pytest.raises(gr.Cancelled):
+            for _ in gr.stream(model, **SETTINGS, store=folder, progress=stop):
+                pass
+    assert len(list(folder.glob("chunk-*.nc"))) == after
+    stream = gr.stream(model, **SETTINGS, store=folder, resume=True)
+    assert stream.done == 9 * after
+    verdict_of_rest = [run.trajectory.first_cycle for run in stream]
+    assert verdict_of_rest == list(range(9 * after, 60, 9))
+    assert content(folder) == content(reference)
+    assert stream.verdict().to_dict() == gr.criteria(gr.open_stream(reference)).to_dict()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_a_killed_program_loses_the_chunk_under_way_only(reference: Path, model: gr.Model, tmp_path: Path) -> None:
+    folder = tmp_path / "store"
+    code = (
+        "import time, gearrattle as gr\n"
+        "from gearrattle.solvers import exact\n"
+        "exact._BUDGET = 200\n"
+        f"settings = {SETTINGS!r}\n"
+        f"for _ in gr.stream(gr.load({str(FILE)!r}), **settings, store={str(folder)!r},\n"
+        "                   progress=lambda f: time.sleep(0.02)): pass"
+    )
+    with subprocess.Popen([sys.executable, "-c", code]) as process:
+        while not (folder / "chunk-000003.nc").exists():
+            assert process.poll() is None
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+    (folder / ".chunk-000004.nc.left.nc").write_bytes(b"half-written")
+    (folder / "chunk-000005.nc").write_bytes(b"beyond the state: not counted")
+    stream = gr.stream(model, **SETTINGS, store=folder, resume=True)
+    assert stream.done in (18, 27, 36)
+    assert not list(folder.glob(".chunk*"))
+    left = 7 - stream.done // 9
+    assert len(list(stream)) == left
+    assert content(folder) == content(reference)
+
+
+def test_a_finished_store_has_nothing_left_to_do(reference: Path, model: gr.Model) -> None:
+    before = content(reference)
+    stream = gr.stream(model, **SETTINGS, store=reference, resume=True)
+    assert list(stream) == []
+    assert stream.verdict().window.cycles == 55
+    assert content(reference) == before
+
+
+def test_regions_are_found_again_in_whatever_order_they_were_met(
+    reference: Path, model: gr.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = gr.stream(model, **SETTINGS, store=tmp_path)
+    for _ in range(3):
+        next(stream)
+    monkeypatch.setattr("gearrattle.solvers.slots._KEPT", OrderedDict())
+    fresh = gr.load(FILE)  # another object: its regions are built anew
+    for _ in gr.stream(fresh, **SETTINGS, store=tmp_path, resume=True, initial="static"):
+        pass
+    assert content(tmp_path) == content(reference)
+
+
+@pytest.mark.parametrize(
+    ("change", "call", "words"),
+    [
+        ({}, {"resume": False}, r"holds 60 cycles of a run already \(resume"),
+        ({"mesh.gear.backlash": 1.1e-4}, {}, "holds another motion, with backlash = 0.0001"),
+        ({}, {"cycles": 61}, "found cycles = 61; holds another motion, with cycles = 60"),
+        ({}, {"chunk": 10}, "found chunk = 10; holds another motion, with chunk = 9"),
+        ({}, {"samples_per_cycle": 9}, "samples_per_cycle = 8"),
+        ({}, {"audit": True}, "audit = false"),
+        ({}, {"initial": "zero"}, 'initial = "static"'),
+    ],
+)
+def test_another_motion_is_refused_and_nothing_changed(
+    reference: Path, model: gr.Model, change: dict[str, float], call: dict[str, object], words: str
+) -> None:
+    before = {path.name: path.stat().st_mtime_ns for path in reference.iterdir()}
+    settings = {**SETTINGS, "resume": True, **call}
+    with pytest.raises(gr.ModelError, match=words):
+        gr.stream(model.with_(change), **settings, store=reference)  # type: ignore[arg-type]
+    assert {path.name: path.stat().st_mtime_ns for path in reference.iterdir()} == before
+
+
+def test_other_versions_are_refused(reference: Path, model: gr.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stores, "version", lambda _: "0.0.1")
+    with pytest.raises(gr.ModelError, match=r"found gearrattle = \"0\.0\.1\"; holds another motion"):
+        gr.stream(model, **SETTINGS, store=reference, resume=True)
+
+
+@pytest.mark.parametrize("garbage", [b"", b"nothing like a state", b"PK\x03\x04 damaged"])
+def test_a_damaged_state_is_one_clear_error(model: gr.Model, tmp_path: Path, garbage: bytes) -> None:
+    (tmp_path / "state.npz").write_bytes(garbage)
+    with pytest.raises(gr.ModelError, match="must be the state of a stored motion"):
+        gr.stream(model, **SETTINGS, store=tmp_path, resume=True)
+
+
+def test_there_must_be_something_to_open(tmp_path: Path) -> None:
+    with pytest.raises(gr.ModelError, match="no stored motion"):
+        gr.open_stream(tmp_path)
+
+
+def test_a_full_disk_loses_nothing_that_was_kept(model: gr.Model, reference: Path, tmp_path: Path) -> None:
+    stream = gr.stream(model, **SETTINGS, store=tmp_path / "store")
+    next(stream)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stores.np, "savez", full)
+        with pytest.raises(OSError, match="No space"):
+            next(stream)
+    assert stream.done == 9
+    assert sorted(p.name for p in (tmp_path / "store").iterdir()) == ["chunk-000001.nc", "chunk-000002.nc", "state.npz"]
+    for _ in stream:  # there is space again
+        pass
+    assert content(tmp_path / "store") == content(reference)
