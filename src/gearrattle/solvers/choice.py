@@ -3,9 +3,10 @@
 Tables of the matrix exponential (``exact``) take long steps once a region's are built, but every region met costs an
 eigendecomposition, and with K clearances in play there are some 3^K. The sweep (``sweep``) builds nothing and takes
 short steps, *windows*, a few to the period of the fastest mode. So: the sweep where the driveline has more regions than
-a period has windows, and more than can be built in passing. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a
-train of ten inertias with five clearances and contact modes of a few dozen times the excitation's frequency 243 and 96.
-Both runs through there are measured on the page ``docs/reference/growth.md``.
+a period has windows, and more than can be built in passing. A transmission with stiff meshes and five clearances has
+243 regions and some thousand windows; a train of ten inertias with five clearances and contact modes of a few dozen
+times the excitation's frequency 243 and 96. Both runs through there are measured on the page
+``docs/reference/growth.md``.
 """
 
 from __future__ import annotations
