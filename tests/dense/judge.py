@@ -76,6 +76,10 @@ class Judge:
         self.sums = sums_of(case)
         self.segments: list[tuple[Region, Segment]] = []
         self.size = FORCED * np.max([np.abs(self.state(j)[0]) for j in range(len(self.time))], axis=0)
+        moving, root = slice(self.m, self.m + self.n), np.sqrt(case.inertia)
+        self.size[moving] = (
+            self.size[moving] * root
+        ).max() / root  # a body still at rest moves like the others in time
 
     def region(self) -> Region:
         """The region the log is in."""
@@ -221,7 +225,7 @@ class Judge:
         phase = 1 + 2 * np.pi * case.cycles * now / case.period
         terms = np.abs(case.mean) + (np.abs(case.torque_cosine) + np.abs(case.torque_sine)) @ phase
         terms = (terms + case.drag * np.abs(z[self.m : self.m + self.n]) + np.abs(case.rows.T) @ sums) / case.inertia
-        room = 16 * EPS
+        room = 4 * ROUNDINGS * EPS
         for name, off, size in (
             ("stored force", np.abs(force - motion.force[j]), sums),
             ("stored acceleration", np.abs(balance - motion.acceleration[j]), terms),

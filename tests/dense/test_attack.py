@@ -31,7 +31,7 @@ def attack(family: str, seeds: range) -> list[Verdict]:
         faults += [f"{family} {seed}: {fault}" for fault in verdict.faults[:2]]
     assert not faults, "\n".join([f"{len(faults)} faults", *faults[:20]])
     assert sum(v.crossings for v in verdicts) > len(seeds)
-    assert sum(v.blur > BLURRED for v in verdicts) <= max(1, len(seeds) // 20)
+    assert sum(v.blur > BLURRED for v in verdicts) <= max(1, len(seeds) // 10)
     return verdicts
 
 
