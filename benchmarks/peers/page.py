@@ -28,9 +28,10 @@ where the tool needs that. (RK2 and RK4 march the paper's own equations.)
 
 Times are the fastest of {rounds} rounds in which all take turns, a turn being runs in a row. Compilation and the first
 call are left out for all and stand in the last column of the details. What numba compiles (RK2, RK4, exact, callbacks)
-comes from its cache on disk there; from scratch, once an installation, `exact` takes about half a minute.
-`exact` is timed through `gr.simulate` with model assembly, equilibrium, event log and one sample a cycle, as arrays,
-without the energy audit; the peers return the end state and a count of crossings. A ~ marks a run too slow to be done
+comes from its cache on disk there; from scratch, once an installation, `exact` takes some twenty seconds.
+`exact` is timed through `gr.simulate` with its event log and one sample a cycle, as arrays, without the energy audit;
+assembly, equilibrium and regions are those of the call before, as the peers' right-hand sides are. The peers return the
+end state and a count of crossings. A ~ marks a run too slow to be done
 in full: the fastest of {slow_rounds} runs of 2 to 12 cycles, extrapolated.
 
 {formulations}

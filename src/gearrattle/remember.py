@@ -10,30 +10,36 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable
 from functools import wraps
-from threading import RLock
-from typing import ParamSpec, TypeVar
+from threading import Lock
+from typing import TypeVar, TypeVarTuple
 
-_P = ParamSpec("_P")
+_A = TypeVarTuple("_A")
 _T = TypeVar("_T")
 
 
-def remembered(most: int) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
-    """Decorate a function of immutable positional arguments: its results for the last ``most`` of them are kept."""
+def remembered(most: int) -> Callable[[Callable[[*_A], _T]], Callable[[*_A], _T]]:
+    """Decorate a function of immutable positional arguments: its results for the last ``most`` of them are kept.
 
-    def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
+    Threads that ask for the same at the same time may each make it; none waits for another.
+    """
+
+    def decorate(function: Callable[[*_A], _T]) -> Callable[[*_A], _T]:
         kept: OrderedDict[tuple[int, ...], tuple[tuple[object, ...], _T]] = OrderedDict()  # arguments stay alive
-        lock = RLock()
+        lock = Lock()
 
         @wraps(function)
-        def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
+        def call(*arguments: *_A) -> _T:
             key = tuple(map(id, arguments))
             with lock:
-                if key not in kept:
-                    kept[key] = arguments, function(*arguments, **named)
-                kept.move_to_end(key)
+                if key in kept:
+                    kept.move_to_end(key)
+                    return kept[key][1]
+            result = function(*arguments)
+            with lock:
+                kept[key] = arguments, result
                 while len(kept) > most:
                     kept.popitem(last=False)
-                return kept[key][1]
+            return result
 
         return call
 

@@ -35,7 +35,7 @@ class Family:
     radians: tuple[float, float] = (20.0, 120.0)
     resonant: bool = False
     critical: bool = False
-    mirrored: bool = False
+    symmetric: bool = False
 
 
 FAMILIES: dict[str, Family] = {
@@ -53,7 +53,7 @@ FAMILIES: dict[str, Family] = {
     "stages": Family(forms="staged", bodies=(1, 5)),
     "one-sided": Family(forms="one-sided", bodies=(1, 6)),
     "bilinear": Family(forms="bilinear", bodies=(1, 6)),
-    "mirrored": Family(shape="star", mirrored=True, bodies=(2, 6), grounded=0.7),
+    "mirrored": Family(shape="star", symmetric=True, bodies=(2, 6), grounded=0.7),
     "error": Family(shape="tree", bodies=(2, 6), errors=1.0),
     "on-corners": Family(start="corner", forms="any", bodies=(1, 6)),
     "everything": Family(shape="loop", forms="any", bodies=(2, 8), errors=0.5, drag=0.3),
@@ -87,7 +87,7 @@ def links_of(rng: random.Random, family: Family, n: int) -> list[tuple[int, int]
     else:
         links = [(i - 1, i) for i in range(1, n)]
     if n == 1 or share(rng) < family.grounded:
-        links.append((0 if family.mirrored else rng.randrange(n), -1))
+        links.append((0 if family.symmetric else rng.randrange(n), -1))
     if family.shape == "ground":
         links += [(rng.randrange(n), -1) for _ in range(rng.randint(1, 3))]
     if family.shape == "loop":
@@ -132,7 +132,7 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
     gap, rate = between(rng, 1e-5, 1.0), between(rng, 0.1, 1e3)
     spread = rng.choice([3.0, 3.0, 100.0])
     J = np.array([between(rng, 1.0, spread) for _ in range(n)]) * between(rng, 1e-3, 10.0)
-    if switches.mirrored:
+    if switches.symmetric:
         J[1:] = J[1]
     links = links_of(rng, switches, n)
     rows, elements = _elements(rng, switches, J, links, gap=gap, rate=rate)
@@ -165,7 +165,7 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
         if share(rng) < switches.errors and cycles.size:
             size = max([abs(c) for c in law_of(element).corners] + [0.0]) or gap
             error[:, e, rng.randrange(cycles.size)] = [size * uniform(rng, -0.4, 0.4), size * uniform(rng, -0.4, 0.4)]
-    if switches.mirrored:
+    if switches.symmetric:
         for a in (sine, cosine, mean, drag):
             a[1:] = a[1] if n > 1 else 0.0
     angle, velocity = _start(rng, switches, rows, elements, gap=gap, rate=slowest, error=error[1].sum(axis=1))
@@ -201,7 +201,7 @@ def _elements(rng, switches: Family, J, links, *, gap: float, rate: float):
     """Rows and elements of the links, at most six with corners."""
     rows, elements = np.zeros((len(links), len(J))), []
     chosen = set(rng.sample(range(len(links)), min(len(links), rng.randint(1, MOST_CLEARANCES))))
-    if switches.mirrored:
+    if switches.symmetric:
         chosen = set(range(len(J) - 1))
     stiff_one = rng.choice(sorted(chosen)) if switches.stiff else -1
     critical = 2.0 / (rate * between(rng, 1.0, 10.0)) * (1 + rng.choice([0.0, 1e-15, -1e-12, 1e-9, 1e-6, -1e-3]))
@@ -225,7 +225,7 @@ def _elements(rng, switches: Family, J, links, *, gap: float, rate: float):
             k, c, width = k * factor, c * factor**0.5, width * between(rng, 10.0, 300.0) / factor**0.5
         linear = Element(((k, c, None),), ((k, c, None),))
         elements.append(element_of(rng, switches, k, c, width) if e in chosen else linear)
-    if switches.mirrored:
+    if switches.symmetric:
         for e in range(1, len(J) - 1):
             elements[e] = elements[0]
             if share(rng) < 0.3:
@@ -246,6 +246,6 @@ def _start(rng, switches: Family, rows, elements, *, gap: float, rate: float, er
     angle = np.linalg.lstsq(rows, target, rcond=None)[0]
     moving = 0.0 if switches.start == "corner" and share(rng) < 0.3 else gap * rate
     velocity = np.array([moving * uniform(rng, -1.5, 1.5) for _ in range(n)])
-    if switches.mirrored:
+    if switches.symmetric:
         return np.r_[0.0, np.full(n - 1, uniform(rng, -1, 1) * gap)], np.r_[velocity[0], np.full(n - 1, velocity[-1])]
     return angle, velocity

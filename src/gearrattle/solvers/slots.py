@@ -234,11 +234,6 @@ _MOST_KEPT = 4
 
 def slots_of(system: PiecewiseSystem) -> Slots:
     """The slots of a system, those of an earlier run if there was one."""
-    return _shelf_of(system).slots
-
-
-@remembered(8)
-def _shelf_of(system: PiecewiseSystem) -> Shelf:
     key = _fingerprint(system)
     with _KEPT_LOCK:
         if key not in _KEPT:
@@ -246,9 +241,10 @@ def _shelf_of(system: PiecewiseSystem) -> Shelf:
         _KEPT.move_to_end(key)
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
-        return _KEPT[key]
+        return _KEPT[key].slots
 
 
+@remembered(8)
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
     inputs = system.inputs
