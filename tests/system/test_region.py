@@ -123,16 +123,16 @@ def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray) -> np.nda
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_majorant_bounds_the_third_derivative_and_the_fast_modes_all_along_the_longest_step(seed: int) -> None:
+def test_the_majorant_bounds_the_fourth_derivative_and_the_fast_modes_all_along_the_longest_step(seed: int) -> None:
     flow, region = case(seed)
     z, n, matrix = random_state(flow, seed), flow.states, flow.generator(region.pieces)
     free = np.concatenate([z[:n] - region.split.particular @ z[n:], z[n:][region.split.kept]])
-    third, calm, fast = region.bound.bound(free)
-    cubed = np.linalg.matrix_power(matrix, 3)
+    fourth, calm, fast = region.bound.bound(free)
+    powered = np.linalg.matrix_power(matrix, 4)
     deflection = flow.probe_rows(region.pieces)[0]
-    largest = largest_along(deflection @ cubed, matrix, z)
-    assert np.all(largest <= third)
-    assert np.all(third <= 1e5 * largest + 1e-9)  # a bound that says nothing would pass the line above
+    largest = largest_along(deflection @ powered, matrix, z)
+    assert np.all(largest <= fourth)
+    assert np.all(fourth <= 1e5 * largest + 1e-9)  # a bound that says nothing would pass the line above
     part = largest_along(region.bound.fast, region.generator, free)
     assert np.all(part <= fast)
     assert np.all(fast <= 1e3 * part + 1e-9)
@@ -140,8 +140,8 @@ def test_the_majorant_bounds_the_third_derivative_and_the_fast_modes_all_along_t
     columns = np.r_[0:n, n + region.split.kept]
     embedded[:, columns] = region.bound.fast
     embedded[:, n:] -= region.bound.fast[:, :n] @ region.split.particular
-    assert np.all(largest_along((deflection - embedded) @ cubed, matrix, z) <= calm * (1 + 1e-9))
-    assert np.all(calm <= third)
+    assert np.all(largest_along((deflection - embedded) @ powered, matrix, z) <= calm * (1 + 1e-9))
+    assert np.all(calm <= fourth)
 
 
 def test_a_free_flying_part_without_drag_is_bounded_by_its_elastic_motion_alone() -> None:

@@ -1,7 +1,7 @@
 """The certified march inside one region, and the crossing to the next.
 
-Each step tries the longest dyadic h for which no clearance can leave its region: with gap g, closing speed and its rate
-exact at the start and |delta'''| <= b for as long as the region lasts (``system.majorant``), the cubic minorant of
+Each step tries the longest dyadic h for which no clearance can leave its region: with gap g and its first three
+derivatives exact at the start and |delta''''| <= b for as long as the region lasts (``system.majorant``), a minorant of
 every gap must stay positive over the whole step. If even the finest step is not safe, the deflections over it are
 polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
 every instant lies in a step proven free of crossings or in a window searched from its beginning.
@@ -60,6 +60,7 @@ from gearrattle.kernels.window import (
 )
 
 _REACH = 2  # how many times a step may double
+_LEAP = 5  # the same after a finest step: behind a crossing all may be quiet
 _ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
 _SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
 _BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step
@@ -67,8 +68,12 @@ _NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its dist
 
 
 @inlined
-def _open(gap, rate, curvature, third, band, h):
-    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to a band > 0."""
+def _open(gap, rate, curvature, jerk, fourth, band, h):
+    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to a band > 0.
+
+    For 0 <= s <= h the quartic minorant is no less than a cubic one: fourth s^4 / 24 <= (h fourth / 4) s^3 / 6.
+    """
+    third = max(0.25 * h * fourth - jerk, 0.0)
     if band > 0.0:
         gap = lifted(gap, band)
     elif gap <= 0.0 and rate > 0.0:
@@ -89,11 +94,11 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
     """
     count, safe = side.size, True
     for k in range(count):
-        rate, curvature, third = seen[k + count], seen[k + 2 * count], bound[k]
+        rate, curvature, jerk, fourth = seen[k + count], seen[k + 2 * count], seen[k + 3 * count], bound[k]
         below, above = seen[k] - lower[slot, k], upper[slot, k] - seen[k]
         unsafe[k, 0], unsafe[k, 1] = False, False
         h, room, margin = steps[level], min(below, above), bound[k + 2 * count]
-        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * third / 6.0)):
+        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * (abs(jerk) / 6.0 + h * fourth / 24.0))):
             continue
         travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
         band[k] = band_of(fixed[k], travel)
@@ -101,12 +106,12 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
             side[k] = 0
         on_lower, on_upper = (band[k] if side[k] == -1 else 0.0), (band[k] if side[k] == 1 else 0.0)
         if room > _SMALL * margin:
-            rate, curvature, third = calm[k + count], calm[k + 2 * count], bound[k + count]
+            rate, curvature, jerk, fourth = calm[k + count], calm[k + 2 * count], calm[k + 3 * count], bound[k + count]
             below, above = calm[k] - lower[slot, k] - margin, upper[slot, k] - calm[k] - margin
         while True:
             h = steps[level]
-            low = below < 1e300 and not _open(below, rate, curvature, third, on_lower, h)
-            high = above < 1e300 and not _open(above, -rate, -curvature, third, on_upper, h)
+            low = below < 1e300 and not _open(below, rate, curvature, jerk, fourth, on_lower, h)
+            high = above < 1e300 and not _open(above, -rate, -curvature, -jerk, fourth, on_upper, h)
             if not (low or high):
                 break
             if level == fine:
@@ -118,7 +123,7 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
 
 @kernel
 def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
-    """Bound third derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
+    """Bound fourth derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
     groups = strips_of(modes)
     multiply(bounds, slot, 2 * groups, width, y, parts, 0)
     for g in range(groups):
@@ -203,7 +208,7 @@ def _anchor(regions, inputs, march):
 
 @inlined
 def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
-    """Deflections, rates and curvatures of every clearance, with and without the fast modes."""
+    """Deflections and their first three derivatives of every clearance, with and without the fast modes."""
     multiply(forced, slot, watched, u.size, u, seen, 0)
     for i in range(0, 4 * watched, 4):
         calm[i], calm[i + 1], calm[i + 2], calm[i + 3] = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
@@ -233,7 +238,7 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
     parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
-    watched, integrals = strips_of(3 * side.size), samples.states.shape[1] - states - side.size
+    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - side.size
     fixed, band, pieces = regions.band, work.band, regions.piece
     unsafe = np.zeros((side.size, 2), dtype=np.bool_)
     ahead = _ahead(counts, clock, per_cycle)
@@ -257,7 +262,7 @@ def march_on(regions, inputs, march, samples, log, work, budget):
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             counts[UNBOUNDED], clock[3] = 0, 0.0
         _look(forced, probe, calm, slot, width, watched, y, u, seen, calm_seen)
-        first = max(0, min(counts[LEVEL], fine) - _REACH)
+        first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(
             lower, upper, fixed, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
         )

@@ -44,9 +44,9 @@ class Regions(NamedTuple):
     series: Any  # (K slots, strips, M, 4) Taylor coefficients of each deflection over the finest step
     forced_series: Any  # (K slots, strips, U, 4)
     forced_strips: Any  # (slots,) how many of them count: inputs turn little in a finest step
-    modes: Any  # (slots,) how many modes bound the third derivatives
+    modes: Any  # (slots,) how many modes bound the fourth derivatives
     bounds: Any  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
-    weights: Any  # (slots, strips, modes, 4) K bounds on third derivatives, K without fast modes, K on fast modes
+    weights: Any  # (slots, strips, modes, 4) K bounds on fourth derivatives, K without fast modes, K on fast modes
     constant: Any  # (slots, 4 strips)
     band: Any  # (K,) rounding band of each clearance, corner scales; 0: relative to its motion
     lower: Any  # (slots, K) corners, corner scales

@@ -30,7 +30,7 @@ _BUDGET = 20_000  # steps a slice
 def _scratch(size: Size) -> packed.Work:
     """Scratch for vectors y of any width this system may need."""
     longest = size.states + size.inputs
-    whole, watched = 4 * strips_for(longest), 4 * strips_for(3 * size.clearances)
+    whole, watched = 4 * strips_for(longest), 4 * strips_for(4 * size.clearances)
     rows, carried = 4 * size.made(longest), 4 * strips_for(size.carried)
     lengths = {
         "y": whole, "carried": carried, "u": size.inputs, "out": rows, "seen": watched, "calm": watched,

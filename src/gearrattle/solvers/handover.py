@@ -15,7 +15,7 @@ from gearrattle.system.region import strips
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-FIRST_LOG = 4096
+FIRST_LOG = 8192
 _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
@@ -23,12 +23,12 @@ _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 def empty_log() -> packed.Log:
     """Room for some crossings."""
     kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
-    return packed.Log(*(np.zeros(FIRST_LOG, kind) for kind in kinds))
+    return packed.Log(*(np.empty(FIRST_LOG, kind) for kind in kinds))
 
 
 def doubled(log: packed.Log) -> packed.Log:
     """The same log with as much room again."""
-    return packed.Log(*(np.concatenate([a, np.zeros_like(a)]) for a in log))
+    return packed.Log(*(np.concatenate([a, np.empty_like(a)]) for a in log))
 
 
 def chatters(log: packed.Log, count: int, now: float) -> bool:

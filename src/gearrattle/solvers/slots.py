@@ -86,10 +86,10 @@ class Size:
             "powers": (0, self.made(width), width, 4),
             "particular": (0, self.made(self.states), u, 4),
             "drift": (0, 4 * strips_for(self.carried)),
-            "probe": (0, strips_for(3 * k), width, 4),
-            "calm": (0, strips_for(3 * k), width, 4),
+            "probe": (0, strips_for(4 * k), width, 4),
+            "calm": (0, strips_for(4 * k), width, 4),
             "bounds": (0, 2 * strips_for(modes), width, 4),
-            "forced": (0, strips_for(3 * k), u, 4),
+            "forced": (0, strips_for(4 * k), u, 4),
             "series": (0, order, width, 4),
             "forced_series": (0, order, u, 4),
             "weights": (0, strips_for(3 * k), modes, 4),
@@ -195,7 +195,7 @@ class Slots:
         fill("calm", slot, np.vstack(list(region.calm)))
         fill("bounds", slot, rows[:0].real, *(part for four in fours for part in (four.real, four.imag)))
         oscillators = oscillation(self.flow.frequency)
-        fill("forced", slot, np.vstack([region.forced @ matrix_power(oscillators, j) for j in range(3)]))
+        fill("forced", slot, np.vstack([region.forced @ matrix_power(oscillators, j) for j in range(4)]))
         free, forced = region.series(oscillators)
         for i in range(k):
             fill("series", slot * k + i, free[i])

@@ -2,19 +2,19 @@
 
 In block-modal coordinates c_b = L_b z, c_b(s) = exp(T_b s) c_b(0), so for row r of a deflection
 
-    delta'''(s) = sum_b (r R_b) exp(T_b s) (T_b^3 c_b(0)).
+    delta''''(s) = sum_b (r R_b) exp(T_b s) (T_b^4 c_b(0)).
 
 T_b is upper triangular; entry by entry |exp(T_b s)| <= exp(G_b s), G_b = diag(max(Re T_b, 0)) + |strict upper T_b|,
 and exp(G_b s) has entries that never shrink with s. Hence for all 0 <= s <= horizon
 
-    |delta'''(s)| <= sum_b w_b . |T_b^3 L_b z(0)|,      w_b = |r R_b| exp(G_b horizon).
+    |delta''''(s)| <= sum_b w_b . |T_b^4 L_b z(0)|,      w_b = |r R_b| exp(G_b horizon).
 
-A simple decaying mode gives plain |r R| |lambda|^3 |c|: its amplitude cannot grow. The majorant is applied to the third
+A simple decaying mode gives plain |r R| |lambda|^4 |c|: its amplitude cannot grow. The majorant is applied to the fourth
 derivative itself, so Jordan blocks of free-flying parts contribute next to nothing. Inputs that no mode mixes with have
 constant amplitude and go into a constant.
 
 The *calm* bound treats fast simple modes apart: their part of delta is at most |r R| |c|, however long the step, and
-only the rest needs the third derivative. It is the better one while fast modes are small against the gaps.
+only the rest needs the fourth derivative. It is the better one while fast modes are small against the gaps.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Majorant:
 
     Attributes:
         rows: (J, Z) complex.
-        weights: (3, K, J); weights @ m bounds |delta_k'''|, the same without fast modes, and the fast modes' |delta_k|.
+        weights: (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, and the fast modes' |delta_k|.
         constant: (3, K) to be added.
         fast: (K, Z) the fast modes' part of every deflection.
     """
@@ -91,23 +91,23 @@ def majorant(
     """
     triangle, vectors = _triangular_form(generator, states, frequency)
     blocks = block_diagonalise(triangle, vectors, ELIMINATION)
-    third, weights, swift, part = [], [], [], np.zeros(deflection.shape)
+    fourth, weights, swift, part = [], [], [], np.zeros(deflection.shape)
     for block in blocks:
         shape, size = deflection @ block.right, block.left.shape[0]
         if size == 1:
             value = block.triangle[0, 0]
-            third.append(value**3 * block.left)
+            fourth.append(value**4 * block.left)
             weights.append(np.abs(shape) * np.exp(max(value.real, 0.0) * horizon))
             if abs(value) > fast and np.any(block.left[:, :states]):
-                swift.append(1.0 / abs(value) ** 3)
+                swift.append(1.0 / abs(value) ** 4)
                 part += (shape @ block.left).real
                 continue
         else:
             metzler = np.abs(np.triu(block.triangle, 1)) + np.diag(np.maximum(block.triangle.diagonal().real, 0.0))
-            third.append(block.triangle @ block.triangle @ block.triangle @ block.left)
+            fourth.append(np.linalg.matrix_power(block.triangle, 4) @ block.left)
             weights.append(np.abs(shape) @ _exponential(metzler * horizon))
         swift += [0.0] * size
-    rows, is_fast = np.vstack(third), np.array(swift)
+    rows, is_fast = np.vstack(fourth), np.array(swift)
     weight = SLACK * np.hstack(weights) * _multiplicity(blocks)
     inputs_only = ~np.any(rows[:, :states], axis=1)
     constant = weight[:, inputs_only] @ _largest_of_inputs(rows[inputs_only, states:], amplitude)

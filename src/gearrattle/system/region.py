@@ -40,10 +40,10 @@ class Region:
         carried: (C, Y) rates of the carried quantities.
         carried_particular, drift: (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
         tables: (fine + 1, Y + C, Y) increments over LONGEST / 2^l.
-        watched: (3, K, Y) deflections and their first two derivatives by s, corner scales.
-        calm: (3, K, Y) the same without the fast modes.
+        watched: (4, K, Y) deflections and their first three derivatives by s, corner scales.
+        calm: (4, K, Y) the same without the fast modes.
         forced: (K, U) the deflections' forced part.
-        bound: majorants of the third derivatives and of the fast modes.
+        bound: majorants of the fourth derivatives and of the fast modes.
         lower, upper: (K,) corners around the current piece in corner scales; infinite where there is none.
     """
 
@@ -148,11 +148,12 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
     generator, carried = matrix[np.ix_(columns, columns)], flow.carried_rows(pieces)
     forced = _forced_rows(deflection, split, n)
     flowing = _forced_rows(carried, split, n)
-    third = largest(forced @ np.linalg.matrix_power(oscillators, 3), amplitude).sum(axis=1)
-    third = np.stack([third, third, np.full(len(third), FAST_ROUNDING)])
+    fourth = largest(forced @ np.linalg.matrix_power(oscillators, 4), amplitude).sum(axis=1)
+    fourth = np.stack([fourth, fourth, np.full(len(fourth), FAST_ROUNDING)])
     bound = _bound(flow, matrix, split, deflection=deflection, columns=columns)
     calm = [deflection[:, columns] - bound.fast]
-    calm += [calm[0] @ generator, calm[0] @ generator @ generator]
+    calm += [calm[0] @ np.linalg.matrix_power(generator, j) for j in (1, 2, 3)]
+    watched = [deflection[:, columns], rate[:, columns], curvature[:, columns], curvature[:, columns] @ generator]
     fine = max(finest_level(generator), _level_of_turns(flow.frequency))
     increments = exponential_increments(generator, carried[:, columns], LONGEST / 2.0**fine, fine)
     corners = [flow.system.laws[k].bounds(pieces[k]) for k in flow.system.clearances]
@@ -160,8 +161,8 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
     return Region(
         pieces, split, generator, carried[:, columns],
         integral(flowing, flow.frequency), flowing[:, 0] * amplitude[0], increments,
-        np.stack([deflection, rate, curvature])[:, :, columns], np.stack(calm), forced,
-        replace(bound, constant=bound.constant + SLACK * third), limits[:, 0], limits[:, 1],
+        np.stack(watched), np.stack(calm), forced,
+        replace(bound, constant=bound.constant + SLACK * fourth), limits[:, 0], limits[:, 1],
     )  # fmt: skip
 
 
