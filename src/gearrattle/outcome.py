@@ -17,6 +17,7 @@ class Outcome(IntEnum):
     LOG_FULL = 3
     CHATTER = 4
     NON_FINITE = 5
+    NOTES_FULL = 6
 
     @property
     def advice(self) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from gearrattle.kernels._jit import inlined
 from gearrattle.kernels.packed import BAND
 
-DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE = range(6)  # outcome.Outcome
+DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE, NOTES_FULL = range(7)  # outcome.Outcome
 
 MOST_STALLED = 10_000
 """Crossings in a row that do not advance the clock."""

@@ -23,12 +23,14 @@ from gearrattle.kernels.corners import (
     MOST_STALLED,
     NEEDS_REGION,
     NON_FINITE,
+    NOTES_FULL,
     SLICE_SPENT,
     band_of,
     has_left,
     lifted,
     log_crossing,
 )
+from gearrattle.kernels.notes import note
 from gearrattle.kernels.oscillators import inputs_at, turn_little, turn_step
 from gearrattle.kernels.packed import (
     CYCLE,
@@ -38,6 +40,8 @@ from gearrattle.kernels.packed import (
     EXPANSIONS,
     LEVEL,
     LONGEST,
+    NOTED,
+    ORDER,
     PENDING,
     SAMPLE,
     SLOT,
@@ -55,7 +59,6 @@ from gearrattle.kernels.window import (
     first_crossing,
     leave,
     move_within,
-    state_between,
     strips_of,
 )
 
@@ -81,7 +84,7 @@ def _open(gap, rate, curvature, jerk, fourth, band, h):
     return stays_inside(gap, rate, curvature, third, h)
 
 
-@kernel
+@inlined
 def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, steps, level, fine, unsafe):
     """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
 
@@ -121,7 +124,7 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
     return level, safe
 
 
-@kernel
+@inlined
 def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
     """Bound fourth derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
     groups = strips_of(modes)
@@ -164,21 +167,18 @@ def _ahead(counts, clock, per_cycle):
     return (whole - counts[CYCLE]) + (part - (clock[0] + clock[1]))
 
 
-@kernel
-def _emit(regions, inputs, march, samples, h, work):
-    """Store every sample in [now, now + h)."""
-    counts, now, slot = march.counts, march.clock[0] + march.clock[1], march.counts[SLOT]
-    elapsed, states, last = _elapsed(counts, march.clock), regions.states, samples.first + samples.pieces.shape[0]
-    while counts[SAMPLE] < last:
-        i = counts[SAMPLE] - samples.first
+@inlined
+def _pass_samples(march, samples, notes, h):
+    """Note every sample in [now, now + h), as long as there is room for notes."""
+    counts = march.counts
+    elapsed, last = _elapsed(counts, march.clock), samples.first + samples.pieces.shape[0]
+    while counts[SAMPLE] < last and counts[NOTED] < notes.row.size:
         ahead = _ahead(counts, march.clock, samples.per_cycle)
         if ahead >= h and ahead > 0.0:
             break
-        state_between(regions, inputs, march, slot, counts[CYCLE], now, max(ahead, 0.0), elapsed, work)
-        for j in range(samples.states.shape[1]):
-            samples.states[i, j] = work.y[j] if j < states else work.carried[j - states]
-        for k in range(march.side.size):
-            samples.pieces[i, k] = regions.piece[slot, k]
+        ahead = max(ahead, 0.0)
+        row = counts[SAMPLE] - samples.first
+        note(notes, counts, row, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
         counts[SAMPLE] += 1
 
 
@@ -194,7 +194,7 @@ def _step_over(neighbour, counts, side, k, upward):
         counts[SLOT] = beyond
 
 
-@kernel
+@inlined
 def _anchor(regions, inputs, march):
     """Compute the inputs afresh, those kept as states too."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
@@ -217,11 +217,11 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 
 @kernel
-def march_on(regions, inputs, march, samples, log, work, budget):
-    """March until all samples are stored, or until something above is needed.
+def march_on(regions, inputs, march, samples, notes, log, budget):
+    """March until all samples are noted, or until something above is needed.
 
     Args:
-        regions, inputs, march, samples, log, work: see ``packed``; march, samples, log and work change.
+        regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
         budget: most steps in this slice.
 
     Returns:
@@ -235,12 +235,14 @@ def march_on(regions, inputs, march, samples, log, work, budget):
     weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
     series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
-    out, seen, calm_seen, bound, gap = work.out, work.seen, work.calm, march.bound, work.gap
-    parts, size, terms, total, tried = work.parts, work.size, work.terms, work.total, march.tried
+    bound, tried, fixed, pieces = march.bound, march.tried, regions.band, regions.piece
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
     watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - side.size
-    fixed, band, pieces = regions.band, work.band, regions.piece
-    unsafe = np.zeros((side.size, 2), dtype=np.bool_)
+    # Scratch is made here, where the compiler sees that nothing else is stored in it.
+    rows, longest = carried.size + y.size, y.size
+    out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
+    seen, calm_seen, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
+    band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
     ahead = _ahead(counts, clock, per_cycle)
     for _ in range(budget):
         if counts[SAMPLE] >= last:
@@ -274,10 +276,12 @@ def march_on(regions, inputs, march, samples, log, work, budget):
             )
             passed = x * h if x < NEVER else h
         if ahead < passed + _NEAR:
-            _emit(regions, inputs, march, samples, passed, work)
+            _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, per_cycle)
             if counts[SAMPLE] >= last:
                 return DONE  # the step is not taken yet: a later run begins with it, and counts it then
+            if counts[NOTED] >= notes.row.size:
+                return NOTES_FULL  # nor here
         tried[0] += 2.0 * steps[first] - h
         counts[TRIALS] += level - first + 1
         counts[STEPS] += 1

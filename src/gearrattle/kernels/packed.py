@@ -64,6 +64,17 @@ class Samples(NamedTuple):
     pieces: Any  # (samples, K) piece of every clearance
 
 
+class Notes(NamedTuple):
+    """What the march notes of each sample it passes, see ``notes``."""
+
+    row: Any  # (room,) of the sample
+    slot: Any  # (room,)
+    ahead: Any  # (room,) periods from the state noted to the sample
+    elapsed: Any  # (room,) periods from the entry of the region to the sample
+    y: Any  # (room, N + U filled up to fours)
+    carried: Any  # (room, C filled up to fours)
+
+
 class Log(NamedTuple):
     """Where crossings go."""
 
@@ -90,23 +101,6 @@ class March(NamedTuple):
     side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
 
 
-class Work(NamedTuple):
-    """Scratch."""
-
-    y: Any  # (N + U,) a sample's vectors, so that a sample never disturbs the march
-    carried: Any  # (C, filled up to fours)
-    u: Any  # (U,)
-    out: Any  # (4 strips,) a product with rates or increments
-    seen: Any  # (4 strips,) a product with the probe
-    calm: Any  # (4 strips,) a product with the calm rows
-    parts: Any  # (4 strips,) real and imaginary parts of modes
-    size: Any  # (modes,) their moduli
-    band: Any  # (K,) rounding bands at present
-    gap: Any  # (ORDER + 1,) one gap's Taylor coefficients
-    terms: Any  # (3 * 4 strips,) (h A)^r y, r = 1, 2, 3
-    total: Any  # (N + U,) a partial sum of the Taylor polynomial
-
-
 LONGEST = 0.125
 """Step of level 0, in periods; level l steps LONGEST / 2^l."""
 
@@ -123,10 +117,10 @@ A clearance whose only corner is at zero has no such scale; its band is relative
 """
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
-UNANCHORED, UNBOUNDED, COUNTS = range(12, 15)
+UNANCHORED, UNBOUNDED, NOTED, COUNTS = range(12, 16)
 """Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
 1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
-since the inputs were last computed afresh, UNBOUNDED those since the bounds were."""
+since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken."""
 
 
 def window_norm(terms: int) -> float:

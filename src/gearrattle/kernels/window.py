@@ -8,10 +8,9 @@ import numpy as np
 
 from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.corners import lifted
-from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
-from gearrattle.kernels.products import add, copy, multiply, multiply_add, subtract
+from gearrattle.kernels.products import add, multiply, multiply_add, subtract
 
 _STRIPS = (ORDER + 1) // 4
 _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
@@ -130,25 +129,3 @@ def enter(particular, kept, states, width, slot, u, y, carried, out):
     subtract(behind, out, 0, carried)
     for i in range(states, width):
         y[i] = u[kept[slot, i - states]]
-
-
-@kernel
-def state_between(regions, inputs, march, slot, cycle, start, h, elapsed, work):
-    """States and carried quantities a time h (at most one longest step) after start, into work.y and work.carried."""
-    copy(march.y, march.y.size, work.y)
-    copy(march.carried, march.carried.size, work.carried)
-    width, done = regions.width[slot], 0.0
-    for level in range(regions.fine[slot] + 1):
-        length = inputs.steps[level]
-        while h - done >= length:
-            advance(regions.tables, regions.first_table[slot] + level, width, work.y, work.carried, work.out)
-            done += length
-    if h > done:
-        x = (h - done) / inputs.steps[regions.fine[slot]]
-        move_within(
-            regions.powers, slot, width, x, work.y, work.carried, work.out, work.terms, work.total
-        )  # fmt: skip
-    inputs_at(inputs, cycle, start + h, work.u)
-    leave(
-        regions.particular, regions.drift, regions.states, slot, work.u, elapsed + h, work.y, work.carried, work.out
-    )  # fmt: skip

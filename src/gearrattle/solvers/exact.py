@@ -25,19 +25,16 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
+_NOTES = 256  # samples passed before they are worked out
 
 
-def _scratch(size: Size) -> packed.Work:
-    """Scratch for vectors y of any width this system may need."""
-    longest = size.states + size.inputs
-    whole, watched = 4 * strips_for(longest), 4 * strips_for(4 * size.clearances)
-    rows, carried = 4 * size.made(longest), 4 * strips_for(size.carried)
-    lengths = {
-        "y": whole, "carried": carried, "u": size.inputs, "out": rows, "seen": watched, "calm": watched,
-        "parts": 2 * whole, "size": whole, "band": size.clearances, "gap": packed.ORDER + 1, "terms": 3 * rows,
-        "total": whole,
-    }  # fmt: skip
-    return packed.Work(**{name: aligned(length) for name, length in lengths.items()})
+def _paper(size: Size) -> packed.Notes:
+    """Room for the notes of some samples."""
+    whole, carried = 4 * strips_for(size.states + size.inputs), 4 * strips_for(size.carried)
+    places, times = np.empty((2, _NOTES), np.int64), np.empty((2, _NOTES))
+    return packed.Notes(
+        places[0], places[1], times[0], times[1], np.empty((_NOTES, whole)), np.empty((_NOTES, carried))
+    )
 
 
 class ExactMarch:
@@ -46,8 +43,9 @@ class ExactMarch:
     def __init__(self, task: Task) -> None:
         from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.march import march_on
+        from gearrattle.kernels.notes import work_out
 
-        self._march_on = vectorised(march_on)
+        self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
         self.task = task
         self.slots = slots_of(task.system)
         self.flow = self.slots.flow
@@ -68,7 +66,7 @@ class ExactMarch:
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.clearances))
         self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
-        self.work = _scratch(size)
+        self.notes = _paper(size)
         self.inputs = packed_inputs(flow)
         self.log = empty_log()
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
@@ -95,6 +93,7 @@ class ExactMarch:
         arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
         region = np.array(self.slots.regions[self.march.counts[packed.SLOT]].pieces, dtype=np.int64)
         cycle = np.array(self.first_cycle + self.cycles)
+        arrays["counts"][packed.SLOT] = 0
         return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
 
     def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
@@ -116,10 +115,12 @@ class ExactMarch:
 
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
-        counts = self.march.counts
-        outcome = Outcome(
-            self._march_on(self.slots.packed, self.inputs, self.march, self.samples, self.log, self.work, _BUDGET)
-        )
+        counts, regions = self.march.counts, self.slots.packed
+        outcome = Outcome(self._march_on(regions, self.inputs, self.march, self.samples, self.notes, self.log, _BUDGET))
+        if counts[packed.NOTED]:
+            self._work_out(regions, self.inputs, self.notes, self.samples, counts)
+        if outcome is Outcome.NOTES_FULL:
+            return Outcome.SLICE_SPENT
         if outcome is Outcome.NEEDS_REGION:
             clearance, upward = divmod(int(counts[packed.PENDING]), 2)
             self.slots, counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)

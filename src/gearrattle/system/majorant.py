@@ -9,9 +9,9 @@ and exp(G_b s) has entries that never shrink with s. Hence for all 0 <= s <= hor
 
     |delta''''(s)| <= sum_b w_b . |T_b^4 L_b z(0)|,      w_b = |r R_b| exp(G_b horizon).
 
-A simple decaying mode gives plain |r R| |lambda|^4 |c|: its amplitude cannot grow. The majorant is applied to the fourth
-derivative itself, so Jordan blocks of free-flying parts contribute next to nothing. Inputs that no mode mixes with have
-constant amplitude and go into a constant.
+A simple decaying mode gives plain |r R| |lambda|^4 |c|: its amplitude cannot grow. The majorant is applied to the
+fourth derivative itself, so Jordan blocks of free-flying parts contribute next to nothing. Inputs that no mode mixes
+with have constant amplitude and go into a constant.
 
 The *calm* bound treats fast simple modes apart: their part of delta is at most |r R| |c|, however long the step, and
 only the rest needs the fourth derivative. It is the better one while fast modes are small against the gaps.
@@ -42,7 +42,7 @@ class Majorant:
 
     Attributes:
         rows: (J, Z) complex.
-        weights: (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, and the fast modes' |delta_k|.
+        weights: (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|.
         constant: (3, K) to be added.
         fast: (K, Z) the fast modes' part of every deflection.
     """
