@@ -87,8 +87,8 @@ def flops(run: ExactMarch) -> tuple[int, int]:
     size, regions = run.slots.size, run.slots.packed
     width, modes = int(regions.width.max()), int(regions.modes.max())
     k, u, order = size.clearances, size.inputs, packed.ORDER + 1
-    seen, made = 4 * -(-3 * k // 4), 4 * size.made(width)
-    bounds = 2 * width * 8 * -(-modes // 4) + 2 * seen * modes
+    seen, bound, made = 4 * k, 4 * -(-3 * k // 4), 4 * size.made(width)
+    bounds = 2 * width * 8 * -(-modes // 4) + 2 * bound * modes
     step = 2 * seen * u + 4 * seen * width + bounds // 3 + 2 * made * width + 6 * (u - 1) // 2 + 60 * k
     window = 2 * order * width + 2 * 8 * u + 14 * order * 4
     move = (3 + order // 4 - 1) * 2 * made * width + 2 * order * made
@@ -111,7 +111,7 @@ def change_of_region(run: ExactMarch) -> float:
     best = np.inf
     for _ in range(ROUNDS):
         begin = perf_counter()
-        vectorised(loop)(100_000, *arguments, m.carried, run.work.out)
+        vectorised(loop)(100_000, *arguments, m.carried, np.zeros(m.carried.size + m.y.size))
         best = min(best, perf_counter() - begin)
     return best / 100_000
 
