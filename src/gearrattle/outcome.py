@@ -18,6 +18,7 @@ class Outcome(IntEnum):
     CHATTER = 4
     NON_FINITE = 5
     NOTES_FULL = 6
+    NO_CONVERGENCE = 7
 
     @property
     def advice(self) -> str:
@@ -28,4 +29,5 @@ class Outcome(IntEnum):
 _ADVICE = {
     Outcome.CHATTER: "add damping or stiffness to the element named, or check its clearance against its deflection",
     Outcome.NON_FINITE: "a smaller step, or algorithm = 'exact', which has no step to choose",
+    Outcome.NO_CONVERGENCE: "a larger tolerance, or algorithm = 'exact', which needs none",
 }

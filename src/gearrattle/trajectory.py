@@ -98,8 +98,10 @@ class Cost:
     """What a computation cost.
 
     ``steps`` counts accepted steps, ``function_calls`` evaluations of the right-hand side (for ``exact``: propagations
-    and polynomial expansions), ``average_trial_step`` is the mean of all steps tried [s], accepted or not;
-    ``energy_residual`` is the energy the audit cannot account for, relative to all works and losses (None: no audit).
+    and polynomial expansions) that the algorithm itself asked for; ``average_trial_step`` is the mean of all steps
+    tried [s], accepted or not; ``rejected_steps`` were tried in vain, ``smallest_step`` is the shortest accepted [s]
+    (None: not recorded); ``energy_residual`` is the energy the audit cannot account for, relative to all works and
+    losses (None: no audit).
     """
 
     algorithm: str
@@ -111,6 +113,8 @@ class Cost:
     average_trial_step: float
     wall_time: float
     energy_residual: float | None = None
+    rejected_steps: int = 0
+    smallest_step: float | None = None
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,10 @@ class Crossings:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law."""
+    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
+
+    ``function_calls`` are those of the algorithm; what only output needs is not counted.
+    """
 
     angle: Array
     velocity: Array
@@ -76,6 +79,9 @@ class Motion:
     function_calls: int
     average_step: float
     average_trial_step: float
+    rejected_steps: int = 0
+    jacobian_calls: int = 0
+    smallest_step: float | None = None
     notes: tuple[str, ...] = ()
     energy: EnergyAudit | None = None
 

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Marching, Motion, Place, Task
-from gearrattle.solvers.start import starting_pieces
 from gearrattle.solvers.tableaus import Tableau
-from gearrattle.system.field import field_of
-from gearrattle.system.flow import Flow, flow_of
+from gearrattle.solvers.vector_field import FieldProblem
+from gearrattle.system.flow import Flow
 
 Array = NDArray[np.float64]
 
@@ -51,26 +50,12 @@ class FixedStepMarch:
         from gearrattle.kernels.runge_kutta import Stepper, step_on
 
         self._step_on = vectorised(step_on)
-        self.task, self.tableau = task, tableau
-        self.flow = flow_of(task.system)
-        self.field = field_of(task.system, self.flow.coordinates)
-        coordinates, elements = self.flow.coordinates, len(task.system.laws)
-        deflection = coordinates.basis @ task.angle
-        references = list(coordinates.references)
-        y = np.concatenate([deflection, task.velocity, task.angle[references], np.zeros(elements)])
-        scaled = np.concatenate(
-            [
-                deflection * self.flow.scaling.deflection,
-                task.velocity * self.flow.scaling.velocity,
-                self.flow.inputs_at(np.zeros(1), np.zeros(1))[0],
-            ]
-        )
-        self.start = starting_pieces(self.flow, scaled, task.angle)[0]
-        self.step = task.step if task.step is not None else default_step(self.flow, self.start)
-        samples = task.cycles * task.samples_per_cycle + 1
+        self.task, self.tableau, self.problem = task, tableau, FieldProblem.of(task)
+        self.step = task.step if task.step is not None else default_step(self.problem.flow, self.problem.start)
+        samples, y = len(self.problem.sample_times), self.problem.initial
         self.stepper = Stepper(
-            y, np.zeros(4, np.int64), np.zeros((samples, y.size)), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG, np.int64),
-            np.zeros((_FIRST_LOG, 2), np.int64), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG),
+            y.copy(), np.zeros(4, np.int64), np.zeros((samples, y.size)), np.zeros(_FIRST_LOG),
+            np.zeros(_FIRST_LOG, np.int64), np.zeros((_FIRST_LOG, 2), np.int64), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG),
         )  # fmt: skip
 
     def advance(self) -> Outcome:
@@ -78,7 +63,13 @@ class FixedStepMarch:
         most = int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
             self._step_on(
-                self.field, *self.tableau.arrays(), self.stepper, self.step, self.task.samples_per_cycle, most, _BUDGET
+                self.problem.field,
+                *self.tableau.arrays(),
+                self.stepper,
+                self.step,
+                self.task.samples_per_cycle,
+                most,
+                _BUDGET,
             )
         )
         if outcome is Outcome.LOG_FULL:
@@ -94,63 +85,38 @@ class FixedStepMarch:
 
     def place(self) -> Place:
         """Time, deflections (transmission errors left out) and the last clearance crossed."""
-        clearances, count = list(self.task.system.clearances), int(self.stepper.counts[2])
-        deflection = self.field.combination[clearances] @ self.stepper.y[: len(self.flow.coordinates.elements)]
-        last = clearances.index(int(self.stepper.event_element[count - 1])) if count else None
-        return Place(float(self.stepper.counts[0] * self.step), deflection, last)
+        count = int(self.stepper.counts[2])
+        last = int(self.stepper.event_element[count - 1]) if count else None
+        return self.problem.place(float(self.stepper.counts[0] * self.step), self.stepper.y, last)
 
     def motion(self) -> Motion:
         """Samples from the interpolant, accelerations and forces from the equation of motion at them."""
-        from gearrattle.kernels.sampling import element_samples
-
-        task, system, coordinates = self.task, self.task.system, self.flow.coordinates
-        states, r, n = self.stepper.states, len(coordinates.elements), system.size
-        clearances = list(system.clearances)
-        time = np.arange(states.shape[0]) * (system.inputs.period / task.samples_per_cycle)
-        acceleration, deflection, piece, force = element_samples(self.field, time, states)
-        references = states[:, r + n : r + n + len(coordinates.references)]
-        steps = int(self.stepper.counts[0])
-        crossings = self._crossings()
-        return Motion(
-            angle=states[:, :r] @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
-            velocity=states[:, r : r + n].copy(),
-            acceleration=acceleration,
-            deflection=deflection[:, clearances],
-            force=force,
-            piece=piece[:, clearances],
-            crossings=crossings,
-            initial_piece=np.array([self.start[k] for k in clearances], dtype=np.int64),
-            final_force_integral=states[-1, r + n + len(coordinates.references) :][clearances],
+        s, steps = self.stepper, int(self.stepper.counts[0])
+        count, end = int(s.counts[2]), float(self.problem.sample_times[-1])
+        log = (a[:count] for a in (s.event_time, s.event_element, s.event_pieces, s.event_rate, s.event_integral))
+        crossings = self.problem.crossings(*log)
+        return self.problem.motion(
+            s.states,
+            crossings,
             steps=steps,
-            function_calls=int(self.stepper.counts[3]),
-            average_step=time[-1] / max(steps, 1),
-            average_trial_step=time[-1] / max(steps, 1),
+            function_calls=int(s.counts[3]),
+            average_step=end / max(steps, 1),
+            average_trial_step=end / max(steps, 1),
+            smallest_step=self.step,
             notes=self._stability_notes(crossings),
-        )
-
-    def _crossings(self) -> Crossings:
-        s = self.stepper
-        count = int(s.counts[2])
-        row_of = {k: i for i, k in enumerate(self.task.system.clearances)}
-        return Crossings(
-            time=s.event_time[:count].copy(),
-            clearance=np.array([row_of[int(k)] for k in s.event_element[:count]], dtype=np.int64),
-            from_piece=s.event_pieces[:count, 0].copy(),
-            to_piece=s.event_pieces[:count, 1].copy(),
-            velocity=s.event_rate[:count].copy(),
-            force_integral=s.event_integral[:count].copy(),
         )
 
     def _stability_notes(self, crossings: Crossings) -> tuple[str, ...]:
         """A note if the step lies outside the stability region in any region visited."""
         clearances = self.task.system.clearances
-        pieces = list(self.start)
+        pieces = list(self.problem.start)
         visited = {tuple(pieces)}
         for clearance, target in zip(crossings.clearance, crossings.to_piece, strict=True):
             pieces[clearances[clearance]] = int(target)
             visited.add(tuple(pieces))
         growth = {
-            region: float(self.tableau.growth(self.step * eigenvalues(self.flow, region)).max()) for region in visited
+            region: float(self.tableau.growth(self.step * eigenvalues(self.problem.flow, region)).max())
+            for region in visited
         }
         region, worst = max(growth.items(), key=lambda item: item[1])
         if worst <= 1.0 + _ROUNDING:

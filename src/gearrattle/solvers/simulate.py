@@ -72,6 +72,7 @@ def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> 
     what = {
         Outcome.CHATTER: f"crossings pile up{where}",
         Outcome.NON_FINITE: "the state is no longer finite (unstable)",
+        Outcome.NO_CONVERGENCE: "failed to converge: no step, however short, passes the error test,",
     }
     state = {f"deflection.{name}": float(value) for name, value in zip(names, place.deflection, strict=True)}
     message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {place.time:.9g} s"
@@ -83,12 +84,14 @@ def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
         algorithm=algorithm,
         steps=motion.steps,
         function_calls=motion.function_calls,
-        jacobian_calls=0,
+        jacobian_calls=motion.jacobian_calls,
         events=len(motion.crossings.time),
         average_step=float(motion.average_step),
         average_trial_step=float(motion.average_trial_step),
         wall_time=wall,
         energy_residual=None if motion.energy is None else motion.energy.relative_residual,
+        rejected_steps=motion.rejected_steps,
+        smallest_step=motion.smallest_step,
     )
 
 
