@@ -38,9 +38,10 @@ def task(
     cycles: int = 5,
     samples: int = 16,
     step: float | None = None,
+    tolerance: float | None = None,
 ) -> Task:
     """Return a task from an initial state."""
-    return Task(system, np.array(angle, float), np.array(velocity, float), cycles, samples, None, step)
+    return Task(system, np.array(angle, float), np.array(velocity, float), cycles, samples, tolerance, step)
 
 
 GAP = clearance(4.0, 0.0, 0.5)

@@ -1,25 +1,30 @@
 """Laws every solver on the shelf obeys; a new one is tested by being in the table."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import SOLVERS, Extensible
-from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT, Tableau
 from gearrattle.system.piecewise import PiecewiseSystem
 from tests.solvers.tasks import GAP, oscillator, run, task
 from tests.system.drivelines import clearance, inputs
 
 NAMES = sorted(SOLVERS)
-FIXED = {"rk2": MIDPOINT, "rk4": CLASSICAL}
+FIXED = ("rk2", "rk4")
+CHOSEN = [name for name in NAMES if name != "exact" and name not in FIXED]
+TOLERANCE = 1e-10
+"""What solvers that choose their steps are asked for; the others go by 1e-3."""
+SMOOTH, BLIND, RESTARTED = 1e-8, 1e-6, 1e-8
+"""Largest error of the former: in a smooth motion of size one; stepping blindly over thirty corners (an embedded
+estimate has zeros: of the steps tried across a corner, one that happens to lie there is taken); restarting at them."""
+ALLOWED = {"exact": 1e-13, "rk2": 3e-6, "rk4": 1e-11}
+"""The same in a smooth motion, of the others."""
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_agrees_with_the_closed_form_of_a_driven_damped_oscillator(name: str) -> None:
     system = oscillator(drag=0.3, force=2.0)
-    motion = run(task(system, [0.2], [-0.1], step=1e-3), name)
+    motion = run(task(system, [0.2], [-0.1], step=1e-3, tolerance=TOLERANCE), name)
     t = np.arange(5 * 16 + 1) / 16
     w, o = 4.0, 2 * np.pi
     forced = 2.0 / (w - o**2 + 0.3j * o)  # particular solution of x'' + 0.3 x' + 4 x = 2 e^{iot}
@@ -28,25 +33,25 @@ def test_agrees_with_the_closed_form_of_a_driven_damped_oscillator(name: str) ->
     c = np.linalg.solve([[1, 0], [root.real, root.imag]], [x0, v0])
     want = np.exp(root.real * t) * (c[0] * np.cos(root.imag * t) + c[1] * np.sin(root.imag * t))
     want += (forced * np.exp(1j * o * t)).imag
-    tolerance = {"exact": 1e-13, "rk2": 3e-6, "rk4": 1e-11}[name]
-    assert np.abs(motion.angle[:, 0] - want).max() <= tolerance
+    assert np.abs(motion.angle[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_gap_crosses_at_the_closed_form_times(name: str) -> None:
-    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=20, step=1e-3), name)
+    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=20, step=1e-3, tolerance=TOLERANCE), name)
     flight = 2 * 0.5 / (2 * 0.75)
     half = np.pi / 2 + flight
     want = np.array([np.pi / 4 + i // 2 * half + i % 2 * flight for i in range(100)])
     want = want[want <= 20]
     assert len(motion.crossings.time) == len(want)
-    assert np.abs(motion.crossings.time - want).max() <= {"exact": 1e-13, "rk2": 2e-5, "rk4": 5e-6}[name]
+    allowed = {"exact": 1e-13, "rk2": 2e-5, "rk4": 5e-6}.get(name, RESTARTED if name.endswith("-events") else BLIND)
+    assert np.abs(motion.crossings.time - want).max() <= allowed
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_force_integral_is_the_change_of_momentum(name: str) -> None:
-    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=3, step=1e-3), name)
-    tolerance = {"exact": 1e-13, "rk2": 1e-5, "rk4": 1e-5}[name]
+    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=3, step=1e-3, tolerance=TOLERANCE), name)
+    tolerance = {"exact": 1e-13, "rk2": 1e-5, "rk4": 1e-5}.get(name, SMOOTH)
     assert motion.final_force_integral[0] == pytest.approx(-motion.velocity[-1, 0], abs=tolerance)
 
 
@@ -59,60 +64,64 @@ def test_sampling_never_changes_the_motion(name: str) -> None:
     assert np.abs(coarse.angle - fine.angle[::97]).max() <= 1e-14
 
 
-@pytest.mark.parametrize("name", sorted(FIXED))
-def test_measured_order_of_convergence(name: str) -> None:
+@pytest.mark.parametrize("name", CHOSEN)
+def test_a_smaller_tolerance_gives_a_smaller_error(name: str) -> None:
+    system = oscillator(drag=0.1, force=2.0)
+    want = run(task(system, [0.2], [0.0], cycles=6)).angle
     errors = []
-    for step in (1 / 64, 1 / 128):
-        motion = run(task(oscillator(force=2.0), [0.2], [0.0], cycles=4, samples=1, step=step), name)
-        reference = run(task(oscillator(force=2.0), [0.2], [0.0], cycles=4, samples=1))
-        errors.append(np.abs(motion.angle - reference.angle).max())
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(FIXED[name].order, abs=0.25)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        motion = run(task(system, [0.2], [0.0], cycles=6, tolerance=tolerance), name)
+        errors.append(np.abs(motion.angle - want).max())
+        assert errors[-1] <= 1e3 * tolerance
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[2] < 0.3 * errors[1]
 
 
-@pytest.mark.parametrize("name", sorted(FIXED))
-def test_function_calls_are_stages_times_steps(name: str) -> None:
-    motion = run(task(oscillator(GAP), [1.25], [0.0], step=0.01), name)
-    assert motion.function_calls == len(FIXED[name].b) * motion.steps
-    assert motion.steps == 500
+@pytest.mark.parametrize("name", NAMES)
+def test_agrees_with_exact_up_to_the_first_corner_and_finds_it(name: str) -> None:
+    law = clearance(400.0, 0.1, 0.5)
+    problem = task(oscillator(law, force=30.0), [0.1], [3.0], cycles=1, samples=512, step=1e-4, tolerance=TOLERANCE)
+    motion, want = run(problem, name), run(problem)
+    first = int(512 * want.crossings.time[0])
+    assert first > 8
+    assert np.abs(motion.angle[:first] - want.angle[:first]).max() <= 10 * ALLOWED.get(name, SMOOTH)
+    assert abs(motion.crossings.time[0] - want.crossings.time[0]) <= 10 * ALLOWED.get(name, SMOOTH)
 
 
-@pytest.mark.parametrize("tableau", [MIDPOINT, CLASSICAL], ids=lambda t: t.name)
-def test_order_conditions_hold_in_rational_arithmetic(tableau: Tableau) -> None:
-    a = [[*row, *[Fraction(0)] * (len(tableau.b) - len(row))] for row in tableau.a]
-    b, c = tableau.b, tableau.c
-    conditions = {1: [(sum(b), Fraction(1))], 2: [(sum(x * y for x, y in zip(b, c, strict=True)), Fraction(1, 2))]}
-    if tableau.order >= 4:
-        s = range(len(b))
-        conditions[3] = [
-            (sum(b[i] * c[i] ** 2 for i in s), Fraction(1, 3)),
-            (sum(b[i] * a[i][j] * c[j] for i in s for j in s), Fraction(1, 6)),
-        ]
-        conditions[4] = [
-            (sum(b[i] * c[i] ** 3 for i in s), Fraction(1, 4)),
-            (sum(b[i] * c[i] * a[i][j] * c[j] for i in s for j in s), Fraction(1, 8)),
-            (sum(b[i] * a[i][j] * c[j] ** 2 for i in s for j in s), Fraction(1, 12)),
-            (sum(b[i] * a[i][j] * a[j][k] * c[k] for i in s for j in s for k in s), Fraction(1, 24)),
-        ]
-    assert all(got == want for pairs in conditions.values() for got, want in pairs)
+@pytest.mark.parametrize("name", NAMES)
+def test_without_damping_energy_is_kept(name: str) -> None:
+    problem = task(oscillator(GAP), [1.25], [0.0], cycles=10, step=1e-3, tolerance=TOLERANCE)
+    motion = run(problem, name)
+    stretch = np.maximum(np.abs(motion.angle[:, 0]) - 0.5, 0.0)
+    energy = 0.5 * motion.velocity[:, 0] ** 2 + 0.5 * 4.0 * stretch**2
+    assert np.ptp(energy) <= {"exact": 1e-12, "rk2": 2e-4, "rk4": 1e-5}.get(name, BLIND) * energy[0]
 
 
-def test_the_stability_limit_of_rk4_on_the_imaginary_axis_is_2_sqrt_2() -> None:
-    inside, outside = CLASSICAL.growth(np.array([2.8284j, 2.8285j]))
-    assert inside < 1 < outside
+@pytest.mark.parametrize("name", CHOSEN)
+def test_a_tolerance_that_cannot_be_met_is_a_result_not_a_loop(name: str) -> None:
+    march = SOLVERS[name](task(oscillator(GAP), [1.25], [0.0], cycles=1, tolerance=1e-200))
+    while (outcome := march.advance()) is Outcome.SLICE_SPENT:
+        pass
+    if outcome is Outcome.DONE:  # two columns of an extrapolation may agree to the last bit
+        assert name == "bulirsch-stoer"
+        assert march.motion().crossings.time[0] == pytest.approx(np.pi / 4, abs=1e-9)
+        return
+    assert outcome is Outcome.NO_CONVERGENCE
+    assert 0.0 <= march.place().time < 1.0
+    assert "tolerance" in outcome.advice
 
 
-def test_an_unstable_step_is_a_note_with_the_growth_factor() -> None:
-    stiff = oscillator(clearance(1e4, 0.0, 0.5))  # contact: omega = 100
-    motion = run(task(stiff, [0.49], [1.0], cycles=1, step=0.05), "rk4")
-    (note,) = motion.notes
-    growth = float(CLASSICAL.growth(np.array([5j]))[0])
-    assert f"grows by {growth:.4g}" in note
-    assert run(task(stiff, [0.49], [1.0], cycles=1, step=0.01), "rk4").notes == ()
-
-
-def test_the_default_step_is_a_quarter_over_the_fastest_eigenvalue_down_to_a_whole_fraction_of_the_period() -> None:
-    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=1), "rk4")
-    assert motion.steps == 8  # 0.25 / 2 = 1/8 of the period of 1
+@pytest.mark.parametrize("name", NAMES)
+def test_steps_calls_and_lengths_are_told(name: str) -> None:
+    motion = run(task(oscillator(GAP), [1.25], [0.0], cycles=5, step=1e-2), name)
+    assert 0 < motion.steps < motion.function_calls
+    assert motion.average_step == pytest.approx(5.0 / motion.steps)
+    assert motion.average_trial_step > 0.0
+    if name != "exact":
+        assert motion.smallest_step is not None
+        assert 0.0 < motion.smallest_step <= motion.average_step * (1 + 1e-9)
+    if name in FIXED:
+        assert motion.rejected_steps == 0
 
 
 ABLE = [name for name in NAMES if isinstance(SOLVERS[name](task(oscillator(GAP), [1.25], [0.0])), Extensible)]

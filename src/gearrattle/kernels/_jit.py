@@ -73,6 +73,11 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, forceinline=True)
 
 
+def separate(function: Callable[..., Any]) -> Any:
+    """Compile once and call: for large parts with several callers, where the last bit may depend on the compiler."""
+    return _compiled(function)
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """The same for the small parts of a hot loop: written into their callers, so that a call costs nothing."""
     return _compiled(function, inline="always")

@@ -22,7 +22,8 @@ def element_samples(field, time, states):
     piece = np.empty((samples, elements), dtype=np.int64)
     for i in range(samples):
         derivative(field, time[i], states[i], wave, deflection[i], rate, pieces, force[i], out)
-        acceleration[i] = out[r : r + inertias]
+        for j in range(inertias):
+            acceleration[i, j] = out[r + j]
         for k in range(elements):
             piece[i, k] = int(pieces[k])
     return acceleration, deflection, piece, force

@@ -39,8 +39,11 @@ class Field(NamedTuple):
 
 
 @kernel
-def element_states(field, time, y, wave, deflection, rate, piece, force):
-    """Deflection, rate, piece and force of every element; wave receives sines, then cosines of the harmonics."""
+def element_states(field, time, y, wave, deflection, rate, piece, force, held=False):
+    """Deflection, rate, piece and force of every element; wave receives sines, then cosines of the harmonics.
+
+    A piece is looked up by the deflection, or taken as it is if pieces are held.
+    """
     count = field.cycles.size
     elements, size = field.rows.shape
     r = field.basis.shape[0]
@@ -60,16 +63,19 @@ def element_states(field, time, y, wave, deflection, rate, piece, force):
             d -= field.error_sine[k, j] * wave[j] + field.error_cosine[k, j] * wave[count + j]
             v -= omega * (field.error_sine[k, j] * wave[count + j] - field.error_cosine[k, j] * wave[j])
         p = field.first_piece[k]
-        while d > field.upper_corner[p]:
-            p += 1
+        if held:
+            p += int(piece[k])
+        else:
+            while d > field.upper_corner[p]:
+                p += 1
         deflection[k], rate[k], piece[k] = d, v, p - field.first_piece[k]
         force[k] = field.stiffness[p] * d + field.damping[p] * v + field.offset[p]
 
 
 @kernel
-def derivative(field, time, y, wave, deflection, rate, piece, force, out):
+def derivative(field, time, y, wave, deflection, rate, piece, force, out, held=False):
     """Write y' to out; the work arrays keep the elements' states at (time, y)."""
-    element_states(field, time, y, wave, deflection, rate, piece, force)
+    element_states(field, time, y, wave, deflection, rate, piece, force, held)
     elements, size = field.rows.shape
     r, count = field.basis.shape[0], field.cycles.size
     for i in range(r):

@@ -19,7 +19,10 @@ from gearrattle.model import units
 from gearrattle.model.quantity import Choice, Count, Plain, Quantity
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
 
-ALGORITHMS = ("exact", "rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer")
+ALGORITHMS = (
+    "exact", "rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer",
+    "rkv-events", "gear-events", "dop853", "radau",
+)  # fmt: skip
 STARTS = ("static", "zero")
 
 
@@ -65,7 +68,7 @@ class Simulation(Table):
     tolerance: Annotated[float, Plain("positive")] | None = None
     """exact: bound on a crossing's residual relative to the largest corner; others: relative local error."""
     step: Annotated[float, Quantity(units.TIME, "positive")] | None = None
-    """Step of a fixed-step algorithm [s]."""
+    """Step of a fixed-step algorithm, the first one tried by the others [s]."""
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:

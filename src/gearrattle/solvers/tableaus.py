@@ -17,18 +17,34 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tableau:
-    """An explicit Runge-Kutta method."""
+    """An explicit Runge-Kutta method.
+
+    Attributes:
+        name: its name on the shelf.
+        order: of the solution carried on.
+        a, b: stages and weights.
+        source: where the numbers are printed.
+        lower: weights of the embedded solution, one order lower, whose distance estimates the error; empty: none.
+    """
 
     name: str
     order: int
     a: tuple[tuple[Fraction, ...], ...]
     b: tuple[Fraction, ...]
     source: str
+    lower: tuple[Fraction, ...] = ()
 
     @property
     def c(self) -> tuple[Fraction, ...]:
         """Nodes: row sums of a."""
         return tuple(sum(row, Fraction(0)) for row in self.a)
+
+    @property
+    def error(self) -> Array:
+        """(s,) weights of the error estimate; zeros if there is none."""
+        if not self.lower:
+            return np.zeros(len(self.b))
+        return np.array([float(x - y) for x, y in zip(self.b, self.lower, strict=True)])
 
     def arrays(self) -> tuple[Array, Array, Array]:
         """a (s, s), b (s,), c (s,) as floats."""
@@ -62,4 +78,48 @@ CLASSICAL = Tableau(
     ((), (Fraction(1, 2),), (Fraction(0), Fraction(1, 2)), (Fraction(0), Fraction(0), Fraction(1))),
     (Fraction(1, 6), Fraction(1, 3), Fraction(1, 3), Fraction(1, 6)),
     "W. Kutta, Z. Math. Phys. 46 (1901) 435: the classical method",
+)
+
+
+def _rows(*rows: str) -> tuple[tuple[Fraction, ...], ...]:
+    return tuple(tuple(Fraction(entry) for entry in row.split()) for row in rows)
+
+
+def _row(row: str) -> tuple[Fraction, ...]:
+    return _rows(row)[0]
+
+
+FEHLBERG = Tableau(
+    "rkf",
+    5,
+    _rows(
+        "",
+        "1/4",
+        "3/32 9/32",
+        "1932/2197 -7200/2197 7296/2197",
+        "439/216 -8 3680/513 -845/4104",
+        "-8/27 2 -3544/2565 1859/4104 -11/40",
+    ),
+    _row("16/135 0 6656/12825 28561/56430 -9/50 2/55"),
+    "E. Fehlberg, Computing 6 (1970) 61, table III: 4(5); carried on with the fifth order as L. F. Shampine and "
+    "H. A. Watts do in RKF45 (SAND76-0585, 1976)",
+    _row("25/216 0 1408/2565 2197/4104 -1/5 0"),
+)
+VERNER = Tableau(
+    "rkv",
+    6,
+    _rows(
+        "",
+        "1/6",
+        "4/75 16/75",
+        "5/6 -8/3 5/2",
+        "-165/64 55/6 -425/64 85/96",
+        "12/5 -8 4015/612 -11/36 88/255",
+        "-8263/15000 124/75 -643/680 -81/250 2484/10625 0",
+        "3501/1720 -300/43 297275/52632 -319/2322 24068/84065 0 3850/26703",
+    ),
+    _row("3/40 0 875/2244 23/72 264/1955 0 125/11592 43/616"),
+    "J. H. Verner, SIAM J. Numer. Anal. 15 (1978) 772: 5(6), as in T. E. Hull, W. H. Enright, K. R. Jackson, DVERK "
+    "(Toronto 1976), which carries on with the sixth order",
+    _row("13/160 0 2375/5984 5/16 12/85 3/44 0 0"),
 )

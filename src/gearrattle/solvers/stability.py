@@ -1,0 +1,62 @@
+"""Whether a step lies inside a method's stability region: |R(h lambda)| <= 1 for every eigenvalue of every region met.
+
+A step outside makes a mode grow that in truth dies out, and the run invents motion (the 1995 paper's RK4 step does).
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.solvers.base import Crossings
+from gearrattle.solvers.tableaus import Tableau
+from gearrattle.system.flow import Flow
+
+_STEP_OVER_FASTEST = 0.25
+ROUNDING = 1e-9
+
+
+def eigenvalues(flow: Flow, pieces: tuple[int, ...]) -> NDArray[np.complex128]:
+    """(N,) eigenvalues of one region in relative coordinates [1/s]."""
+    n = flow.states
+    return np.linalg.eigvals(flow.generator(pieces)[:n, :n] / flow.system.inputs.period).astype(complex)
+
+
+def default_step(flow: Flow, start: tuple[int, ...]) -> float:
+    """0.25 / max |lambda| over the region at start and that with all elements in contact, down to T / integer [s]."""
+    contact = tuple(law.pieces - 1 for law in flow.system.laws)
+    fastest = max(float(np.abs(eigenvalues(flow, pieces)).max()) for pieces in (start, contact))
+    period = flow.system.inputs.period
+    return period / max(1, ceil(period * fastest / _STEP_OVER_FASTEST * (1.0 - ROUNDING)))
+
+
+def regions_visited(flow: Flow, start: tuple[int, ...], crossings: Crossings) -> set[tuple[int, ...]]:
+    """The pieces of all elements, region by region, that a log of crossings leads through."""
+    pieces, clearances = list(start), flow.system.clearances
+    visited = {tuple(pieces)}
+    for clearance, target in zip(crossings.clearance, crossings.to_piece, strict=True):
+        pieces[clearances[clearance]] = int(target)
+        visited.add(tuple(pieces))
+    return visited
+
+
+def worst_growth(
+    tableau: Tableau, step: float, flow: Flow, regions: set[tuple[int, ...]]
+) -> tuple[tuple[int, ...], float]:
+    """The region in which a step [s] makes a mode grow most, and the factor."""
+    growth = {region: float(tableau.growth(step * eigenvalues(flow, region)).max()) for region in sorted(regions)}
+    return max(growth.items(), key=lambda item: item[1])
+
+
+def stability_notes(tableau: Tableau, step: float, flow: Flow, regions: set[tuple[int, ...]]) -> tuple[str, ...]:
+    """A note if the step lies outside the stability region in any of the regions."""
+    region, worst = worst_growth(tableau, step, flow, regions)
+    if worst <= 1.0 + ROUNDING:
+        return ()
+    labels = [region[k] + flow.system.laws[k].first_label for k in flow.system.clearances]
+    return (
+        f"{tableau.name}: the step {step:.6g} s is unstable in region {labels}: a mode grows by "
+        f"{worst:.4g} a step there; what follows may be invented by the algorithm. Use a smaller step or 'exact'.",
+    )
