@@ -7,6 +7,11 @@ corner crossings alone, so no sampling rate limits them.
 Takes trajectories and plain arrays; gives plain arrays to the criteria, plots and reports above.
 """
 
+from gearrattle.signals.alignment import Alignment, align
+from gearrattle.signals.bands import band_rms
+from gearrattle.signals.batches import batch_mean, difference
+from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
+from gearrattle.signals.densities import DensityDistance, density_distance
 from gearrattle.signals.impact_sums import ImpactSummary, add_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
@@ -29,6 +34,10 @@ from gearrattle.signals.spectra import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
 
 __all__ = [
+    "Alignment",
+    "ChanceCoherence",
+    "Coherence",
+    "DensityDistance",
     "ImpactSummary",
     "Impacts",
     "Line",
@@ -36,9 +45,16 @@ __all__ = [
     "Spectrum",
     "Window",
     "add_impacts",
+    "align",
     "amplitudes_from",
+    "band_rms",
+    "batch_mean",
+    "by_chance",
     "centre",
+    "coherence_at_harmonics",
     "contact_share",
+    "density_distance",
+    "difference",
     "dwell_times",
     "find_impacts",
     "harmonics",

@@ -1,0 +1,29 @@
+"""Two motions of one driveline against each other: a given one, by any algorithm, and a reference, usually the exact.
+
+Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
+by one (``crossings``); beyond it, where all digits are lost, only statistics with their sampling errors
+(``statistics``). Transmissibilities and coherences are the paper's own indices, the latter with what chance gives.
+
+Takes Trajectories; gives frozen records to reports. Knows no solver.
+"""
+
+from gearrattle.comparison.coherence import compare_coherence
+from gearrattle.comparison.crossings import EventComparison, compare_crossings, compare_impacts
+from gearrattle.comparison.pointwise import PointwiseError, error_history, pointwise
+from gearrattle.comparison.statistics import Item, StatisticalComparison, compare_statistics
+from gearrattle.comparison.transmissibility import TransmissibilityComparison, compare_transmissibility
+
+__all__ = [
+    "EventComparison",
+    "Item",
+    "PointwiseError",
+    "StatisticalComparison",
+    "TransmissibilityComparison",
+    "compare_coherence",
+    "compare_crossings",
+    "compare_impacts",
+    "compare_statistics",
+    "compare_transmissibility",
+    "error_history",
+    "pointwise",
+]

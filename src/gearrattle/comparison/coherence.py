@@ -1,0 +1,57 @@
+"""Coherence of two motions' accelerations, inertia by inertia, at the first harmonics of the excitation.
+
+The paper's index of agreement between algorithms (Padmanabhan et al. 1995, secs. 8 and 9), with the bias and the
+threshold it leaves out (``signals.coherence``). The samples are the last ones of the steady part.
+
+Takes two Trajectories; gives a Coherence for every inertia.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.comparison.pair import cycles_beyond, fundamental_order, same_grid
+from gearrattle.signals.coherence import ENSEMBLES, HARMONICS, POINTS, Coherence, Taper, coherence_at_harmonics
+from gearrattle.trajectory import Trajectory
+
+
+def compare_coherence(
+    given: Trajectory,
+    reference: Trajectory,
+    start: float | None = None,
+    *,
+    ensembles: int = ENSEMBLES,
+    points: int = POINTS,
+    harmonics: int = HARMONICS,
+    every: int | None = None,
+    anti_alias: bool = True,
+    taper: Taper = "hann",
+) -> dict[str, Coherence]:
+    """Return the coherence of every inertia's acceleration, by name.
+
+    Args:
+        given, reference: on the same output grid.
+        start: no sample before it is used [s]; None: the steady part.
+        ensembles, points, harmonics, every, anti_alias, taper: see ``coherence_at_harmonics``.
+
+    Raises:
+        ModelError: other driveline, other grid, too few samples, or harmonics outside the band.
+    """
+    same_grid(given, reference)
+    plate, window = reference.layout, cycles_beyond(reference, start)
+    mine, theirs = window.periodic(given.acceleration), window.periodic(reference.acceleration)
+    return {
+        name: coherence_at_harmonics(
+            mine[:, i],
+            theirs[:, i],
+            reference.samples_per_cycle / plate.period,
+            fundamental_order(reference) * plate.omega / (2.0 * np.pi),
+            ensembles=ensembles,
+            points=points,
+            harmonics=harmonics,
+            every=every,
+            anti_alias=anti_alias,
+            taper=taper,
+        )
+        for i, name in enumerate(plate.inertia_names)
+    }

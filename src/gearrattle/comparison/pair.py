@@ -1,0 +1,70 @@
+"""Two motions of one driveline, side by side: what both must share, and which part of them is compared.
+
+Takes a given and a reference Trajectory; gives windows to the comparisons.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.signals import Window, last_cycles, steady
+from gearrattle.trajectory import Trajectory
+
+
+def same_grid(given: Trajectory, reference: Trajectory) -> None:
+    """Check that two motions are of one driveline and sampled at the same times.
+
+    Raises:
+        ModelError: they are not.
+    """
+    mine, theirs = given.layout, reference.layout
+    if mine.inertia_names != theirs.inertia_names or mine.element_names != theirs.element_names:
+        found = ", ".join(mine.inertia_names + mine.element_names)
+        rule = f"both motions must be of the driveline {', '.join(theirs.inertia_names + theirs.element_names)}"
+        raise ModelError(Problem("comparison", found, rule, "simulate the same model with both algorithms"))
+    if any(a.size != b.size for a, b in zip(mine.corners, theirs.corners, strict=True)):
+        rule = "both motions must have the same corners in every clearance"
+        raise ModelError(Problem("comparison", "other corners", rule, "simulate the same model with both algorithms"))
+    spacing = reference.layout.period / reference.samples_per_cycle
+    if given.time.size != reference.time.size or np.max(np.abs(given.time - reference.time)) > 1e-6 * spacing:
+        found = f"{given.time.size} samples from {given.time[0]:g} s to {given.end:g} s"
+        rule = f"the reference has {reference.time.size} from {reference.time[0]:g} s to {reference.end:g} s"
+        remedy = "simulate both with the same cycles and samples_per_cycle"
+        raise ModelError(Problem("comparison", found, rule, remedy))
+
+
+def samples_until(reference: Trajectory, horizon: float | None) -> int:
+    """Return how many samples lie within [0, horizon]; all for None, and at least the first.
+
+    Args:
+        reference: the motion.
+        horizon: [s], infinite or None for the whole motion.
+    """
+    if horizon is None:
+        return int(reference.time.size)
+    return max(1, int(np.searchsorted(reference.time, horizon * (1.0 + 1e-12), side="right")))
+
+
+def cycles_beyond(reference: Trajectory, start: float | None) -> Window:
+    """Return the whole cycles of the steady part that begin at ``start`` [s] or later; all of it for None.
+
+    Raises:
+        ModelError: no whole cycle remains.
+    """
+    whole = steady(reference)
+    if start is None:
+        return whole
+    period = reference.layout.period
+    remaining = int(np.floor((whole.end - start) / period * (1.0 + 1e-12))) if np.isfinite(start) else 0
+    if remaining < 1:
+        rule = f"a whole cycle must remain before the end at {whole.end:g} s"
+        remedy = "simulate more cycles; inside the predictability horizon compare pointwise"
+        raise ModelError(Problem("start", f"{start:g} s", rule, remedy))
+    return last_cycles(reference, remaining)
+
+
+def fundamental_order(reference: Trajectory) -> float:
+    """Return the lowest order of the excitation; 1 where nothing excites."""
+    orders = reference.layout.orders
+    return float(np.min(orders)) if orders.size else 1.0

@@ -1,0 +1,227 @@
+"""Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics.
+
+Each *item* is one such statistic of both motions, the range that sampling error alone keeps it in (95 of 100 cases),
+and a verdict. Compared over whole cycles: rms of deflections and accelerations (ratio, by batches of cycles), spectra
+of accelerations (F bands of Welch estimates), rates of impacts (batches of cycles: impacts are neither independent nor
+Poisson), distributions of impulses (Kolmogorov-Smirnov). Sources: ``signals.batches``, ``signals.densities``.
+
+An item is called different if sampling error alone would give its value in fewer than 5 of 100 cases, and levels and
+rates only if they differ by more than ``NEGLIGIBLE``: a periodic motion repeats itself, so any difference in it is
+certain, however small. With many items some are called different by chance; how many to expect is told.
+
+Takes two Trajectories; gives a StatisticalComparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gearrattle.comparison.pair import cycles_beyond, same_grid
+from gearrattle.comparison.record import Record
+from gearrattle.signals import Window, batch_mean, density_distance, difference, find_impacts, psd
+from gearrattle.signals.batches import Mean
+from gearrattle.trajectory import Array, Trajectory
+
+Verdict = Literal["same within sampling error", "different", "undecided"]
+SAME: Verdict = "same within sampling error"
+SIGNIFICANT = 0.05
+NEGLIGIBLE = 1e-3
+FEWEST_IMPULSES = 8
+
+
+@dataclass(frozen=True)
+class Item(Record):
+    """One statistic of two motions.
+
+    Attributes:
+        quantity: which, in words.
+        subject: of which inertia or clearance.
+        given, reference: its value for either [unit]; NaN where it exists only for the two together.
+        unit: of these two.
+        measure: what of the two is tested, in words with its unit.
+        value: that measure.
+        low, high: sampling error alone keeps it between them in 95 of 100 cases; NaN where unknown.
+        p_value: how often sampling error alone gives so large a difference; NaN where unknown.
+        verdict: "same within sampling error", "different" or "undecided" (too little to tell).
+    """
+
+    quantity: str
+    subject: str
+    given: float
+    reference: float
+    unit: str
+    measure: str
+    value: float
+    low: float
+    high: float
+    p_value: float
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class StatisticalComparison(Record):
+    """All statistics of two motions.
+
+    Attributes:
+        start, end: of the cycles compared [s].
+        cycles: how many.
+        items: in the order levels, spectra, rates, impulses.
+        different: how many are called different.
+        different_by_chance: how many of the decided ones would be if the two motions differed by chance alone.
+    """
+
+    start: float
+    end: float
+    cycles: int
+    items: tuple[Item, ...]
+    different: int
+    different_by_chance: float
+
+    def of(self, quantity: str, subject: str) -> Item:
+        """Return one item, by quantity and name of the inertia or clearance."""
+        return next(each for each in self.items if (each.quantity, each.subject) == (quantity, subject))
+
+
+def compare_statistics(given: Trajectory, reference: Trajectory, start: float | None = None) -> StatisticalComparison:
+    """Return the statistics of two motions beyond a time, and which of them differ.
+
+    Args:
+        given, reference: on the same output grid.
+        start: compare the whole cycles that begin at or after it [s], such as the predictability horizon; None: the
+            steady part. Discarded cycles never count.
+
+    Raises:
+        ModelError: other driveline, other grid, or no whole cycle left.
+    """
+    same_grid(given, reference)
+    window = cycles_beyond(reference, start)
+    items = (
+        *_levels(given, reference, window),
+        *_spectra(given, reference, window),
+        *_rates(given, reference, window),
+        *_impulses(given, reference, window),
+    )
+    decided = sum(item.verdict != "undecided" for item in items)
+    different = sum(item.verdict == "different" for item in items)
+    return StatisticalComparison(window.start, window.end, window.cycles, items, different, SIGNIFICANT * decided)
+
+
+def _verdict(p_value: float, size: float = np.inf) -> Verdict:
+    if np.isnan(p_value):
+        return "undecided"
+    return "different" if p_value < SIGNIFICANT and size > NEGLIGIBLE else SAME
+
+
+def _levels(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
+    plate = reference.layout
+    for k, name in enumerate(plate.clearance_names):
+        unit = "m" if plate.is_mesh[plate.clearance[k]] else "rad"
+        mine, theirs = (_squares(each.deflection[:, k], window) for each in (given, reference))
+        yield _level("rms deflection", name, unit, mine, theirs)
+    for i, name in enumerate(plate.inertia_names):
+        mine, theirs = (_squares(each.acceleration[:, i], window) for each in (given, reference))
+        yield _level("rms acceleration", name, "rad/s^2", mine, theirs)
+
+
+def _squares(signal: Array, window: Window) -> Mean:
+    """Mean square by cycle."""
+    return batch_mean(np.mean(window.periodic(signal).reshape(window.cycles, -1) ** 2, axis=1))
+
+
+def _level(quantity: str, subject: str, unit: str, given: Mean, reference: Mean) -> Item:
+    """Ratio of two rms values; its logarithm has half the relative error of the mean squares."""
+    mine, theirs = float(np.sqrt(given.value)), float(np.sqrt(reference.value))
+    if mine == theirs == 0.0:
+        return Item(quantity, subject, 0.0, 0.0, unit, "ratio given/reference", 1.0, 1.0, 1.0, 1.0, SAME)
+    if mine == 0.0 or theirs == 0.0:
+        ratio = mine / theirs if theirs else float("inf")
+        return Item(quantity, subject, mine, theirs, unit, "ratio given/reference", ratio, 1.0, 1.0, 0.0, "different")
+    logs = [Mean(0.5 * np.log(each.value), 0.5 * each.error / each.value, each.batches) for each in (given, reference)]
+    found = difference(*logs)
+    low, high = float(np.exp(-found.reach)), float(np.exp(found.reach))
+    verdict = _verdict(found.p_value, abs(found.value))
+    measure, ratio = "ratio given/reference", mine / theirs
+    return Item(quantity, subject, mine, theirs, unit, measure, ratio, low, high, found.p_value, verdict)
+
+
+def _spectra(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
+    plate, samples = reference.layout, reference.samples_per_cycle
+    none = float("nan")
+    for i, name in enumerate(plate.inertia_names):
+        found = density_distance(
+            *(psd(window.periodic(each.acceleration)[:, i], plate.period, samples) for each in (given, reference))
+        )
+        verdict = _verdict(found.outside_p)
+        share = (found.outside, 0.0, found.outside_high, found.outside_p, verdict)
+        yield Item("PSD outside bands", name, none, none, "", "share of bins outside their 95 % band [1]", *share)
+        verdict = _verdict(found.distance_p)
+        far = (found.distance, 0.0, found.distance_high, found.distance_p, verdict)
+        yield Item("PSD distance", name, none, none, "", "rms over bins of 10 lg(given/reference) [dB]", *far)
+
+
+def _rates(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
+    for k, name in enumerate(reference.layout.clearance_names):
+        mine, theirs = (batch_mean(_counts(each, k, window)) for each in (given, reference))
+        found = difference(mine, theirs)
+        size = abs(found.value) / max(mine.value, theirs.value, np.finfo(float).tiny)
+        yield Item(
+            quantity="impact rate",
+            subject=name,
+            given=mine.value,
+            reference=theirs.value,
+            unit="1/cycle",
+            measure="difference given - reference [1/cycle]",
+            value=found.value,
+            low=-found.reach,
+            high=found.reach,
+            p_value=found.p_value,
+            verdict=_verdict(found.p_value, size),
+        )
+
+
+def _counts(trajectory: Trajectory, clearance: int, window: Window) -> Array:
+    """(cycles,) impacts in each cycle."""
+    time = find_impacts(trajectory).of(clearance).within(window).time
+    cycle = np.floor((time - window.start) / trajectory.layout.period).astype(np.int64)
+    inside = np.clip(cycle, 0, window.cycles - 1)
+    return np.bincount(inside, minlength=window.cycles).astype(np.float64)
+
+
+def _impulses(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
+    from scipy.stats import ks_2samp
+
+    plate = reference.layout
+    for k, name in enumerate(plate.clearance_names):
+        mine, theirs = (_pushes(each, k, window) for each in (given, reference))
+        value = high = p_value = float("nan")
+        if min(mine.size, theirs.size) >= FEWEST_IMPULSES:
+            found = ks_2samp(mine, theirs)
+            value, p_value = float(found.statistic), float(found.pvalue)
+            high = float(np.sqrt(-0.5 * np.log(0.5 * SIGNIFICANT) * (1.0 / mine.size + 1.0 / theirs.size)))
+        yield Item(
+            quantity="impulse distribution",
+            subject=name,
+            given=_median(mine),
+            reference=_median(theirs),
+            unit="N s" if plate.is_mesh[plate.clearance[k]] else "N m s",
+            measure="largest distance of the distributions [1]",
+            value=value,
+            low=0.0,
+            high=high,
+            p_value=p_value,
+            verdict=_verdict(p_value),
+        )
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values)) if values.size else float("nan")
+
+
+def _pushes(trajectory: Trajectory, clearance: int, window: Window) -> Array:
+    impacts = find_impacts(trajectory).of(clearance).within(window)
+    impulse = impacts.impulse[~impacts.censored]
+    return np.asarray(impulse[np.isfinite(impulse)], dtype=np.float64)
