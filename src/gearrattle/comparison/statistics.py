@@ -1,12 +1,12 @@
 """Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics.
 
 Each *item* is one such statistic of both motions, the range that sampling error alone keeps it in (95 of 100 cases),
-and a verdict. Compared over whole cycles: rms of deflections and accelerations (ratio, by batches of cycles), spectra
-of accelerations (F bands of Welch estimates), rates of impacts (batches of cycles: impacts are neither independent nor
-Poisson), distributions of impulses (Kolmogorov-Smirnov). Sources: ``signals.batches``, ``signals.densities``.
+and a verdict. Compared over whole cycles: rms of deflections and accelerations and rates of impacts by batches of
+cycles (impacts are neither independent nor Poisson), spectra of accelerations and distributions of impulses by
+exchanging blocks of cycles. Formulas and sources: ``signals.batches``, ``densities``, ``distributions``, ``exchange``.
 
-An item is called different if sampling error alone would give its value in fewer than 5 of 100 cases, and levels and
-rates only if they differ by more than ``NEGLIGIBLE``: a periodic motion repeats itself, so any difference in it is
+An item is called different if sampling error alone would give its value in fewer than 5 of 100 cases, and if it differs
+by more than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``): a periodic motion repeats itself, so any difference in it is
 certain, however small. With many items some are called different by chance; how many to expect is told.
 
 Takes two Trajectories; gives a StatisticalComparison.
@@ -22,14 +22,24 @@ import numpy as np
 
 from gearrattle.comparison.pair import cycles_beyond, same_grid
 from gearrattle.comparison.record import Record
-from gearrattle.signals import Window, batch_mean, density_distance, difference, find_impacts, psd
-from gearrattle.signals.batches import Mean
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.signals import (
+    Exchange,
+    Window,
+    batch_mean,
+    density_distance,
+    difference,
+    distribution_distance,
+    find_impacts,
+    segment_densities,
+)
+from gearrattle.signals.batches import Mean, batches_of
+from gearrattle.trajectory import Array, IntArray, Trajectory
 
 Verdict = Literal["same within sampling error", "different", "undecided"]
 SAME: Verdict = "same within sampling error"
 SIGNIFICANT = 0.05
 NEGLIGIBLE = 1e-3
+NEGLIGIBLE_DB = 0.01  # 0.12 % in amplitude
 FEWEST_IMPULSES = 8
 
 
@@ -110,10 +120,10 @@ def compare_statistics(given: Trajectory, reference: Trajectory, start: float | 
     return StatisticalComparison(window.start, window.end, window.cycles, items, different, SIGNIFICANT * decided)
 
 
-def _verdict(p_value: float, size: float = np.inf) -> Verdict:
+def _verdict(p_value: float, *, large: bool = True) -> Verdict:
     if np.isnan(p_value):
         return "undecided"
-    return "different" if p_value < SIGNIFICANT and size > NEGLIGIBLE else SAME
+    return "different" if p_value < SIGNIFICANT and large else SAME
 
 
 def _levels(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
@@ -143,31 +153,33 @@ def _level(quantity: str, subject: str, unit: str, given: Mean, reference: Mean)
     logs = [Mean(0.5 * np.log(each.value), 0.5 * each.error / each.value, each.batches) for each in (given, reference)]
     found = difference(*logs)
     low, high = float(np.exp(-found.reach)), float(np.exp(found.reach))
-    verdict = _verdict(found.p_value, abs(found.value))
+    verdict = _verdict(found.p_value, large=abs(found.value) > NEGLIGIBLE)
     measure, ratio = "ratio given/reference", mine / theirs
     return Item(quantity, subject, mine, theirs, unit, measure, ratio, low, high, found.p_value, verdict)
 
 
 def _spectra(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
     plate, samples = reference.layout, reference.samples_per_cycle
-    none = float("nan")
     for i, name in enumerate(plate.inertia_names):
-        found = density_distance(
-            *(psd(window.periodic(each.acceleration)[:, i], plate.period, samples) for each in (given, reference))
-        )
-        verdict = _verdict(found.outside_p)
-        share = (found.outside, 0.0, found.outside_high, found.outside_p, verdict)
-        yield Item("PSD outside bands", name, none, none, "", "share of bins outside their 95 % band [1]", *share)
-        verdict = _verdict(found.distance_p)
-        far = (found.distance, 0.0, found.distance_high, found.distance_p, verdict)
-        yield Item("PSD distance", name, none, none, "", "rms over bins of 10 lg(given/reference) [dB]", *far)
+        signals = (window.periodic(each.acceleration)[:, i] for each in (given, reference))
+        found = density_distance(*(segment_densities(signal, plate.period, samples) for signal in signals))
+        large = found.distance.value > NEGLIGIBLE_DB
+        share = "share of the bins outside their 95 % band, 0.05 for Gaussian noise [1]"
+        yield _spectral("PSD outside bands", name, share, found.outside, large)
+        far = f"rms over {found.bins} bins of 10 lg(given/reference), {found.expected:.2g} for Gaussian noise [dB]"
+        yield _spectral("PSD distance", name, far, found.distance, large)
+
+
+def _spectral(quantity: str, subject: str, measure: str, found: Exchange, large: bool) -> Item:
+    none, verdict = float("nan"), _verdict(found.p_value, large=large)
+    return Item(quantity, subject, none, none, "", measure, found.value, 0.0, found.high, found.p_value, verdict)
 
 
 def _rates(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
     for k, name in enumerate(reference.layout.clearance_names):
         mine, theirs = (batch_mean(_counts(each, k, window)) for each in (given, reference))
         found = difference(mine, theirs)
-        size = abs(found.value) / max(mine.value, theirs.value, np.finfo(float).tiny)
+        large = abs(found.value) > NEGLIGIBLE * max(mine.value, theirs.value)
         yield Item(
             quantity="impact rate",
             subject=name,
@@ -179,29 +191,36 @@ def _rates(given: Trajectory, reference: Trajectory, window: Window) -> Iterator
             low=-found.reach,
             high=found.reach,
             p_value=found.p_value,
-            verdict=_verdict(found.p_value, size),
+            verdict=_verdict(found.p_value, large=large),
         )
 
 
 def _counts(trajectory: Trajectory, clearance: int, window: Window) -> Array:
     """(cycles,) impacts in each cycle."""
     time = find_impacts(trajectory).of(clearance).within(window).time
-    cycle = np.floor((time - window.start) / trajectory.layout.period).astype(np.int64)
-    inside = np.clip(cycle, 0, window.cycles - 1)
-    return np.bincount(inside, minlength=window.cycles).astype(np.float64)
+    return np.bincount(_cycle(time, window), minlength=window.cycles).astype(np.float64)
+
+
+def _cycle(time: Array, window: Window) -> IntArray:
+    """(I,) the cycle of the window in which each time lies, from 0; the very end belongs to the last."""
+    cycle = np.floor((time - window.start) / window.duration * window.cycles).astype(np.int64)
+    return np.asarray(np.clip(cycle, 0, window.cycles - 1), dtype=np.int64)
 
 
 def _impulses(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
-    from scipy.stats import ks_2samp
-
-    plate = reference.layout
+    plate, blocks = reference.layout, batches_of(window.cycles)
+    block_of_cycle = np.repeat(
+        np.arange(blocks), [part.size for part in np.array_split(np.arange(window.cycles), blocks)]
+    )
     for k, name in enumerate(plate.clearance_names):
-        mine, theirs = (_pushes(each, k, window) for each in (given, reference))
+        (mine, when), (theirs, then) = (_pushes(each, k, window) for each in (given, reference))
         value = high = p_value = float("nan")
+        large = False
         if min(mine.size, theirs.size) >= FEWEST_IMPULSES:
-            found = ks_2samp(mine, theirs)
-            value, p_value = float(found.statistic), float(found.pvalue)
-            high = float(np.sqrt(-0.5 * np.log(0.5 * SIGNIFICANT) * (1.0 / mine.size + 1.0 / theirs.size)))
+            tolerance = NEGLIGIBLE * float(np.sqrt(np.mean(theirs**2)))
+            found = distribution_distance(mine, theirs, block_of_cycle[when], block_of_cycle[then], blocks, tolerance)
+            value, high, p_value = found.value, found.blocks.high, found.blocks.p_value
+            large = found.beyond_tolerance > high
         yield Item(
             quantity="impulse distribution",
             subject=name,
@@ -213,7 +232,7 @@ def _impulses(given: Trajectory, reference: Trajectory, window: Window) -> Itera
             low=0.0,
             high=high,
             p_value=p_value,
-            verdict=_verdict(p_value),
+            verdict=_verdict(p_value, large=large),
         )
 
 
@@ -221,7 +240,8 @@ def _median(values: Array) -> float:
     return float(np.median(values)) if values.size else float("nan")
 
 
-def _pushes(trajectory: Trajectory, clearance: int, window: Window) -> Array:
+def _pushes(trajectory: Trajectory, clearance: int, window: Window) -> tuple[Array, IntArray]:
+    """(I,) impulses that are known whole, and the cycle in which each began."""
     impacts = find_impacts(trajectory).of(clearance).within(window)
-    impulse = impacts.impulse[~impacts.censored]
-    return np.asarray(impulse[np.isfinite(impulse)], dtype=np.float64)
+    known = ~impacts.censored & np.isfinite(impacts.impulse)
+    return impacts.impulse[known], _cycle(impacts.time[known], window)

@@ -11,7 +11,9 @@ from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
 from gearrattle.signals.batches import batch_mean, difference
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
-from gearrattle.signals.densities import DensityDistance, density_distance
+from gearrattle.signals.densities import DensityDistance, density_distance, segment_densities
+from gearrattle.signals.distributions import DistributionDistance, distribution_distance
+from gearrattle.signals.exchange import Exchange, exchange
 from gearrattle.signals.impact_sums import ImpactSummary, add_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
@@ -38,6 +40,8 @@ __all__ = [
     "ChanceCoherence",
     "Coherence",
     "DensityDistance",
+    "DistributionDistance",
+    "Exchange",
     "ImpactSummary",
     "Impacts",
     "Line",
@@ -55,7 +59,9 @@ __all__ = [
     "contact_share",
     "density_distance",
     "difference",
+    "distribution_distance",
     "dwell_times",
+    "exchange",
     "find_impacts",
     "harmonics",
     "in_contact",
@@ -70,6 +76,7 @@ __all__ = [
     "region_shares",
     "resolved",
     "rms",
+    "segment_densities",
     "sides_crossed",
     "steady",
     "strongest",

@@ -63,14 +63,19 @@ def students(level: float, freedom: float) -> float:
     return float(t.ppf(0.5 + 0.5 * level, freedom)) if freedom > 0 else float("nan")
 
 
+def batches_of(cycles: int) -> int:
+    """Return into how many batches so many cycles fall: of two cycles or more (one, below four), twenty at most."""
+    return min(MOST_BATCHES, cycles // 2 if cycles >= 4 else cycles)
+
+
 def batch_mean(per_cycle: Array) -> Mean:
-    """Return the mean of one value a cycle, with its error from batches of two cycles or more (one, below four).
+    """Return the mean of one value a cycle, with its error from batches (``batches_of``).
 
     Args:
         per_cycle: (cycles,) in order of time.
     """
     cycles = per_cycle.size
-    batches = min(MOST_BATCHES, cycles // 2 if cycles >= 4 else cycles)
+    batches = batches_of(cycles)
     if batches < 2:
         return Mean(float(np.mean(per_cycle)) if cycles else float("nan"), float("nan"), batches)
     parts = [float(np.mean(part)) for part in np.array_split(per_cycle, batches)]

@@ -1,18 +1,16 @@
 """How far two estimated power spectral densities are apart, against what their estimation alone explains.
 
-A Welch estimate from K segments is S(f) chi^2_nu / nu; with Hann segments half overlapping neighbours share 1/36 of
-their power, so nu = 2 K / (1 + (1/18)(K - 1)/K) (P. D. Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73). The
-ratio of two independent estimates of one density is then F-distributed, and each bin has a 95 % band for it. Two
-figures say how far they are apart:
+Each is the mean of K Hann-tapered segments that do not overlap (P. D. Welch 1967, IEEE Trans. Audio Electroacoust.
+AU-15, 70-73), for Gaussian noise S(f) chi^2_nu / nu with nu = 2 K. The ratio of two independent estimates of one
+density is then F-distributed, which gives each bin a 95 % band. Two figures say how far they are apart:
 
-    share outside the bands (5 % expected);   L = sqrt(mean (10 lg ratio)^2) [dB], the log-spectral distance.
+    share of the bins outside their bands (0.05 expected);
+    L = sqrt(mean (10 lg ratio)^2) [dB], the log-spectral distance; expected (10/ln 10) sqrt(psi'(nu_1/2) + psi'(nu_2/2)).
 
-ln F has the cumulants kappa_2 = psi'(nu_1/2) + psi'(nu_2/2), kappa_4 likewise with psi''', so L^2 has the mean
-(10/ln 10)^2 kappa_2 and a known variance. A Hann window correlates the powers of neighbouring bins by 4/9 and 1/36, so
-B bins count as B / (1 + 2 (4/9 + 1/36)) independent ones. All this holds for Gaussian noise: at a line of constant
-amplitude an estimate scatters less, so lines widen nothing.
+Rattle is no Gaussian noise: bursts of impacts lift all bins of a segment together. How large both figures become by
+chance is therefore asked of the segments themselves (``exchange``).
 
-Takes Spectrum objects of one signal each; gives a DensityDistance to comparisons.
+Takes plain arrays; gives a DensityDistance to comparisons.
 """
 
 from __future__ import annotations
@@ -20,15 +18,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gearrattle.signals.spectra import Spectrum
+from gearrattle.signals.exchange import Exchange, exchange
+from gearrattle.signals.spectra import CYCLES_PER_SEGMENT, psd
 from gearrattle.trajectory import Array
 
-OVERLAP_CORRELATION = 1.0 / 36.0  # Hann, half overlapping
-BIN_CORRELATION = (4.0 / 9.0, 1.0 / 36.0)  # Hann, one and two bins apart
-FLOOR = 1e-10  # bins below this share of the largest density hold leakage, not signal
+FLOOR = 1e-10  # bins below this share of the largest density hold leakage and rounding
 LEVEL = 0.95
+WANTED_SEGMENTS = 8
 
 
 @dataclass(frozen=True)
@@ -37,73 +34,77 @@ class DensityDistance:
 
     Attributes:
         bins: number of bins compared.
-        low, high: 95 % band of given / reference in one bin.
-        outside: share of the bins outside it, 0 to 1.
-        outside_high: sampling error alone stays below this share in 95 of 100 cases.
-        outside_p: how often sampling error alone gives as large a share.
-        distance: log-spectral distance [dB].
-        distance_expected: that of sampling error alone [dB].
-        distance_high: sampling error alone stays below it in 95 of 100 cases [dB].
-        distance_p: how often sampling error alone gives as large a distance.
+        low, high: 95 % band of given / reference in one bin, for Gaussian noise.
+        outside: share of the bins outside it, 0 to 1, against exchanged segments.
+        distance: log-spectral distance [dB], against exchanged segments.
+        expected: log-spectral distance of two estimates of one Gaussian noise [dB].
     """
 
     bins: int
     low: float
     high: float
-    outside: float
-    outside_high: float
-    outside_p: float
-    distance: float
-    distance_expected: float
-    distance_high: float
-    distance_p: float
+    outside: Exchange
+    distance: Exchange
+    expected: float
 
 
-def degrees_of_freedom(segments: int) -> float:
-    """Return nu of a Welch estimate from so many half-overlapping Hann segments."""
-    return 2.0 * segments / (1.0 + 2.0 * OVERLAP_CORRELATION * (segments - 1) / segments)
-
-
-def compared_bins(given: Array, reference: Array) -> NDArray[np.bool_]:
-    """Return which bins are compared: power above the floor in either; not the two lowest (mean removed), nor the last.
+def segment_densities(signal: Array, period: float, samples_per_cycle: int) -> Array:
+    """Return (K, f) the density of every segment: of eight cycles, or as few as leave eight segments.
 
     Args:
-        given, reference: (f,) densities.
+        signal: (N,) samples over whole cycles, each phase once.
+        period: length of a cycle [s].
+        samples_per_cycle: samples in a cycle.
+
+    Raises:
+        ModelError: if a segment would hold fewer than four samples.
     """
-    either = np.maximum(given, reference)
-    chosen = either > FLOOR * either.max()
-    chosen[:2] = chosen[-1] = False
-    return np.asarray(chosen, dtype=np.bool_)
+    cycles = signal.size // samples_per_cycle
+    length = max(1, min(CYCLES_PER_SEGMENT, cycles // WANTED_SEGMENTS)) * samples_per_cycle
+    count = max(1, signal.size // length)
+    parts = signal[-count * length :].reshape(count, length)
+    return np.stack([psd(part, period, samples_per_cycle).density for part in parts])
 
 
-def density_distance(given: Spectrum, reference: Spectrum) -> DensityDistance:
-    """Return how far two densities (f,) on the same bins are apart; all NaN where no bin holds power."""
+def density_distance(given: Array, reference: Array) -> DensityDistance:
+    """Return how far two densities are apart, from their segments' (K, f); NaN where no bin holds power.
+
+    Bins count whose mean over all segments lies above the floor; not the two lowest (mean removed), nor the last.
+
+    Args:
+        given, reference: densities of segments on the same bins.
+    """
     from scipy.special import polygamma
-    from scipy.stats import binom, f, norm
+    from scipy.stats import f
 
-    chosen = compared_bins(given.density, reference.density)
-    bins = int(np.count_nonzero(chosen))
-    half = [0.5 * degrees_of_freedom(each.segments) for each in (given, reference)]
-    low, high = (float(f.ppf(q, 2 * half[0], 2 * half[1])) for q in (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL))
-    if not bins:
-        return DensityDistance(0, low, high, *[float("nan")] * 7)
-    tiny = np.finfo(np.float64).tiny
-    ratio = np.maximum(given.density[chosen], tiny) / np.maximum(reference.density[chosen], tiny)
-    effective = max(1, round(bins / (1.0 + 2.0 * sum(BIN_CORRELATION))))
-    outside = float(np.mean((ratio < low) | (ratio > high)))
+    pooled = np.concatenate([given, reference]).mean(axis=0)
+    chosen = pooled > FLOOR * pooled.max()
+    chosen[:2] = chosen[-1] = False
+    numbers = [len(given), len(reference)]
+    low, high = (float(f.ppf(q, 2 * numbers[0], 2 * numbers[1])) for q in (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL))
     decibel = 10.0 / np.log(10.0)
-    second = float(sum(polygamma(1, h) for h in half))
-    spread = float(np.sqrt((sum(polygamma(3, h) for h in half) + 2.0 * second**2) / effective))
-    square = float(np.mean(np.log(ratio) ** 2))
+    expected = decibel * float(np.sqrt(sum(polygamma(1, each) for each in numbers)))
+    if not chosen.any():
+        nothing = Exchange(float("nan"), float("nan"), float("nan"))
+        return DensityDistance(0, low, high, nothing, nothing, expected)
+    tiny = np.finfo(np.float64).tiny
+
+    def ratio(mine: Array, theirs: Array) -> Array:
+        return np.maximum(mine, tiny) / np.maximum(theirs, tiny) * (numbers[1] / numbers[0])
+
+    def outside(mine: Array, theirs: Array) -> Array:
+        across = ratio(mine, theirs)
+        return np.asarray(np.mean((across < low) | (across > high), axis=1), dtype=np.float64)
+
+    def distance(mine: Array, theirs: Array) -> Array:
+        return np.asarray(decibel * np.sqrt(np.mean(np.log(ratio(mine, theirs)) ** 2, axis=1)), dtype=np.float64)
+
+    a, b = given[:, chosen], reference[:, chosen]
     return DensityDistance(
-        bins=bins,
+        bins=int(np.count_nonzero(chosen)),
         low=low,
         high=high,
-        outside=outside,
-        outside_high=float(binom.ppf(LEVEL, effective, 1.0 - LEVEL) / effective),
-        outside_p=float(binom.sf(np.floor(outside * effective + 1e-9) - 1, effective, 1.0 - LEVEL)),
-        distance=decibel * float(np.sqrt(square)),
-        distance_expected=decibel * float(np.sqrt(second)),
-        distance_high=decibel * float(np.sqrt(second + norm.ppf(LEVEL) * spread)),
-        distance_p=float(norm.sf((square - second) / spread)),
+        outside=exchange(a, b, outside),
+        distance=exchange(a, b, distance),
+        expected=expected,
     )
