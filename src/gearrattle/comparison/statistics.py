@@ -218,7 +218,9 @@ def _impulses(given: Trajectory, reference: Trajectory, window: Window) -> Itera
         large = False
         if min(mine.size, theirs.size) >= FEWEST_IMPULSES:
             tolerance = NEGLIGIBLE * float(np.sqrt(np.mean(theirs**2)))
-            found = distribution_distance(mine, theirs, block_of_cycle[when], block_of_cycle[then], blocks, tolerance)
+            found = distribution_distance(
+                mine, theirs, block_of_cycle[when], block_of_cycle[then], blocks=blocks, tolerance=tolerance
+            )
             value, high, p_value = found.value, found.blocks.high, found.blocks.p_value
             large = found.beyond_tolerance > high
         yield Item(

@@ -5,7 +5,7 @@ AU-15, 70-73), for Gaussian noise S(f) chi^2_nu / nu with nu = 2 K. The ratio of
 density is then F-distributed, which gives each bin a 95 % band. Two figures say how far they are apart:
 
     share of the bins outside their bands (0.05 expected);
-    L = sqrt(mean (10 lg ratio)^2) [dB], the log-spectral distance; expected (10/ln 10) sqrt(psi'(nu_1/2) + psi'(nu_2/2)).
+    L = sqrt(mean (10 lg ratio)^2) [dB], the log-spectral distance; (10/ln 10) sqrt(psi'(K_1) + psi'(K_2)) expected.
 
 Rattle is no Gaussian noise: bursts of impacts lift all bins of a segment together. How large both figures become by
 chance is therefore asked of the segments themselves (``exchange``).

@@ -40,7 +40,7 @@ class DistributionDistance:
 
 
 def distribution_distance(
-    given: Array, reference: Array, blocks_given: IntArray, blocks_reference: IntArray, blocks: int, tolerance: float
+    given: Array, reference: Array, blocks_given: IntArray, blocks_reference: IntArray, *, blocks: int, tolerance: float
 ) -> DistributionDistance:
     """Return how far two samples are apart in distribution; neither may be empty.
 

@@ -1,0 +1,1 @@
+"""Comparisons of motions whose every difference is put there by hand."""
