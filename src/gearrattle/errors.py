@@ -45,6 +45,10 @@ class ModelError(GearRattleError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
+class NotInstalled(ModelError):
+    """What was asked for needs an optional extra that is not installed; the problem's remedy is the command."""
+
+
 class ConvergenceError(GearRattleError):
     """A computation failed or went unstable.
 

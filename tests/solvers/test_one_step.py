@@ -11,7 +11,7 @@ import pytest
 
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import Marching, Motion
-from gearrattle.solvers.one_step import StepMarch, fixed_step
+from gearrattle.solvers.one_step import FixedStep, StepMarch
 from gearrattle.solvers.tableaus import CLASSICAL, FEHLBERG, MIDPOINT, VERNER, Tableau
 from tests.solvers.tasks import GAP, oscillator, run, task
 from tests.system.drivelines import clearance
@@ -83,7 +83,7 @@ def test_order_conditions_hold_in_rational_arithmetic_and_no_further(tableau: Ta
 def fixed(tableau: Tableau, steps: int) -> Motion:
     """Return four cycles of a driven oscillator by so many equal steps."""
     problem = task(oscillator(force=2.0), [0.2], [0.0], cycles=4, samples=1, step=4 / steps)
-    march: Marching = fixed_step(tableau)(problem)
+    march: Marching = FixedStep(tableau)(problem)
     while march.advance() is not Outcome.DONE:
         pass
     return march.motion()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from gearrattle.solvers.base import Extensible, Marching, Motion, Solver, Task
 from gearrattle.solvers.choice import start_exact
-from gearrattle.solvers.one_step import chosen_step, extrapolation, fixed_step, restarted
+from gearrattle.solvers.one_step import FixedStep, chosen_step, extrapolation, restarted
 from gearrattle.solvers.tableaus import CLASSICAL, FEHLBERG, MIDPOINT, VERNER
 
 SOLVERS: dict[str, Solver] = {
     "exact": start_exact,
-    "rk2": fixed_step(MIDPOINT),
-    "rk4": fixed_step(CLASSICAL),
+    "rk2": FixedStep(MIDPOINT),
+    "rk4": FixedStep(CLASSICAL),
     "rkf": chosen_step(FEHLBERG),
     "rkv": chosen_step(VERNER),
     "rkv-events": restarted(VERNER),

@@ -8,6 +8,7 @@ larger of its own size and its size in an ordinary motion; angles and force inte
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +96,7 @@ class StepMarch:
         crossings = self.problem.crossings(*log)
         notes: tuple[str, ...] = ()
         if self.fixed and self.tableau is not None:
-            regions = regions_visited(self.problem.flow, self.problem.start, crossings)
+            regions = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
             notes = stability_notes(self.tableau, self.step, self.problem.flow, regions)
         return self.problem.motion(
             s.states,
@@ -118,9 +119,20 @@ def _method(tableau: Tableau | None) -> object:
     return Method(RUNGE_KUTTA, *tableau.arrays(), tableau.error, tableau.order)
 
 
-def fixed_step(tableau: Tableau) -> Callable[[Task], Marching]:
-    """A solver of fixed step from a tableau."""
-    return lambda task: StepMarch(task, tableau, fixed=True, held=False)
+@dataclass(frozen=True)
+class FixedStep:
+    """A solver of fixed step from a tableau; what it makes of a mode in a step can be told beforehand."""
+
+    tableau: Tableau
+
+    def __call__(self, task: Task) -> Marching:
+        """Start a run."""
+        return StepMarch(task, self.tableau, fixed=True, held=False)
+
+    def step_of(self, task: Task) -> float:
+        """The step a run takes [s]."""
+        problem = FieldProblem.of(task)
+        return task.step if task.step is not None else default_step(problem.flow, problem.start)
 
 
 def chosen_step(tableau: Tableau) -> Callable[[Task], Marching]:

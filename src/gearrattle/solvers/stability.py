@@ -10,9 +10,10 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.solvers.base import Crossings
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.system.flow import Flow
+
+IntArray = NDArray[np.int64]
 
 _STEP_OVER_FASTEST = 0.25
 ROUNDING = 1e-9
@@ -32,12 +33,14 @@ def default_step(flow: Flow, start: tuple[int, ...]) -> float:
     return period / max(1, ceil(period * fastest / _STEP_OVER_FASTEST * (1.0 - ROUNDING)))
 
 
-def regions_visited(flow: Flow, start: tuple[int, ...], crossings: Crossings) -> set[tuple[int, ...]]:
-    """The pieces of all elements, region by region, that a log of crossings leads through."""
+def regions_visited(
+    flow: Flow, start: tuple[int, ...], clearance: IntArray, to_piece: IntArray
+) -> set[tuple[int, ...]]:
+    """The pieces of all elements, region by region, that a log of crossings (E,) leads through."""
     pieces, clearances = list(start), flow.system.clearances
     visited = {tuple(pieces)}
-    for clearance, target in zip(crossings.clearance, crossings.to_piece, strict=True):
-        pieces[clearances[clearance]] = int(target)
+    for k, target in zip(clearance, to_piece, strict=True):
+        pieces[clearances[k]] = int(target)
         visited.add(tuple(pieces))
     return visited
 

@@ -1,0 +1,182 @@
+"""Algorithms side by side on one model, judged by the exact solution: the paper's Tables 3 and 4, and the truth beside.
+
+Every contender runs the same model from the same start on the same output grid. Up to the *window*, where errors of
+the size of the tolerance have grown to a thousandth at most, its error is told sample by sample and crossing by
+crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
+1e-12 half-gaps away: no algorithm can be expected to do better than that.
+
+Takes a Model; gives a Comparison, and the table of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.comparison.coherence import compare_coherence
+from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
+from gearrattle.comparison.crossings import compare_crossings, compare_impacts
+from gearrattle.comparison.pointwise import pointwise
+from gearrattle.comparison.recommendation import recommendation
+from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.comparison.statistics import compare_statistics
+from gearrattle.comparison.steps import check_names, growth_of, has_fixed_step
+from gearrattle.comparison.table import table_of
+from gearrattle.comparison.transmissibility import compare_transmissibility
+from gearrattle.errors import ConvergenceError, ModelError
+from gearrattle.model import Model
+from gearrattle.results import Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CEILING = "exact, 1e-12 away"
+_AWAY = 1e-12  # of the largest corner
+_STILL_SMALL = 1e-3
+
+
+def compare(
+    model: Model,
+    algorithms: Algorithms = PAPER,
+    *,
+    reference: str = "exact",
+    cycles: int | None = None,
+    discard: int | None = None,
+    samples_per_cycle: int | None = None,
+    tolerance: float = 1e-6,
+    step: float | str | None = None,
+    initial: Any = None,
+    budget: float = 60.0,
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Compare algorithms on a model; the exact solution is the judge.
+
+    Args:
+        model: the driveline.
+        algorithms: names; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so that one
+            algorithm can take part twice.
+        reference: the judge, an algorithm's name. The 1995 paper's coherences are against "rk2".
+        cycles, discard, samples_per_cycle, initial: as in ``gearrattle.simulate``.
+        tolerance: of the algorithms that choose their steps.
+        step: of the algorithms of fixed step; theirs by default.
+        budget: longest time for each contender [s]; one that needs more is stopped, and said to be.
+        progress: called with the finished share.
+
+    Returns:
+        A table with one line an algorithm. The whole comparison, with its recommendation in words, hangs on it:
+        ``table.attrs["comparison"]`` is a ``Comparison``.
+
+    Raises:
+        ModelError: bad settings or an unknown algorithm.
+        ConvergenceError: the reference failed.
+    """
+    comparison = side_by_side(
+        model, algorithms, reference=reference, cycles=cycles, discard=discard, samples_per_cycle=samples_per_cycle,
+        tolerance=tolerance, step=step, initial=initial, budget=budget, progress=progress,
+    )  # fmt: skip
+    table = table_of(comparison)
+    table.attrs["comparison"] = comparison
+    return table
+
+
+def side_by_side(
+    model: Model,
+    algorithms: Algorithms = PAPER,
+    *,
+    reference: str = "exact",
+    tolerance: float = 1e-6,
+    step: float | str | None = None,
+    budget: float = 60.0,
+    progress: Progress | None = None,
+    **grid: Any,
+) -> Comparison:
+    """The same, as a Comparison; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
+    everyone = contenders(algorithms)
+    check_names([reference, *(contender.algorithm for contender in everyone)])
+    shared = {key: value for key, value in grid.items() if value is not None}
+    told = _Share(progress, len(everyone) + 2)
+    judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
+    result = run_one(model, judge, shared, float("inf"), told.next())
+    if result.run is None:
+        raise ConvergenceError(f"the reference, {reference}: {result.status}", remedy='reference = "exact"')
+    truth = result.run
+    horizon = float(truth.predictability_horizon)
+    window = min(float(truth.variation.horizon(_STILL_SMALL / tolerance)), truth.trajectory.end)
+    rows = [judged(result, truth, window, horizon)]
+    for contender in everyone:
+        own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
+        result = run_one(model, contender, {**shared, **own}, budget, told.next())
+        growth = growth_of(model, contender, {**shared, **own}, truth)
+        rows.append(replace(judged(result, truth, window, horizon), growth=growth))
+    away = Contender(CEILING, "exact", {"initial": _nearby(truth)})
+    rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, horizon))
+    t = truth.trajectory
+    comparison = Comparison(
+        model.name, reference, tuple(rows), tolerance, window, horizon, t.layout.period, t.cycles, t.discard,
+        t.samples_per_cycle, budget,
+    )  # fmt: skip
+    return replace(comparison, recommendation=recommendation(comparison))
+
+
+class _Share:
+    """Deals one progress out to several runs."""
+
+    def __init__(self, progress: Progress | None, runs: int) -> None:
+        self.progress, self.runs, self.begun = progress, runs, 0
+
+    def next(self) -> Progress:
+        """The progress of the next run."""
+        done, self.begun = self.begun, self.begun + 1
+
+        def told(share: float) -> None:
+            if self.progress is not None:
+                self.progress((done + share) / self.runs)
+
+        return told
+
+
+def judged(result: Result, truth: Run, window: float, horizon: float) -> Row:
+    """A contender's motion against the reference."""
+    label, algorithm = result.contender.label, result.contender.algorithm
+    if result.run is None:
+        return Row(label, algorithm, result.status)
+    given, reference = result.run.trajectory, truth.trajectory
+    return Row(
+        label,
+        algorithm,
+        result.status,
+        cost=result.run.cost,
+        error=pointwise(given, reference, window),
+        crossings=compare_crossings(given, reference, window),
+        impacts=compare_impacts(given, reference, window),
+        statistics=_where_there_is_enough(lambda: compare_statistics(given, reference, _beyond(horizon, truth))),
+        transmissibility=compare_transmissibility(given, reference),
+        coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
+        notes=given.notes,
+    )
+
+
+def _nearby(truth: Run) -> dict[str, list[float]]:
+    """The start of a motion with the first inertia turned a little: some deflection then differs by 1e-12 corners."""
+    t = truth.trajectory
+    angle, reach = t.angle[0].copy(), [np.abs(corners).max() for corners in t.layout.corners]
+    k = int(np.argmax(reach))
+    element = t.layout.clearance[k]
+    body, radius = int(t.layout.between[element, 0]), float(t.layout.radii[element, 0])
+    angle[body] += _AWAY * float(reach[k]) / radius
+    return {"angle": angle.tolist(), "velocity": t.velocity[0].tolist()}
+
+
+def _beyond(horizon: float, truth: Run) -> float | None:
+    """Where statistics begin: at the horizon, or with the steady part where all of the motion is predictable."""
+    return horizon if horizon < truth.trajectory.end else None
+
+
+def _where_there_is_enough(compute: Any) -> Any:
+    """What is computed, or None where the run is too short for it."""
+    try:
+        return compute()
+    except ModelError:
+        return None

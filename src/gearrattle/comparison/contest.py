@@ -1,0 +1,118 @@
+"""Who takes part in a comparison, and how each is run: warm, alone, within a budget, failures as results.
+
+Takes a Model and settings; gives a Result for every contender, with its run if it came to an end.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from gearrattle.errors import ConvergenceError, NotInstalled
+from gearrattle.model import Model
+from gearrattle.results import Run
+
+PAPER = ("rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer")
+"""The seven algorithms of Padmanabhan et al. 1995, sec. 8, in the order of its Table 3."""
+
+_AGAIN, _SHORT = 3, 0.3
+"""A run shorter than this [s] is timed so many times; the fastest counts."""
+
+Progress = Callable[[float], None]
+Algorithms = Sequence[str] | Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One algorithm with its settings.
+
+    Attributes:
+        label: what it is called in the comparison.
+        algorithm: its name.
+        settings: tolerance, step or initial state, where they differ from the comparison's.
+    """
+
+    label: str
+    algorithm: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a contender did.
+
+    Attributes:
+        contender: who.
+        status: "done", or why there is no run, in words.
+        run: the motion; None if there is none.
+        wall_time: of a run that came to an end, or until it was given up [s].
+    """
+
+    contender: Contender
+    status: str
+    run: Run | None
+    wall_time: float
+
+
+class _Spent(Exception):
+    """The budget is used up."""
+
+
+def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
+    """Contenders from names, or from labels with settings that name the algorithm where it is not the label."""
+    if not isinstance(algorithms, Mapping):
+        return tuple(Contender(name, name) for name in algorithms)
+    return tuple(
+        Contender(label, given.get("algorithm", label), {k: v for k, v in given.items() if k != "algorithm"})
+        for label, given in algorithms.items()
+    )
+
+
+def run_one(
+    model: Model, contender: Contender, settings: Mapping[str, Any], budget: float, progress: Progress | None = None
+) -> Result:
+    """Run one contender: a cycle to warm up, then the run that counts.
+
+    Args:
+        model: the driveline.
+        contender: who, and its own settings.
+        settings: those all share, by their names in ``gearrattle.simulate``.
+        budget: longest time for the run that counts [s].
+        progress: called with the finished share; what it raises ends the comparison.
+
+    Raises:
+        ModelError: bad settings. An algorithm that is not installed is no error but a status.
+    """
+    from gearrattle.calls.simulate import simulate
+
+    arguments: dict[str, Any] = {**settings, **contender.settings, "algorithm": contender.algorithm, "audit": False}
+    limit, begin = float("inf"), time.perf_counter()
+
+    def watch(share: float) -> None:
+        if progress is not None:
+            progress(share)
+        if time.perf_counter() - begin > limit:
+            raise _Spent
+
+    try:
+        try:
+            limit = budget
+            simulate(model, **{**arguments, "cycles": 1, "discard": 0}, progress=watch)
+        except (ConvergenceError, _Spent):
+            pass  # the run that counts will say it better
+        run = None
+        for _ in range(_AGAIN):
+            begin = time.perf_counter()
+            again = simulate(model, **arguments, progress=watch)
+            run = again if run is None or again.cost.wall_time < run.cost.wall_time else run
+            if run.cost.wall_time > _SHORT:
+                break
+    except ConvergenceError as error:
+        return Result(contender, str(error), None, time.perf_counter() - begin)
+    except _Spent:
+        return Result(contender, f"stopped after {budget:g} s", None, budget)
+    except NotInstalled as error:
+        return Result(contender, str(error), None, 0.0)
+    return Result(contender, "done", run, budget if run is None else run.cost.wall_time)

@@ -1,0 +1,126 @@
+"""Work against precision: what every algorithm gives for its effort, over a range of tolerances or steps.
+
+Runs are as long as the window of the comparison, in whole cycles: an error beyond it says nothing about an algorithm.
+``exact`` has no tolerance to choose and is one point.
+
+Takes a Model; gives curves of error against function calls and time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, run_one
+from gearrattle.comparison.pointwise import pointwise
+from gearrattle.comparison.record import Record
+from gearrattle.comparison.steps import check_names, fixed_step_of
+from gearrattle.errors import ConvergenceError
+from gearrattle.model import Model
+from gearrattle.results import Run
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 12))
+SHARES = tuple(4.0 * 2.0**-k for k in range(8))
+"""Of the default step, for algorithms of fixed step."""
+GROWTH = 1e3
+_SAMPLES = 256
+
+
+@dataclass(frozen=True)
+class Point(Record):
+    """One run: its tolerance or step, largest error of a deflection [half-gaps], function calls, time [s]."""
+
+    setting: float
+    error: float
+    function_calls: int
+    wall_time: float
+
+
+@dataclass(frozen=True)
+class Curve(Record):
+    """The runs of one algorithm, coarse to fine; ``status`` says why there are fewer than asked for."""
+
+    algorithm: str
+    points: tuple[Point, ...]
+    status: str
+
+
+@dataclass(frozen=True)
+class WorkPrecision(Record):
+    """Curves of all algorithms.
+
+    Attributes:
+        window: errors are the largest up to here [s].
+        cycles: length of every run in periods.
+        exact: the one point of the exact solution; its error is bounded by rounding, grown ``GROWTH``-fold.
+        curves: one an algorithm.
+    """
+
+    window: float
+    cycles: int
+    exact: Point
+    curves: tuple[Curve, ...]
+
+
+def work_precision(
+    model: Model,
+    algorithms: Sequence[str] = PAPER,
+    *,
+    budget: float = 10.0,
+    progress: Progress | None = None,
+    most_cycles: int = 8,
+) -> WorkPrecision:
+    """Run every algorithm over its tolerances or steps.
+
+    Args:
+        model: the driveline.
+        algorithms: names.
+        budget: a curve ends with the first run that takes longer [s].
+        progress: called with the finished share.
+        most_cycles: length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
+
+    Raises:
+        ModelError: an unknown algorithm.
+        ConvergenceError: the exact solution failed.
+    """
+    check_names(algorithms)
+    grid: dict[str, Any] = {"samples_per_cycle": _SAMPLES, "discard": 0}
+    truth = _must(run_one(model, Contender("exact", "exact"), {**grid, "cycles": most_cycles}, float("inf")))
+    window = min(float(truth.variation.horizon(GROWTH)), truth.trajectory.end)
+    cycles = max(1, ceil(window / truth.trajectory.layout.period * (1.0 - 1e-9)))
+    grid["cycles"] = cycles
+    truth = _must(run_one(model, Contender("exact", "exact"), grid, float("inf")))
+    curves = []
+    for number, name in enumerate(algorithms):
+        if progress is not None:
+            progress(number / len(algorithms))
+        curves.append(_curve(model, name, grid, (truth, window), budget))
+    point = Point(float("nan"), GROWTH * float(np.finfo(float).eps), truth.cost.function_calls, truth.cost.wall_time)
+    return WorkPrecision(window, cycles, point, tuple(curves))
+
+
+def _must(result: Result) -> Run:
+    if result.run is None:
+        raise ConvergenceError(f"exact: {result.status}")
+    return result.run
+
+
+def _curve(model: Model, name: str, grid: dict[str, Any], truth: tuple[Run, float], budget: float) -> Curve:
+    """One algorithm, until its settings or its budget are used up."""
+    points, status, (exact, window) = [], "done", truth
+    step = fixed_step_of(model, name, exact)
+    key, settings = ("tolerance", TOLERANCES) if step is None else ("step", tuple(step * share for share in SHARES))
+    for setting in settings:
+        result = run_one(model, Contender(name, name, {key: setting}), grid, budget)
+        if result.run is None:
+            status = result.status
+            if result.wall_time >= budget or result.wall_time == 0.0:
+                break
+            continue
+        cost, error = result.run.cost, pointwise(result.run.trajectory, exact.trajectory, window).worst
+        points.append(Point(setting, error, cost.function_calls, cost.wall_time))
+    return Curve(name, tuple(points), status)

@@ -1,0 +1,81 @@
+"""What follows from the numbers of a comparison, in words.
+
+An algorithm is *sound* here if it came to an end, its error inside the window stays below ``SOUND``, no step lies
+outside its stability region, and it missed and invented no impact. The cheapest sound one is recommended next to exact.
+
+Takes a Comparison; gives sentences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gearrattle.comparison.rows import Comparison, Row
+
+SOUND = 1e-2  # half-gaps
+_STABLE = 1.0 + 1e-9
+
+
+def is_sound(row: Row) -> bool:
+    """Whether nothing in its row speaks against an algorithm."""
+    if row.error is None or row.impacts is None:
+        return False
+    impacts = row.impacts.total
+    stable = row.growth is None or row.growth <= _STABLE
+    return stable and row.error.worst <= SOUND and impacts.missed == 0 and impacts.invented == 0
+
+
+def recommendation(comparison: Comparison) -> str:
+    """Sentences on what to use, what not to trust and why, and what no algorithm can do here."""
+    return " ".join((*_use(comparison), *_warnings(comparison), *_limits(comparison)))
+
+
+def _use(comparison: Comparison) -> Iterator[str]:
+    judge, *others = comparison.rows[:-1]
+    sound = [row for row in others if is_sound(row) and row.algorithm != comparison.reference]
+    assert judge.cost is not None
+    if not sound:
+        yield f"Use {judge.label}: of the algorithms that step, none is sound here."
+        return
+    best = min(sound, key=lambda row: row.cost.wall_time if row.cost else float("inf"))
+    assert best.cost is not None and best.error is not None  # noqa: PT018 - a sound row has both
+    ratio = best.cost.wall_time / judge.cost.wall_time
+    than = f"{ratio:.3g} times as long" if ratio >= 1.0 else f"1/{1 / ratio:.3g} of the time"
+    yield (
+        f"Use {judge.label}. Of the algorithms that step, {best.label} is the cheapest sound one: it takes {than} "
+        f"for an error of {best.error.worst:.1g} half-gaps."
+    )
+
+
+def _warnings(comparison: Comparison) -> Iterator[str]:
+    for row in comparison.rows[1:-1]:
+        if row.error is None or row.impacts is None or row.crossings is None:
+            yield f"{row.label}: {row.status}."
+        elif row.growth is not None and row.growth > _STABLE:
+            impacts = row.impacts.total
+            invented = f" and invents {_count(impacts.invented, 'impact')}" if impacts.invented else ""
+            yield f"{row.label} lies outside its stability region (a mode grows by {row.growth:.4g} a step){invented}."
+        elif not is_sound(row):
+            impacts = row.impacts.total
+            parts = [f"an error of {row.error.worst:.1g} half-gaps"] if row.error.worst > SOUND else []
+            parts += [f"{_count(impacts.missed, 'impact')} missed"] if impacts.missed else []
+            parts += [f"{_count(impacts.invented, 'impact')} invented"] if impacts.invented else []
+            yield f"{row.label}: {', '.join(parts)} while the motion can still be predicted."
+
+
+def _limits(comparison: Comparison) -> Iterator[str]:
+    if comparison.horizon == float("inf"):
+        yield "The motion is predictable to its end: differences are errors of the algorithms."
+        return
+    cycles, away = comparison.horizon / comparison.period, comparison.rows[-1]
+    yield f"Within {cycles:.3g} cycles some perturbation grows ten-million-fold: beyond, compare statistics."
+    wrong = float("inf") if away.error is None else float(away.error.passed[-1])
+    if wrong < float("inf"):
+        yield (
+            f"Even exact, begun 1e-12 half-gaps away, is off by a tenth after {wrong / comparison.period:.3g} cycles: "
+            "no algorithm can do better."
+        )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

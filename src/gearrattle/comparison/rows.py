@@ -1,0 +1,84 @@
+"""The results of a comparison: a row for every contender, judged, and all of them together.
+
+Frozen records; made by ``compare``, read by ``table``, ``recommendation`` and reports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gearrattle.comparison.crossings import EventComparison
+from gearrattle.comparison.pointwise import PointwiseError
+from gearrattle.comparison.record import Record
+from gearrattle.comparison.statistics import StatisticalComparison
+from gearrattle.comparison.transmissibility import TransmissibilityComparison
+from gearrattle.signals.coherence import Coherence
+from gearrattle.trajectory import Cost
+
+
+@dataclass(frozen=True)
+class Row(Record):
+    """One contender, judged.
+
+    Attributes:
+        label, algorithm: what it is called here, and its name.
+        status: "done", or why there is nothing more to tell.
+        cost: what it took; None if it did not come to an end (nor do the following).
+        error: inside the window.
+        crossings, impacts: inside the window, matched one by one.
+        statistics: beyond the horizon; None where no whole cycle lies there.
+        transmissibility: of the last cycles.
+        coherence: of every inertia's acceleration; empty where the run is too short for it.
+        growth: of a mode a step, largest of the regions the reference visits; None where steps are chosen.
+        notes: of the run.
+    """
+
+    label: str
+    algorithm: str
+    status: str
+    cost: Cost | None = None
+    error: PointwiseError | None = None
+    crossings: EventComparison | None = None
+    impacts: EventComparison | None = None
+    statistics: StatisticalComparison | None = None
+    transmissibility: TransmissibilityComparison | None = None
+    coherence: Mapping[str, Coherence] | None = None
+    growth: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Comparison(Record):
+    """All contenders against the reference.
+
+    Attributes:
+        model: its name.
+        reference: label of the reference.
+        rows: the reference first (against itself: zero error, its own cost), then the contenders as asked for, last
+            the exact motion from nearby.
+        tolerance: that of the contenders who choose their steps, unless they have their own.
+        window: up to here errors are told sample by sample [s].
+        horizon: the reference's predictability horizon [s]; infinite if it is beyond the end.
+        period: T [s].
+        cycles, discard, samples_per_cycle: of every run.
+        budget: longest time a contender may take [s].
+        recommendation: what follows from the numbers, in words.
+    """
+
+    model: str
+    reference: str
+    rows: tuple[Row, ...]
+    tolerance: float
+    window: float
+    horizon: float
+    period: float
+    cycles: int
+    discard: int
+    samples_per_cycle: int
+    budget: float
+    recommendation: str = ""
+
+    def row(self, label: str) -> Row:
+        """The row of a label."""
+        return next(row for row in self.rows if row.label == label)

@@ -1,0 +1,71 @@
+"""What can be told of an algorithm's step before it is taken: whether it is fixed, and what it makes of a mode.
+
+Takes a Model, a contender and the reference's motion; gives growth factors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from gearrattle.assembly import assemble
+from gearrattle.calls.settings import settled
+from gearrattle.comparison.contest import Contender
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.solvers import SOLVERS, Task
+from gearrattle.solvers.one_step import FixedStep
+from gearrattle.solvers.stability import regions_visited, worst_growth
+from gearrattle.system.flow import flow_of
+
+
+def check_names(algorithms: Iterable[str]) -> None:
+    """Check that algorithms exist.
+
+    Raises:
+        ModelError: one does not.
+    """
+    unknown = [name for name in algorithms if name not in SOLVERS]
+    if unknown:
+        rule = f"must be one of {', '.join(SOLVERS)}"
+        raise ModelError([Problem("algorithms", f'"{name}"', rule) for name in unknown])
+
+
+def has_fixed_step(algorithm: str) -> bool:
+    """Whether every step of an algorithm is the same."""
+    return isinstance(SOLVERS[algorithm], FixedStep)
+
+
+def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str | None = None) -> float | None:
+    """The step an algorithm takes [s]: the one asked for, else its own; None if it chooses its steps."""
+    solver, t = SOLVERS[algorithm], truth.trajectory
+    if not isinstance(solver, FixedStep):
+        return None
+    used = settled(model, {"step": asked})
+    return solver.step_of(Task(assemble(model), t.angle[0], t.velocity[0], 1, 1, None, used.simulation.step))
+
+
+def growth_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> float | None:
+    """Largest factor by which a contender's step multiplies a mode in a region the true motion visits.
+
+    Above 1 the mode grows, and what the algorithm shows there is its own invention. None where steps are chosen.
+
+    Args:
+        model: the driveline.
+        contender: with its own settings.
+        settings: those shared.
+        truth: the reference's run.
+    """
+    solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
+    step = fixed_step_of(model, contender.algorithm, truth, asked)
+    if step is None or not isinstance(solver, FixedStep):
+        return None
+    system, t = assemble(model), truth.trajectory
+    flow, first = flow_of(system), t.layout.region_of_first_piece
+    pieces = [0] * len(system.laws)
+    for k, label in zip(system.clearances, t.initial_region - first, strict=True):
+        pieces[k] = int(label)
+    log = t.events
+    regions = regions_visited(flow, tuple(pieces), log.clearance, log.to_region - first[log.clearance])
+    return worst_growth(solver.tableau, step, flow, regions)[1]
