@@ -154,8 +154,6 @@ def coherence_at_harmonics(
     Raises:
         ModelError: too few samples, too few ensembles, or harmonics outside the band.
     """
-    from scipy.signal import csd, welch
-
     if ensembles < 2:
         raise ModelError(Problem("ensembles", str(ensembles), "of one segment every coherence is 1", "take at least 2"))
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
@@ -164,14 +162,10 @@ def coherence_at_harmonics(
         every = decimation(len(given), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
     x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (given, reference))
     decimation(len(x), rate / every, frequency[-1] * USABLE, needed=needed, points=points, spacing=fundamental)
-    how = {"fs": rate / every, "window": {"hann": "hann", "none": "boxcar"}[taper], "nperseg": points, "noverlap": 0}
-    grid, across = csd(x, y, **how)
-    power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]
+    grid, spectrum = _gamma_squared(x, y, rate / every, points, taper)
     width = float(grid[1])
     bins = np.rint(frequency / width).astype(np.int64)
-    alive = (power_x > NO_POWER * power_x.max()) & (power_y > NO_POWER * power_y.max())
-    with np.errstate(divide="ignore", invalid="ignore"):
-        value = np.where(alive, np.abs(across) ** 2 / (power_x * power_y), np.nan)[bins]
+    value = spectrum[bins]
     shown = value[np.isfinite(value)]
     return Coherence(
         frequency=frequency,
@@ -188,6 +182,18 @@ def coherence_at_harmonics(
         points=points,
         notes=tuple(_notes(frequency / width, value)),
     )
+
+
+def _gamma_squared(x: Array, y: Array, rate: float, points: int, taper: Taper) -> tuple[Array, Array]:
+    """Return frequencies and gamma^2 at every bin; NaN where one of the signals has no power."""
+    from scipy.signal import csd, welch
+
+    how = {"fs": rate, "window": {"hann": "hann", "none": "boxcar"}[taper], "nperseg": points, "noverlap": 0}
+    grid, across = csd(x, y, **how)
+    power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]
+    alive = (power_x > NO_POWER * power_x.max()) & (power_y > NO_POWER * power_y.max())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return grid, np.where(alive, np.abs(across) ** 2 / (power_x * power_y), np.nan)
 
 
 def _whole(number: float) -> bool:
