@@ -21,6 +21,7 @@ COMMANDS = {
     "modes": ("gearrattle.cli.modes:modes", "Natural frequencies, damping ratios and shapes."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
+    "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
 }

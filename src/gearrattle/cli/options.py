@@ -28,13 +28,13 @@ class Settings:
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``simulate``."""
-        given = asdict(self)
-        if self.step is not None:
-            given["step"] = _number_or_text(self.step)
-        return given
+        return {**asdict(self), "step": number_or_text(self.step)}
 
 
-def _number_or_text(text: str) -> float | str:
+def number_or_text(text: str | None) -> float | str | None:
+    """Return a number where there is one, else the text: a quantity with its unit."""
+    if text is None:
+        return None
     try:
         return float(text)
     except ValueError:

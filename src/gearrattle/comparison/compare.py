@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
-from gearrattle.comparison.pointwise import pointwise
+from gearrattle.comparison.pointwise import deflection_scale, envelope, error_history, pointwise
 from gearrattle.comparison.recommendation import recommendation
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.statistics import compare_statistics
@@ -154,6 +154,9 @@ def judged(result: Result, truth: Run, window: float, horizon: float) -> Row:
         statistics=_where_there_is_enough(lambda: compare_statistics(given, reference, _beyond(horizon, truth))),
         transmissibility=compare_transmissibility(given, reference),
         coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
+        history=envelope(
+            reference.time, error_history(given, reference, deflection_scale(reference, reference.time.size))
+        ),
         notes=given.notes,
     )
 

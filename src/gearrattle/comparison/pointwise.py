@@ -113,6 +113,19 @@ def error_history(given: Trajectory, reference: Trajectory, scale: Array) -> Arr
     return _relative(given.deflection - reference.deflection, scale)
 
 
+def envelope(time: Array, history: Array, points: int = 400) -> tuple[Array, Array]:
+    """Return at most ``points`` times, evenly spaced, and the worst error of any clearance since the time before.
+
+    Args:
+        time: (Nt,) [s].
+        history: (Nt, K) errors.
+        points: at most so many.
+    """
+    worst = np.max(history, axis=1, initial=0.0)
+    edges = np.unique(np.linspace(0, time.size, min(points, time.size) + 1).astype(np.int64))
+    return time[edges[1:] - 1], np.maximum.reduceat(worst, edges[:-1])
+
+
 def _relative(error: Array, scale: Array) -> Array:
     """(N, k) |error| / scale; where the scale is zero 0 for no error, else infinite. NaN counts as infinite."""
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -14,7 +14,7 @@ from gearrattle.comparison.record import Record
 from gearrattle.comparison.statistics import StatisticalComparison
 from gearrattle.comparison.transmissibility import TransmissibilityComparison
 from gearrattle.signals.coherence import Coherence
-from gearrattle.trajectory import Cost
+from gearrattle.trajectory import Array, Cost
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class Row(Record):
         statistics: beyond the horizon; None where no whole cycle lies there.
         transmissibility: of the last cycles.
         coherence: of every inertia's acceleration; empty where the run is too short for it.
+        history: times [s] and the worst error of any deflection since the one before [half-gaps], to the end.
         growth: of a mode a step, largest of the regions the reference visits; None where steps are chosen.
         notes: of the run.
     """
@@ -44,6 +45,7 @@ class Row(Record):
     statistics: StatisticalComparison | None = None
     transmissibility: TransmissibilityComparison | None = None
     coherence: Mapping[str, Coherence] | None = None
+    history: tuple[Array, Array] | None = None
     growth: float | None = None
     notes: tuple[str, ...] = ()
 

@@ -93,7 +93,7 @@ class Panel:
         x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
         lines, bars, bands, rules: what it holds, drawn from bands to lines.
         x_range, y_range: limits; None fits the data.
-        y_log: whether the upright axis is logarithmic.
+        x_log, y_log: whether the level, the upright axis is logarithmic.
         note: words to print in an empty panel.
     """
 
@@ -107,6 +107,7 @@ class Panel:
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     y_log: bool = False
+    x_log: bool = False
     note: str = ""
 
 

@@ -93,8 +93,10 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
         x_axis["title"] = {"text": panel.x_title, "font": {"size": 12, "color": MUTED}, "standoff": 6}
     if chart.share_x and index > 0:
         x_axis["matches"] = "x"
+    if panel.x_log:
+        x_axis["type"] = "log"
     if panel.x_range is not None:
-        x_axis["range"] = list(panel.x_range)
+        x_axis |= _decades(*panel.x_range) if panel.x_log else {"range": list(panel.x_range)}
     y_axis: dict[str, Any] = {
         **style,
         "domain": [max(0.0, top - chart.panel_height / inner), top],

@@ -51,7 +51,7 @@ def draw(chart: Chart) -> bytes:
 def _panel(panel: Panel, left: float, top: float, width: float, height: float, *, labelled: bool) -> str:
     """Draw one panel with its axes, everything in it clipped."""
     x_limits, y_limits = limits(panel)
-    x, y = Axis(*x_limits, 0.0, width), Axis(*y_limits, height, 0.0, panel.y_log)
+    x, y = Axis(*x_limits, 0.0, width, panel.x_log), Axis(*y_limits, height, 0.0, panel.y_log)
     inside = [_band(band, x, y) for band in panel.bands]
     inside += [f'<path d="M0 {y.at(np.array(v)):.1f}h{width:.1f}" stroke="{FAINT}"/>' for v in y.ticks()]
     inside += [_rule(rule, x, y) for rule in panel.rules]

@@ -1,0 +1,106 @@
+"""The comparison as one page: the recommendation first, then the numbers and figures it follows from.
+
+``fill_comparison`` writes compare.html, compare.json and figures/ into a folder. The page has no script and loads
+nothing.
+
+Takes a Comparison and, if there is one, a WorkPrecision.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.comparison.precision import WorkPrecision
+from gearrattle.comparison.rows import Comparison
+from gearrattle.plots.comparison import growth_of_errors, work_precision_chart
+from gearrattle.plots.static import draw
+from gearrattle.report.comparison_tables import (
+    coherence_table,
+    cost_table,
+    statistics_tables,
+    transmissibility_table,
+    truth_table,
+)
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.tables import Table
+
+_HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page: heading, a sentence, tables."""
+
+    key: str
+    title: str
+    words: str
+    tables: tuple[Table, ...]
+
+
+def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, folder: Path) -> None:
+    """Write all files of a comparison into an existing folder."""
+    labels = [row.label for row in comparison.rows[1:-1]]
+    charts = [growth_of_errors(comparison)]
+    if precision is not None:
+        charts.append(work_precision_chart(precision, labels))
+    drawn = [(chart, draw(chart)) for chart in charts]
+    (folder / "figures").mkdir()
+    for chart, svg in drawn:
+        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("compare.html.j2").render(
+        title=comparison.model or "driveline",
+        recommendation=comparison.recommendation,
+        setting=_setting(comparison),
+        cost=cost_table(comparison),
+        truth=truth_table(comparison),
+        figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
+        sections=_sections(comparison),
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+    )
+    (folder / "compare.html").write_text(page, encoding="utf-8")
+    content = {**comparison.to_dict(), "work_precision": None if precision is None else precision.to_dict()}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _setting(comparison: Comparison) -> str:
+    horizon = comparison.horizon / comparison.period
+    until = f"{horizon:.3g} cycles" if horizon < comparison.cycles else "the end"
+    return (
+        f"{comparison.cycles} cycles, {comparison.discard} of them discarded, {comparison.samples_per_cycle} samples a "
+        f"cycle; tolerance {comparison.tolerance:.2g} where steps are chosen; reference: {comparison.reference}. "
+        f"Predictable to {until}. No contender may take longer than {comparison.budget:g} s."
+    )
+
+
+def _sections(comparison: Comparison) -> list[Section]:
+    different = tuple(statistics_tables(comparison))
+    words = (
+        "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
+        "These differ by more than sampling error:"
+        if different
+        else "No statistic of any contender differs from the reference's by more than sampling error."
+    )
+    return [
+        Section("statistics", "Statistics", words, different),
+        Section(
+            "transmissibility", "Transmissibility",
+            "How accuracy falls off away from the driving point.", (transmissibility_table(comparison),),
+        ),
+        Section(
+            "coherence", "Coherence",
+            "The 1995 paper's index of agreement, with the coherence that chance gives and the ceiling that even the "
+            "exact motion from nearby reaches.", (coherence_table(comparison),),
+        ),
+    ]  # fmt: skip

@@ -1,0 +1,143 @@
+"""The tables of a comparison: cost, truth, statistics, transmissibility by distance, coherence.
+
+Takes a Comparison; gives Tables.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.tables import Table
+
+
+def cost_table(comparison: Comparison) -> Table:
+    """Columns of the 1995 paper's Tables 3 and 4, and what they leave out."""
+    head = (
+        "algorithm", "average step, s", "average trial step, s", "smallest step, s", "steps", "rejected",
+        "function calls", "Jacobian calls", "time, s", "outcome",
+    )  # fmt: skip
+    rows = []
+    for row in comparison.rows[:-1]:
+        cost = row.cost
+        if cost is None:
+            rows.append((row.label, *["–"] * 8, row.status))
+            continue
+        steps = (cost.average_step, cost.average_trial_step, cost.smallest_step)
+        counts = (cost.steps, cost.rejected_steps, cost.function_calls, cost.jacobian_calls)
+        unstable = row.growth is not None and row.growth > 1.0 + 1e-9
+        outcome = f"unstable: a mode grows by {row.growth:.4g} a step" if unstable else row.status
+        rows.append(
+            (row.label, *(_number(step) for step in steps), *(_count(n) for n in counts), _number(cost.wall_time),
+             outcome)
+        )  # fmt: skip
+    note = (
+        "Trial steps are those tried, accepted or not. Function calls are those the algorithm asked for; samples and "
+        "located crossings are not counted. Times are of one process, warm."
+    )
+    return Table(head, tuple(rows), frozenset({0, 9}), "What it took", note)
+
+
+def truth_table(comparison: Comparison) -> Table:
+    """True errors inside the window, and where each motion goes wrong."""
+    head = (
+        "algorithm", "error, half-gaps", "wrong by a tenth from cycle", "crossings", "missed", "invented",
+        "time error, s", "impacts missed", "invented", "statistics that differ",
+    )  # fmt: skip
+    note = (
+        f"Errors, crossings and impacts: up to the window's end, {comparison.window / comparison.period:.3g} cycles, "
+        "where errors of the size of the tolerance have grown to a thousandth at most. Statistics: of the cycles "
+        "beyond the predictability horizon, with how many would differ by chance."
+    )
+    rows = tuple(_truth(row, comparison.period) for row in comparison.rows[1:])
+    return Table(head, rows, frozenset({0}), "How true it is", note)
+
+
+def _truth(row: Row, period: float) -> tuple[str, ...]:
+    if row.error is None or row.crossings is None or row.impacts is None or row.cost is None:
+        return (row.label, *["–"] * 9)
+    crossings, impacts, wrong = row.crossings.total, row.impacts.total, float(row.error.passed[-1])
+    differ = "–"
+    if row.statistics is not None:
+        differ = f"{row.statistics.different} of {len(row.statistics.items)} (chance: {_chance(row)})"
+    return (
+        row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
+        _count(row.cost.events), _count(crossings.missed), _count(crossings.invented), _number(crossings.largest),
+        _count(impacts.missed), _count(impacts.invented), differ,
+    )  # fmt: skip
+
+
+def _chance(row: Row) -> str:
+    return "–" if row.statistics is None else f"{row.statistics.different_by_chance:.2g}"
+
+
+def statistics_tables(comparison: Comparison) -> Iterator[Table]:
+    """One table a contender: the statistics that differ by more than sampling error."""
+    head = ("quantity", "of", "reference", "given", "measure", "value", "by chance between")
+    for row in comparison.rows[1:]:
+        items = [] if row.statistics is None else [i for i in row.statistics.items if i.verdict == "different"]
+        if items:
+            rows = tuple(
+                (i.quantity, i.subject, _unit(i.reference, i.unit), _unit(i.given, i.unit), i.measure, _number(i.value),
+                 f"{_number(i.low)} and {_number(i.high)}")
+                for i in items
+            )  # fmt: skip
+            yield Table(head, rows, frozenset({0, 1, 4}), row.label)
+
+
+def coherence_table(comparison: Comparison) -> Table:
+    """Kappa of every inertia, with what chance gives."""
+    some = next((row.coherence for row in comparison.rows if row.coherence), {})
+    names, first = list(some), next(iter(some.values()), None)
+    rows = tuple(
+        (row.label, *(_number(row.coherence[name].mean) for name in names))
+        for row in comparison.rows[1:]
+        if row.coherence
+    )
+    note = ""
+    if first is not None:
+        chance = first.chance
+        note = (
+            f"Mean of gamma^2 over the first {len(first.frequency)} harmonics, {first.ensembles} segments of "
+            f"{first.points} samples at {first.rate:.5g} Hz. Two independent signals give {chance.bias:.2g} on average "
+            f"(between {chance.mean_low:.2g} and {chance.mean_high:.2g} in 90 of 100 cases; a single bin stays below "
+            f"{chance.threshold:.2g} in 95): below that a coherence says nothing."
+        )
+    return Table(("algorithm", *names), rows, frozenset({0}), "", note)
+
+
+def transmissibility_table(comparison: Comparison) -> Table:
+    """Errors of rms and peak transmissibility, inertias by their distance from the driving point."""
+    found = [row for row in comparison.rows[1:] if row.transmissibility is not None]
+    if not found:
+        return Table(("algorithm",), ())
+    first = found[0].transmissibility
+    assert first is not None
+    order = sorted(range(len(first.inertias)), key=lambda i: int(first.distance[i]))
+    heads = [f"{first.inertias[i]} ({int(first.distance[i])})" for i in order]
+    rows = []
+    for row in found:
+        t = row.transmissibility
+        assert t is not None
+        rows.append((f"{row.label}, rms", *(_percent(t.rms_error[i]) for i in order)))
+        rows.append((f"{row.label}, peak", *(_percent(t.peak_error[i]) for i in order)))
+    note = "Relative error of TR rms and TR peak over the last cycles; in brackets: elements between it and the driven."
+    return Table(("algorithm", *heads), tuple(rows), frozenset({0}), "", note)
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else numeral(float(value), 3)
+
+
+def _unit(value: float, unit: str) -> str:
+    return "–" if math.isnan(value) else f"{numeral(value, 3)} {unit}".removesuffix(" 1")
+
+
+def _percent(value: float) -> str:
+    return "–" if math.isnan(value) else f"{numeral(100.0 * float(value), 3)} %"
+
+
+def _count(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
