@@ -76,8 +76,9 @@ def test_there_are_as_many_rooted_trees_as_known() -> None:
 @pytest.mark.parametrize("tableau", TABLEAUS, ids=lambda t: t.name)
 def test_order_conditions_hold_in_rational_arithmetic_and_no_further(tableau: Tableau) -> None:
     assert order_of(tableau, tableau.b, 7) == tableau.order
-    if tableau.lower:
-        assert order_of(tableau, tableau.lower, 7) == tableau.order - 1
+    if tableau.estimator:
+        assert order_of(tableau, tableau.estimator, 7) == tableau.estimator_order == tableau.order + 1
+        assert tableau.extrapolated().extrapolated() == tableau
 
 
 def fixed(tableau: Tableau, steps: int) -> Motion:

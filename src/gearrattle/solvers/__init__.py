@@ -13,7 +13,7 @@ SOLVERS: dict[str, Solver] = {
     "rk4": FixedStep(CLASSICAL),
     "rkf": chosen_step(FEHLBERG),
     "rkv": chosen_step(VERNER),
-    "rkv-events": restarted(VERNER),
+    "rkv-events": restarted(VERNER.extrapolated()),
     "bulirsch-stoer": extrapolation,
 }
 """Name -> function that starts a run on a task."""

@@ -116,7 +116,7 @@ def _method(tableau: Tableau | None) -> object:
 
     if tableau is None:
         return Method(EXTRAPOLATION, np.zeros((1, 1)), np.ones(1), np.zeros(1), np.zeros(1), 0)
-    return Method(RUNGE_KUTTA, *tableau.arrays(), tableau.error, tableau.order)
+    return Method(RUNGE_KUTTA, *tableau.arrays(), tableau.error, min(tableau.order, tableau.estimator_order) + 1)
 
 
 @dataclass(frozen=True)

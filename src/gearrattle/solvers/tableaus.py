@@ -6,7 +6,7 @@ arithmetic by the tests.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -24,7 +24,8 @@ class Tableau:
         order: of the solution carried on.
         a, b: stages and weights.
         source: where the numbers are printed.
-        lower: weights of the embedded solution, one order lower, whose distance estimates the error; empty: none.
+        estimator: weights of the embedded solution whose distance estimates the error; empty: none.
+        estimator_order: of that solution.
     """
 
     name: str
@@ -32,7 +33,8 @@ class Tableau:
     a: tuple[tuple[Fraction, ...], ...]
     b: tuple[Fraction, ...]
     source: str
-    lower: tuple[Fraction, ...] = ()
+    estimator: tuple[Fraction, ...] = ()
+    estimator_order: int = 0
 
     @property
     def c(self) -> tuple[Fraction, ...]:
@@ -42,9 +44,13 @@ class Tableau:
     @property
     def error(self) -> Array:
         """(s,) weights of the error estimate; zeros if there is none."""
-        if not self.lower:
+        if not self.estimator:
             return np.zeros(len(self.b))
-        return np.array([float(x - y) for x, y in zip(self.b, self.lower, strict=True)])
+        return np.array([float(x - y) for x, y in zip(self.b, self.estimator, strict=True)])
+
+    def extrapolated(self) -> Tableau:
+        """The same pair with its other solution carried on (local extrapolation, if that is the better one)."""
+        return replace(self, order=self.estimator_order, b=self.estimator, estimator=self.b, estimator_order=self.order)
 
     def arrays(self) -> tuple[Array, Array, Array]:
         """a (s, s), b (s,), c (s,) as floats."""
@@ -91,7 +97,7 @@ def _row(row: str) -> tuple[Fraction, ...]:
 
 FEHLBERG = Tableau(
     "rkf",
-    5,
+    4,
     _rows(
         "",
         "1/4",
@@ -100,14 +106,14 @@ FEHLBERG = Tableau(
         "439/216 -8 3680/513 -845/4104",
         "-8/27 2 -3544/2565 1859/4104 -11/40",
     ),
-    _row("16/135 0 6656/12825 28561/56430 -9/50 2/55"),
-    "E. Fehlberg, Computing 6 (1970) 61, table III: 4(5); carried on with the fifth order as L. F. Shampine and "
-    "H. A. Watts do in RKF45 (SAND76-0585, 1976)",
     _row("25/216 0 1408/2565 2197/4104 -1/5 0"),
+    "E. Fehlberg, Computing 6 (1970) 61, table III; carried on with the fourth order, as in Padmanabhan et al. 1995",
+    _row("16/135 0 6656/12825 28561/56430 -9/50 2/55"),
+    5,
 )
 VERNER = Tableau(
     "rkv",
-    6,
+    5,
     _rows(
         "",
         "1/6",
@@ -118,8 +124,9 @@ VERNER = Tableau(
         "-8263/15000 124/75 -643/680 -81/250 2484/10625 0",
         "3501/1720 -300/43 297275/52632 -319/2322 24068/84065 0 3850/26703",
     ),
-    _row("3/40 0 875/2244 23/72 264/1955 0 125/11592 43/616"),
-    "J. H. Verner, SIAM J. Numer. Anal. 15 (1978) 772: 5(6), as in T. E. Hull, W. H. Enright, K. R. Jackson, DVERK "
-    "(Toronto 1976), which carries on with the sixth order",
     _row("13/160 0 2375/5984 5/16 12/85 3/44 0 0"),
+    "J. H. Verner, SIAM J. Numer. Anal. 15 (1978) 772, as in T. E. Hull, W. H. Enright, K. R. Jackson, DVERK (Toronto "
+    "1976); carried on with the fifth order, as in Padmanabhan et al. 1995",
+    _row("3/40 0 875/2244 23/72 264/1955 0 125/11592 43/616"),
+    6,
 )
