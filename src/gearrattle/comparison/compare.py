@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.calls.settings import settled
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
@@ -96,6 +97,7 @@ def side_by_side(
     everyone = contenders(algorithms)
     check_names([reference, *(contender.algorithm for contender in everyone)])
     shared = {key: value for key, value in grid.items() if value is not None}
+    settled(model, {**shared, "tolerance": tolerance, "step": step})
     told = _Share(progress, len(everyone) + 2)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), told.next())
@@ -112,6 +114,7 @@ def side_by_side(
         rows.append(replace(judged(result, truth, window, horizon), growth=growth))
     away = Contender(CEILING, "exact", {"initial": _nearby(truth)})
     rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, horizon))
+    told.next()
     t = truth.trajectory
     comparison = Comparison(
         model.name, reference, tuple(rows), tolerance, window, horizon, t.layout.period, t.cycles, t.discard,
@@ -124,16 +127,18 @@ class _Share:
     """Deals one progress out to several runs."""
 
     def __init__(self, progress: Progress | None, runs: int) -> None:
-        self.progress, self.runs, self.begun = progress, runs, 0
+        self.progress, self.runs, self.begun, self.reached = progress, runs, 0, 0.0
 
     def next(self) -> Progress:
-        """The progress of the next run."""
+        """The progress of the next run; a run that is timed again does not go back."""
         done, self.begun = self.begun, self.begun + 1
 
         def told(share: float) -> None:
+            self.reached = max(self.reached, (done + share) / self.runs)
             if self.progress is not None:
-                self.progress((done + share) / self.runs)
+                self.progress(self.reached)
 
+        told(0.0)
         return told
 
 

@@ -1,0 +1,69 @@
+"""``gearrattle compare``: the table, the page, JSON, wrong input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gearrattle.cli import main
+from tests import synthetic
+
+SHORT = ("--cycles", "4", "--samples-per-cycle", "32", "-a", "rk4, rkv")
+
+
+@pytest.fixture
+def model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "train.toml"
+    path.write_text(synthetic.MODEL, encoding="utf-8")
+    return path
+
+
+def test_the_table_and_the_advice(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(model), *SHORT]) == 0
+    out, _ = capsys.readouterr()
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines[:4]] == ["algorithm", "exact", "rk4", "rkv"]
+    assert lines[4].startswith("exact, 1e-12 away")
+    assert lines[5].startswith("Use exact")
+    assert list(Path().iterdir()) == [Path("train.toml")]
+
+
+def test_the_page_needs_nothing_else(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(model), *SHORT, "-o", "out", "--no-work-precision"]) == 0
+    page = Path("out/compare.html").read_text(encoding="utf-8")
+    assert capsys.readouterr().out.splitlines()[-1] == "page: out/compare.html"
+    for words in ("Recommendation", "What it took", "How true it is", "Growth of errors", "rkv", "default-src 'none'"):
+        assert words in page
+    assert "http:" not in page
+    assert "https:" not in page
+    assert "<script" not in page
+    told = json.loads(Path("out/compare.json").read_text(encoding="utf-8"))
+    assert [row["label"] for row in told["rows"]] == ["exact", "rk4", "rkv", "exact, 1e-12 away"]
+    assert told["work_precision"] is None
+    assert Path("out/figures/errors.svg").read_bytes().startswith(b"<svg")
+
+
+def test_json_on_stdout(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(model), *SHORT, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["reference"] == "exact"
+    assert told["rows"][1]["cost"]["algorithm"] == "rk4"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("-a", "rk5"), 'algorithms: found "rk5"; must be one of exact'),
+        (("--step", "20 m"), "simulation.step"),
+        (("--reference", "truth"), 'algorithms: found "truth"'),
+    ],
+)
+def test_wrong_input_is_told_and_writes_nothing(
+    model: Path, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", str(model), "-o", "out", "--cycles", "2", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("out").exists()

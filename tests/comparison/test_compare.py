@@ -1,0 +1,151 @@
+"""Algorithms side by side: rows, windows, the judge, failures as rows, the recommendation that follows."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.comparison.compare import CEILING, Comparison, side_by_side
+from gearrattle.comparison.contest import PAPER, contenders
+from gearrattle.comparison.precision import work_precision
+from gearrattle.comparison.recommendation import is_sound, recommendation
+from gearrattle.comparison.table import COLUMNS
+from gearrattle.solvers import SOLVERS
+
+PAPER_CASES = Path(__file__).resolve().parents[2] / "examples" / "paper"
+RK4 = {"algorithm": "rk4", "step": 0.0128 / 150}  # the 1995 paper's
+
+
+def case(name: str) -> gr.Model:
+    return gr.load(PAPER_CASES / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def loaded() -> Comparison:
+    """Return loaded case 1, in which the mesh never separates, by sound and by unsound algorithms."""
+    algorithms = {"rk2": {"step": 0.001 / 150}, "the paper's rk4": RK4, "rkv-events": {}, "rkf": {"tolerance": 1e-3}}
+    return side_by_side(case("case1_loaded"), algorithms, cycles=24, discard=8, samples_per_cycle=128)
+
+
+def test_rows_are_the_reference_the_contenders_and_the_ceiling(loaded: Comparison) -> None:
+    labels = [row.label for row in loaded.rows]
+    assert labels == ["exact", "rk2", "the paper's rk4", "rkv-events", "rkf", CEILING]
+    assert loaded.rows[0].error is not None
+    assert loaded.rows[0].error.worst == 0.0
+    assert all(row.status == "done" for row in loaded.rows)
+
+
+def test_errors_inside_the_window_are_those_of_the_motions(loaded: Comparison) -> None:
+    model = case("case1_loaded")
+    grid = {"cycles": 24, "discard": 8, "samples_per_cycle": 128}
+    truth = gr.simulate(model, **grid).trajectory
+    given = gr.simulate(model, algorithm="rk2", step=0.001 / 150, **grid).trajectory
+    until = truth.time <= loaded.window
+    half_gaps = np.array([np.abs(corners).max() for corners in truth.layout.corners])
+    want = (np.abs(given.deflection - truth.deflection)[until] / half_gaps).max()
+    row = loaded.row("rk2")
+    assert row.error is not None
+    assert row.error.worst == pytest.approx(want, rel=1e-12)
+    assert row.history is not None
+    assert row.history[1].max() == pytest.approx((np.abs(given.deflection - truth.deflection) / half_gaps).max())
+
+
+def test_the_papers_rk4_step_is_told_to_be_unstable_and_to_invent_impacts(loaded: Comparison) -> None:
+    row = loaded.row("the paper's rk4")
+    assert row.growth == pytest.approx(1.688, abs=2e-3)
+    assert row.impacts is not None
+    assert row.impacts.total.invented > 10
+    assert not is_sound(row)
+    assert "the paper's rk4 lies outside its stability region (a mode grows by 1.688 a step)" in loaded.recommendation
+    assert loaded.row("rk2").growth == pytest.approx(1.0, abs=1e-6)
+    assert loaded.row("rkf").growth is None
+
+
+def test_the_cheapest_sound_algorithm_is_recommended_next_to_exact(loaded: Comparison) -> None:
+    sound = [row for row in loaded.rows[1:-1] if is_sound(row)]
+    assert "rkv-events" in {row.label for row in sound}
+    best = min(sound, key=lambda row: row.cost.wall_time if row.cost else math.inf)
+    assert f"Use exact. Of the algorithms that step, {best.label} is the cheapest sound one" in loaded.recommendation
+    none = replace(loaded, rows=(loaded.rows[0], loaded.row("the paper's rk4"), loaded.rows[-1]))
+    assert recommendation(none).startswith("Use exact: of the algorithms that step, none is sound here.")
+
+
+def test_the_ceiling_is_exact_from_nearby(loaded: Comparison) -> None:
+    error = loaded.rows[-1].error
+    assert error is not None
+    assert 1e-13 < error.worst < 1e-8
+    coherence = loaded.rows[-1].coherence
+    assert coherence is not None
+    assert min(each.mean for each in coherence.values()) > 0.999
+
+
+def test_the_table_has_a_line_a_row_and_the_comparison_hangs_on_it() -> None:
+    model = case("case1_loaded")
+    table = gr.compare(model, ["rkv", "rkv-events"], cycles=3, samples_per_cycle=64)
+    assert list(table.index) == ["exact", "rkv", "rkv-events", CEILING]
+    assert list(table.columns) == list(COLUMNS)
+    assert table.loc["rkv-events", "error"] < table.loc["rkv", "error"] < 1e-2
+    assert table.loc["rkv", "function_calls"] == (
+        8 * table.loc["rkv", "steps"] + 7 * table.loc["rkv", "rejected_steps"]
+    )
+    found = table.attrs["comparison"]
+    assert isinstance(found, Comparison)
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:
+    slow = {"rk4": {"step": 1e-8}}
+    found = side_by_side(case("case1_loaded"), slow, cycles=50, samples_per_cycle=16, budget=0.2)
+    row = found.row("rk4")
+    assert row.status == "stopped after 0.2 s"
+    assert row.cost is None
+    assert "rk4: stopped after 0.2 s." in found.recommendation
+
+
+def test_a_failure_is_a_row_with_time_and_remedy() -> None:
+    found = side_by_side(case("case1_loaded"), {"rkv": {"tolerance": 1e-60}}, cycles=2, samples_per_cycle=16)
+    assert "failed to converge" in found.row("rkv").status
+    assert "at t = " in found.row("rkv").status
+    assert "try: " in found.row("rkv").status
+
+
+def test_another_reference_and_progress() -> None:
+    shares: list[float] = []
+    found = side_by_side(
+        case("case1_loaded"), ["rk4"], reference="rk2", step=0.002 / 150, cycles=2, samples_per_cycle=64,
+        progress=shares.append,
+    )  # fmt: skip
+    assert found.rows[0].label == "rk2"
+    assert found.rows[0].cost is not None
+    assert found.rows[0].cost.algorithm == "rk2"
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0, abs=0.05)
+
+
+def test_an_unknown_algorithm_is_refused_before_anything_runs() -> None:
+    with pytest.raises(gr.ModelError, match=r'algorithms: found "rk5"; must be one of exact, rk2'):
+        gr.compare(case("case1_loaded"), ["rk4", "rk5"], cycles=10**6)
+
+
+def test_the_papers_seven_are_asked_for_by_name() -> None:
+    assert {"rk2", "rk4", "rkf", "rkv", "bulirsch-stoer"} <= set(PAPER) & set(SOLVERS)
+    assert len(PAPER) == 7
+    assert [c.label for c in contenders(PAPER)] == list(PAPER)
+
+
+def test_precision_costs_work_and_restarting_costs_less() -> None:
+    found = work_precision(case("case3_loaded"), ["rk4", "rkv", "rkv-events"], budget=2.0, most_cycles=4)
+    curves = {curve.algorithm: curve.points for curve in found.curves}
+    assert found.exact.function_calls < min(point.function_calls for point in curves["rkv-events"])
+    for points in curves.values():
+        assert [p.function_calls for p in points] == sorted(p.function_calls for p in points)
+        assert points[-1].error < 0.1 * points[0].error
+    for blind, held in zip(curves["rkv"][2:], curves["rkv-events"][2:], strict=True):
+        assert held.error < 0.2 * blind.error
+        assert held.function_calls < 1.5 * blind.function_calls
