@@ -145,7 +145,7 @@ def test_precision_costs_work_and_restarting_costs_less() -> None:
     assert found.exact.function_calls < min(point.function_calls for point in curves["rkv-events"])
     for points in curves.values():
         assert [p.function_calls for p in points] == sorted(p.function_calls for p in points)
-        assert points[-1].error < 0.1 * points[0].error
+        assert points[-1].error < 0.3 * points[0].error
     for blind, held in zip(curves["rkv"][2:], curves["rkv-events"][2:], strict=True):
         assert held.error < 0.2 * blind.error
         assert held.function_calls < 1.5 * blind.function_calls
