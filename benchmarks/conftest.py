@@ -1,4 +1,4 @@
-"""Prints, after pytest-benchmark's own tables, how many times faster ``exact`` was than the fixed step."""
+"""Prints, after pytest-benchmark's own tables, what the benchmarks are for: ratios."""
 
 from __future__ import annotations
 
@@ -11,6 +11,16 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
     fastest: dict[str, dict[str, float]] = {}
     for bench in session.benchmarks if session else []:
         fastest.setdefault(bench.group, {})[bench.name.split("[")[0]] = bench.stats.min
+    tried = {
+        (bench.group, bench.name.split("[")[0]): bench.stats.min / bench.extra_info["tried"]
+        for bench in (session.benchmarks if session else [])
+        if "tried" in bench.extra_info
+    }
+    for name in sorted({group for group, which in tried if (group, "test_c") in tried and which == "test_kernel"}):
+        ours, native = tried[name, "test_kernel"], tried[name, "test_c"]
+        terminalreporter.write_line(
+            f"{name}: {1e9 * ours:.0f} ns a step tried, in C {1e9 * native:.0f} ns, ratio {ours / native:.2f}"
+        )
     pairs = {case: both for case, both in fastest.items() if {"test_exact", "test_midpoint"} <= set(both)}
     if not pairs:
         return

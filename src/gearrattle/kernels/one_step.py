@@ -83,14 +83,14 @@ def error_of(control, y, after, error):
 def runge_kutta(field, method, held, t, h, y, room, after):
     """Take one step; room.stages[0] holds the slope at its begin, room.error receives the error estimate."""
     stages, size = method.b.size, y.size
-    slopes, trial = room.stages, room.trial
+    slopes, trial, at = room.stages, room.trial, room.at
     for s in range(1, stages):
         for i in range(size):
             total = 0.0
             for j in range(s):
                 total += method.a[s, j] * slopes[j, i]
             trial[i] = y[i] + h * total
-        look(field, t + method.c[s] * h, trial, held, room.at, room.wave, slopes[s])
+        derivative(field, t + method.c[s] * h, trial, room.wave, at[0], at[1], at[2], at[3], slopes[s], held)
     for i in range(size):
         total, error = 0.0, 0.0
         for s in range(stages):
@@ -104,11 +104,11 @@ def runge_kutta(field, method, held, t, h, y, room, after):
 def _midpoint(field, held, t, h, y, count, room, out):
     """Gragg's modified midpoint rule with ``count`` substeps and his smoothing."""
     size, d = y.size, h / count
-    before, now, slope = room.before, room.trial, room.stages[1]
+    before, now, slope, at = room.before, room.trial, room.stages[1], room.at
     for i in range(size):
         before[i], now[i] = y[i], y[i] + d * room.stages[0, i]
     for j in range(1, count + 1):
-        look(field, t + j * d, now, held, room.at, room.wave, slope)
+        derivative(field, t + j * d, now, room.wave, at[0], at[1], at[2], at[3], slope, held)
         if j == count:
             break
         for i in range(size):

@@ -36,7 +36,7 @@ ROOT = 10
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 5.0
 _MOST_STALLED = 100
 _EIGHTHS = 8
-_SETTLED = 1e-13
+_SETTLED = 1e-12
 _LOCATING = 40
 
 
@@ -128,7 +128,8 @@ def _passed(field, old, new, roots):
             up = 1 if target > piece else -1
             corner = field.upper_corner[field.first_piece[k] + (piece if up > 0 else piece - 1)]
             roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece, up, corner
-            roots[count, 4], roots[count, 5], roots[count, 6] = 0.0, 1.0, 0.0
+            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = 0.0, 1.0, 0.0, 0.0
+            roots[count, 7], roots[count, 8] = old[0][k] - corner, new[0][k] - corner
             count += 1
             piece += up
     return count
@@ -198,7 +199,8 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
     room, probe, here = rooms
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
     begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
-    first, element, way, done, tries, reach = 2.0, -1, 0, 0, 0, h
+    known = 0 if control.held else 2  # values at the ends of a blind step are known
+    first, element, way, done, tries, reach = 2.0, -1, 0, 0, known, h
     while True:
         locating, moving, ahead = done < count, done == count and first <= 1.0, 0.0
         if locating:
@@ -243,7 +245,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
         elif x < first:
             first, element, way = x, k, up
-        done, tries = done + 1, 0
+        done, tries = done + 1, known
     return first, element, way
 
 

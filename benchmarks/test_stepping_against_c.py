@@ -1,0 +1,68 @@
+"""``rkf`` and ``rkv`` beside the same pairs hand-written in C: cost of a step, tried or taken, on case 3."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from benchmarks.native.library import build, compiler, march
+from gearrattle.assembly import assemble
+from gearrattle.outcome import Outcome
+from gearrattle.solvers import SOLVERS, Task
+from gearrattle.solvers.stability import default_step
+from gearrattle.solvers.tableaus import FEHLBERG, VERNER, Tableau
+from gearrattle.solvers.vector_field import FieldProblem
+
+CYCLES, TOLERANCE = 20, 1e-6
+PAIRS = [FEHLBERG, VERNER]
+
+
+@pytest.fixture(scope="module")
+def problem() -> FieldProblem:
+    model = gr.load(Path(__file__).resolve().parents[1] / "examples" / "paper" / "case3.toml")
+    start = gr.equilibrium(model).angle
+    return FieldProblem.of(Task(assemble(model), start, np.zeros(4), CYCLES, 1, TOLERANCE, None, audit=False))
+
+
+@pytest.mark.parametrize("tableau", PAIRS, ids=lambda t: t.name)
+def test_kernel(benchmark: Any, problem: FieldProblem, tableau: Tableau) -> None:
+    benchmark.group = tableau.name
+
+    def run() -> Any:
+        solver = SOLVERS[tableau.name](problem.task)
+        while solver.advance() is not Outcome.DONE:
+            pass
+        return solver.motion()
+
+    motion = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
+    benchmark.extra_info["tried"] = motion.steps + motion.rejected_steps
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler on this machine")
+@pytest.mark.parametrize("tableau", PAIRS, ids=lambda t: t.name)
+def test_c(benchmark: Any, problem: FieldProblem, tableau: Tableau, tmp_path: Path) -> None:
+    benchmark.group = tableau.name
+    function, step = build(tmp_path), default_step(problem.flow, problem.start)
+    end = float(problem.sample_times[-1])
+    _, counts = benchmark.pedantic(
+        lambda: march(function, problem, tableau, tolerance=TOLERANCE, step=step, end=end), rounds=5, warmup_rounds=1
+    )
+    benchmark.extra_info["tried"] = int(counts.sum())
+
+
+def test_both_take_the_same_steps_at_first(problem: FieldProblem, tmp_path: Path) -> None:
+    if compiler() is None:
+        pytest.skip("no C compiler on this machine")
+    step, end = default_step(problem.flow, problem.start), float(problem.sample_times[-1]) / CYCLES / 8
+    y, counts = march(build(tmp_path), problem, VERNER, tolerance=TOLERANCE, step=step, end=end)
+    task = Task(problem.task.system, problem.task.angle, problem.task.velocity, 1, 8, TOLERANCE, None, audit=False)
+    solver = SOLVERS["rkv"](task)
+    while solver.advance() is not Outcome.DONE:
+        pass
+    motion = solver.motion()
+    assert counts.sum() > 50
+    assert np.allclose(motion.velocity[1], y[problem.field.basis.shape[0] :][:4], rtol=1e-6, atol=1e-9)
