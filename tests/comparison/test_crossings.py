@@ -75,6 +75,14 @@ def test_only_crossings_inside_the_horizon_count_but_partners_may_lie_beyond():
     assert compare_crossings(gone, REFERENCE).total.missed == len(REFERENCE.events) - 21
 
 
+def test_lone_crossings_just_beyond_the_horizon_are_neither_missed_nor_invented():
+    short, long = (handmade.trajectory(rows=handmade.chain([0, 1, 0][:n], [0.1, 0.22][: n - 1])) for n in (2, 3))
+    assert compare_crossings(short, long, 0.2, reach=0.05).total.missed == 0
+    assert compare_crossings(long, short, 0.2, reach=0.05).total.invented == 0
+    assert compare_crossings(short, long, 0.3, reach=0.05).total.missed == 1
+    assert compare_crossings(long, short, 0.3, reach=0.05).total.invented == 1
+
+
 def test_corners_and_directions_do_not_mix():
     rows = handmade.chain([0, 1, 0, -1, 0], [0.1, 0.2, 0.3, 0.4])
     found = compare_crossings(handmade.trajectory(rows=rows), handmade.trajectory(rows=rows))

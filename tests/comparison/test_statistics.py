@@ -95,6 +95,8 @@ def test_cycles_before_the_start_do_not_count():
     later = compare_statistics(given, reference, 39.5)
     assert (later.start, later.end, later.cycles) == (40.0, 80.0, 40)
     assert later.of("rms acceleration", "driver").value == pytest.approx(1.0, abs=0.1)
+    impacts = np.sum(given.events.to_region[given.events.time >= 40.0])
+    assert later.of("impact rate", "gear").given == pytest.approx(impacts / 40)
     with pytest.raises(ModelError, match="whole cycle must remain"):
         compare_statistics(given, reference, 79.5)
     with pytest.raises(ModelError, match="pointwise"):

@@ -36,3 +36,7 @@ def test_squares_add_up_and_bands_beyond_the_samples_are_unknown() -> None:
     total = np.sum(band[:7] ** 2, axis=0) + tail
     np.testing.assert_allclose(total, np.mean(rest**2, axis=0), rtol=1e-12)
     assert closed.shape == (2,)
+
+
+def test_half_the_sampling_rate_is_one_bin() -> None:
+    assert band_rms(np.tile([3.0, -3.0], 8), 1, 8)[7] == pytest.approx(3.0)

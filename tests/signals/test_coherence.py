@@ -79,6 +79,8 @@ def test_default_rate_puts_harmonics_on_bins_inside_the_band_and_uses_what_is_th
     np.testing.assert_allclose(found.bin_frequency, found.frequency, rtol=1e-12)
     assert found.anti_aliased
     assert found.notes == ()
+    prefers_bins = coherence_at_harmonics(*[tones(256 * 38, 256.0)] * 2, 256.0, 1.0)
+    assert prefers_bins.every == 18  # 19 would do, but 18 puts 9 bins to a harmonic
     short = coherence_at_harmonics(*[tones(256 * 8, 256.0)] * 2, 256.0, 1.0)
     assert short.every == 4
 
