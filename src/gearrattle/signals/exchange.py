@@ -55,5 +55,5 @@ def exchange(given: Array, reference: Array, distance: Callable[[Array, Array], 
     found = distance(chosen @ blocks, (1.0 - chosen) @ blocks)
     if not enough:
         return Exchange(float(found[0]), float("nan"), float("nan"))
-    reached = np.count_nonzero(found[1:] >= found[0] - 1e-12 * abs(found[0]))
+    reached = int(np.count_nonzero(found[1:] >= found[0] - 1e-12 * abs(found[0])))
     return Exchange(float(found[0]), float(np.quantile(found[1:], LEVEL)), (reached + 1) / (DEALS + 1))
