@@ -79,7 +79,7 @@ def error_of(control, y, after, error):
     return worst / control.tolerance
 
 
-@separate
+@kernel
 def runge_kutta(field, method, held, t, h, y, room, after):
     """Take one step; room.stages[0] holds the slope at its begin, room.error receives the error estimate."""
     stages, size = method.b.size, y.size

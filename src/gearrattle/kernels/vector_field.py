@@ -47,7 +47,7 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
     count = field.cycles.size
     elements, size = field.rows.shape
     r = field.basis.shape[0]
-    turns = time / field.period
+    turns, unit = time / field.period, 2.0 * pi / field.period
     for j in range(count):
         turn = field.cycles[j] * turns
         angle = 2.0 * pi * (turn - floor(turn))
@@ -59,7 +59,7 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
         for i in range(size):
             v += field.rows[k, i] * y[r + i]
         for j in range(count):
-            omega = 2.0 * pi * field.cycles[j] / field.period
+            omega = unit * field.cycles[j]
             d -= field.error_sine[k, j] * wave[j] + field.error_cosine[k, j] * wave[count + j]
             v -= omega * (field.error_sine[k, j] * wave[count + j] - field.error_cosine[k, j] * wave[j])
         p = field.first_piece[k]
