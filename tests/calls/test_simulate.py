@@ -166,7 +166,6 @@ def test_precedence_of_cycles_and_discard(
         ({"cycles": 0}, "cycles"),
         ({"samples_per_cycle": 0}, "samples_per_cycle"),
         ({"algorithm": "rk5"}, "rk4"),
-        ({"algorithm": "gear"}, "not available"),
         ({"tolerance": -1.0}, "tolerance"),
         ({"algorithm": "rk4", "step": "5 mm"}, "step"),
         ({"initial": "rest"}, "static"),

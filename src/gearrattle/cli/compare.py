@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -12,8 +13,30 @@ from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.comparison.precision import WorkPrecision
     from gearrattle.comparison.rows import Comparison
+    from gearrattle.model import Model
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Contest:
+    """Settings of a comparison; what is not given here is taken from the model file, then from the defaults."""
+
+    reference: Annotated[str, Parameter(help="The judge.")] = "exact"
+    cycles: Annotated[int | None, Parameter(help="Length of the runs, in common periods.")] = None
+    discard: Annotated[int | None, Parameter(help="Cycles left out of the statistics as start-up.")] = None
+    samples_per_cycle: Annotated[int | None, Parameter(help="Output samples a cycle.")] = None
+    tolerance: Annotated[float, Parameter(help="Of the algorithms that choose their steps.")] = 1e-6
+    step: Annotated[str | None, Parameter(help='Of those of fixed step: seconds, or e.g. "20 us".')] = None
+    initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the runs start.")] = None
+    budget: Annotated[float, Parameter(help="Longest time for each contender [s].")] = 60.0
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the settings as keyword arguments of ``side_by_side``."""
+        return {**asdict(self), "step": number_or_text(self.step)}
+
+
+_DEFAULTS = Contest()
 
 
 def compare(
@@ -22,14 +45,7 @@ def compare(
     *,
     algorithms: Annotated[str, Parameter(name=["--algorithms", "-a"])] = "",
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    reference: str = "exact",
-    cycles: int | None = None,
-    discard: int | None = None,
-    samples_per_cycle: int | None = None,
-    tolerance: float = 1e-6,
-    step: str | None = None,
-    initial: Literal["static", "zero"] | None = None,
-    budget: float = 60.0,
+    contest: Contest = _DEFAULTS,
     work_precision: Annotated[bool, Parameter(negative="--no-work-precision")] = True,
     json: Json = False,
 ) -> None:
@@ -45,62 +61,21 @@ def compare(
         Names, separated by commas; default: the seven of the 1995 paper. "all" for every one there is.
     output
         Folder for the page; default: the table on the terminal only.
-    reference
-        The judge.
-    cycles
-        Length of the runs, in common periods.
-    discard
-        Cycles left out of the statistics as start-up.
-    samples_per_cycle
-        Output samples a cycle.
-    tolerance
-        Of the algorithms that choose their steps.
-    step
-        Of the algorithms of fixed step: seconds, or e.g. "20 us".
-    initial
-        Where the runs start.
-    budget
-        Longest time for each contender [s].
     work_precision
         Whether the page shows error against work over a range of tolerances; takes longer.
     """
     import gearrattle
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.comparison.compare import side_by_side
-    from gearrattle.comparison.contest import PAPER
-    from gearrattle.comparison.precision import work_precision as precision_of
-    from gearrattle.report.comparison import fill_comparison
     from gearrattle.report.staging import Staging
-    from gearrattle.solvers import SOLVERS
 
-    driveline = gearrattle.load(model)
-    names = [name.strip() for name in algorithms.split(",") if name.strip()] or list(PAPER)
-    if names == ["all"]:
-        names = [name for name in SOLVERS if name != "exact"]
-
-    def work(watch: Watch) -> tuple[Comparison, WorkPrecision | None]:
-        found = side_by_side(
-            driveline, names, reference=reference, cycles=cycles, discard=discard,
-            samples_per_cycle=samples_per_cycle, tolerance=tolerance, step=number_or_text(step), initial=initial,
-            budget=budget, progress=watch,
-        )  # fmt: skip
-        if staging is None:
-            return found, None
-        curves = None
-        if work_precision:
-            watch.enter("work and precision")
-            curves = precision_of(driveline, names, budget=min(budget, 10.0), progress=watch)
-        watch.enter("writing the page")
-        fill_comparison(found, curves, staging.path)
-        return found, curves
-
-    staging: Staging | None = None
+    driveline, names = gearrattle.load(model), _names(algorithms)
+    page = contest, work_precision
     if output is None:
-        comparison, _ = watched(work)
+        comparison = watched(lambda watch: _work(watch, driveline, names, page, None))
     else:
         with Staging(output) as staging:
-            comparison, _ = watched(work)
+            comparison = watched(lambda watch: _work(watch, driveline, names, page, staging.path))
             staging.commit()
     if json:
         print(json_text(comparison.to_dict()))
@@ -109,6 +84,35 @@ def compare(
         print(comparison.recommendation)
     if output is not None:
         print(f"page: {output / 'compare.html'}", file=sys.stderr if json else sys.stdout)
+
+
+def _names(algorithms: str) -> list[str]:
+    from gearrattle.comparison.contest import PAPER
+    from gearrattle.solvers import SOLVERS
+
+    names = [name.strip() for name in algorithms.split(",") if name.strip()] or list(PAPER)
+    return [name for name in SOLVERS if name != "exact"] if names == ["all"] else names
+
+
+def _work(
+    watch: Watch, driveline: Model, names: list[str], page: tuple[Contest, bool], folder: Path | None
+) -> Comparison:
+    """Compare; with a folder to write into, make the page as well."""
+    from gearrattle.comparison.compare import side_by_side
+    from gearrattle.comparison.precision import work_precision
+    from gearrattle.report.comparison import fill_comparison
+
+    contest, wanted = page
+    found = side_by_side(driveline, names, **contest.arguments(), progress=watch)
+    if folder is None:
+        return found
+    curves = None
+    if wanted:
+        watch.enter("work and precision")
+        curves = work_precision(driveline, names, budget=min(contest.budget, 10.0), progress=watch)
+    watch.enter("writing the page")
+    fill_comparison(found, curves, folder)
+    return found
 
 
 def _table(comparison: Comparison) -> str:

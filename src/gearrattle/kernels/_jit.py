@@ -19,6 +19,9 @@ from threading import RLock
 from typing import Any
 
 import numba
+from llvmlite import ir
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 
 def _user_cache() -> Path:
@@ -51,16 +54,24 @@ def _stamped_folder() -> str:
 _FOLDER = _stamped_folder()
 
 
-def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+_RULES: dict[str, Any] = {"cache": bool(_FOLDER), "error_model": "numpy", "fastmath": {"contract"}}
+
+
+@contextmanager
+def _cached() -> Iterator[None]:
+    """Whatever is decorated meanwhile is kept in the stamped folder."""
     settings: Any = numba.config
     before = settings.CACHE_DIR
     settings.CACHE_DIR = _FOLDER or before
     try:
-        return numba.njit(cache=bool(_FOLDER), nogil=True, error_model="numpy", fastmath={"contract"}, **options)(
-            function
-        )
+        yield
     finally:
         settings.CACHE_DIR = before
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    with _cached():
+        return numba.njit(nogil=True, **_RULES, **options)(function)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -82,6 +93,61 @@ def inlined(function: Callable[..., Any]) -> Any:
     """The same for the small parts of a hot loop: written into their callers, so that a call costs nothing."""
     return _compiled(function, inline="always")
 
+
+def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
+    """A function that C calls: compiled at once, with ``address``; it answers 0, or a code of the library's.
+
+    Args:
+        arguments: one letter each, ``d`` a double, ``p`` a pointer, which arrives as an integer (``array_at``).
+    """
+    kinds = {"d": numba.float64, "p": numba.intp}
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        with _cached():
+            return numba.cfunc(numba.int32(*[kinds[letter] for letter in arguments]), **_RULES)(function)
+
+    return compiled
+
+
+def _to_pointer(_context: Any, address: Any) -> Any:
+    """An address as a pointer."""
+
+    def write(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], cgutils.voidptr_t)
+
+    return numba.types.voidptr(address), write
+
+
+_pointer: Any = intrinsic(_to_pointer)
+_carray: Any = numba.carray  # type: ignore[attr-defined]
+
+
+@inlined
+def array_at(address, shape, kind):  # type: ignore[no-untyped-def]
+    """The array of a shape and type that lies at an address."""
+    return _carray(_pointer(address), shape, kind)
+
+
+def _foreign(result: Any) -> Any:
+    """A kernel ``call(address, values)`` of the C function at an address: doubles, integers and pointers."""
+
+    @intrinsic
+    def call(_context: Any, address: Any, values: Any) -> Any:
+        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+            types = [context.get_value_type(kind) for kind in signature.args[1]]
+            shape = ir.FunctionType(context.get_value_type(result), types)
+            function = builder.inttoptr(given[0], shape.as_pointer())
+            return builder.call(function, cgutils.unpack_tuple(builder, given[1]))
+
+        return result(address, values), write
+
+    return call
+
+
+call_code = _foreign(numba.int32)
+"""Call a C function that answers an int: call_code(address, (values, ...)); pointers are integers."""
+call_pointer = _foreign(numba.intp)
+"""Call a C function that answers a pointer."""
 
 _COMPILING = RLock()
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gearrattle.kernels._jit import kernel
 from gearrattle.kernels.products import multiply_row
-from gearrattle.kernels.vector_field import derivative
+from gearrattle.kernels.vector_field import derivative, element_states
 
 
 @kernel
@@ -34,3 +34,13 @@ def rows_at(stack, table, states, out):
     """out[i] = all rows of stack[table[i]] @ states[i], each sample by itself: how many there are changes no bit."""
     for i in range(table.size):
         multiply_row(stack, table[i], states, i, out[i])
+
+
+@kernel
+def elements_at(field, time, y):
+    """Deflections, rates and pieces (m,) of all elements at one state y (S,)."""
+    elements = field.rows.shape[0]
+    wave = np.empty(2 * field.cycles.size)
+    deflection, rate, pieces, force = np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
+    element_states(field, time, y, wave, deflection, rate, pieces, force)
+    return deflection, rate, pieces.astype(np.int64)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from gearrattle.solvers.base import Extensible, Marching, Motion, Solver, Task
 from gearrattle.solvers.choice import start_exact
+from gearrattle.solvers.cvode import multistep
 from gearrattle.solvers.one_step import FixedStep, chosen_step, extrapolation, restarted
+from gearrattle.solvers.scipy_ivp import stepped
+from gearrattle.solvers.sundials import ADAMS, BDF
 from gearrattle.solvers.tableaus import CLASSICAL, FEHLBERG, MIDPOINT, VERNER
 
 SOLVERS: dict[str, Solver] = {
@@ -13,8 +16,13 @@ SOLVERS: dict[str, Solver] = {
     "rk4": FixedStep(CLASSICAL),
     "rkf": chosen_step(FEHLBERG),
     "rkv": chosen_step(VERNER),
-    "rkv-events": restarted(VERNER.extrapolated()),
+    "adams": multistep("adams", ADAMS, newton=False),
+    "gear": multistep("gear", BDF, newton=True),
     "bulirsch-stoer": extrapolation,
+    "rkv-events": restarted(VERNER.extrapolated()),
+    "gear-events": multistep("gear-events", BDF, newton=True, events=True),
+    "dop853": stepped("DOP853"),
+    "radau": stepped("Radau"),
 }
 """Name -> function that starts a run on a task."""
 
