@@ -71,6 +71,19 @@ def test_sampling_never_changes_the_motion(name: str) -> None:
     assert np.abs(coarse.angle - fine.angle[::97]).max() <= 1e-14
 
 
+@pytest.mark.parametrize("factor", [-1.0, 4.0], ids=["mirrored", "four times as large"])
+@pytest.mark.parametrize("name", NAMES)
+def test_mirrored_or_enlarged_with_its_loads_a_motion_is_the_same(name: str, factor: float) -> None:
+    size, settings = abs(factor), {"cycles": 8, "step": 1e-3, "tolerance": 1e-8}
+    plain = run(task(oscillator(clearance(4.0, 0.2, 0.5), force=3.0), [0.9], [0.1], **settings), name)
+    system = oscillator(clearance(4.0, 0.2, 0.5 * size), force=3.0 * factor)
+    other = run(task(system, [0.9 * factor], [0.1 * factor], **settings), name)
+    assert len(plain.crossings.time) >= 4
+    assert np.abs(other.angle - factor * plain.angle).max() <= 1e-11 * size
+    assert np.abs(other.crossings.time - plain.crossings.time).max() <= 1e-11
+    assert other.steps == plain.steps
+
+
 @pytest.mark.parametrize("name", CHOSEN)
 def test_a_smaller_tolerance_gives_a_smaller_error(name: str) -> None:
     system = oscillator(drag=0.1, force=2.0)
