@@ -23,7 +23,7 @@ from gearrattle.comparison.pointwise import deflection_scale, envelope, error_hi
 from gearrattle.comparison.recommendation import recommendation
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.statistics import compare_statistics
-from gearrattle.comparison.steps import check_names, growth_of, has_fixed_step
+from gearrattle.comparison.steps import check_names, growths_of, has_fixed_step
 from gearrattle.comparison.table import table_of
 from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.errors import ConvergenceError, ModelError
@@ -110,8 +110,8 @@ def side_by_side(
     for contender in everyone:
         own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
         result = run_one(model, contender, {**shared, **own}, budget, told.next())
-        growth = growth_of(model, contender, {**shared, **own}, truth)
-        rows.append(replace(judged(result, truth, window, horizon), growth=growth))
+        growths = growths_of(model, contender, {**shared, **own}, truth)
+        rows.append(replace(judged(result, truth, window, horizon), growths=growths))
     away = Contender(CEILING, "exact", {"initial": _nearby(truth)})
     rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, horizon))
     told.next()

@@ -6,7 +6,7 @@ Frozen records; made by ``compare``, read by ``table``, ``recommendation`` and r
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gearrattle.comparison.crossings import EventComparison
 from gearrattle.comparison.pointwise import PointwiseError
@@ -31,7 +31,7 @@ class Row(Record):
         transmissibility: of the last cycles.
         coherence: of every inertia's acceleration; empty where the run is too short for it.
         history: times [s] and the worst error of any deflection since the one before [half-gaps], to the end.
-        growth: of a mode a step, largest of the regions the reference visits; None where steps are chosen.
+        growths: of a mode a step, in every region the reference visits; empty where steps are chosen.
         notes: of the run.
     """
 
@@ -46,8 +46,13 @@ class Row(Record):
     transmissibility: TransmissibilityComparison | None = None
     coherence: Mapping[str, Coherence] | None = None
     history: tuple[Array, Array] | None = None
-    growth: float | None = None
+    growths: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def growth(self) -> float | None:
+        """The largest growth of a mode a step; above 1 the step is unstable. None where steps are chosen."""
+        return max(self.growths.values(), default=None)
 
 
 @dataclass(frozen=True)

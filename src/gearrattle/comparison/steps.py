@@ -16,7 +16,7 @@ from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.solvers import SOLVERS, Task
 from gearrattle.solvers.one_step import FixedStep
-from gearrattle.solvers.stability import regions_visited, worst_growth
+from gearrattle.solvers.stability import growths, labels_of, regions_visited
 from gearrattle.system.flow import flow_of
 
 
@@ -46,10 +46,11 @@ def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str |
     return solver.step_of(Task(assemble(model), t.angle[0], t.velocity[0], 1, 1, None, used.simulation.step))
 
 
-def growth_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> float | None:
-    """Largest factor by which a contender's step multiplies a mode in a region the true motion visits.
+def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> dict[str, float]:
+    """Largest factor by which a contender's step multiplies a mode, in every region the true motion visits.
 
-    Above 1 the mode grows, and what the algorithm shows there is its own invention. None where steps are chosen.
+    Above 1 the mode grows, and what the algorithm shows there is its own invention. Empty where steps are chosen.
+    Regions are told by the labels of their clearances, such as "(1, 0, -1)".
 
     Args:
         model: the driveline.
@@ -60,7 +61,7 @@ def growth_of(model: Model, contender: Contender, settings: Mapping[str, Any], t
     solver, asked = SOLVERS[contender.algorithm], {**settings, **contender.settings}.get("step")
     step = fixed_step_of(model, contender.algorithm, truth, asked)
     if step is None or not isinstance(solver, FixedStep):
-        return None
+        return {}
     system, t = assemble(model), truth.trajectory
     flow, first = flow_of(system), t.layout.region_of_first_piece
     pieces = [0] * len(system.laws)
@@ -68,4 +69,5 @@ def growth_of(model: Model, contender: Contender, settings: Mapping[str, Any], t
         pieces[k] = int(label)
     log = t.events
     regions = regions_visited(flow, tuple(pieces), log.clearance, log.to_region - first[log.clearance])
-    return worst_growth(solver.tableau, step, flow, regions)[1]
+    found = growths(solver.tableau, step, flow, regions)
+    return {f"({', '.join(str(label) for label in labels_of(flow, region))})": found[region] for region in found}

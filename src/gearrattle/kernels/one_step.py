@@ -52,7 +52,7 @@ class Room(NamedTuple):
     """Scratch: S states, m elements."""
 
     wave: Any  # (2 H,)
-    at: Any  # (4, m) deflection, rate, piece, force of the state looked at last
+    at: Any  # four of (m,): deflection, rate, piece, force of the state looked at last
     stages: Any  # (stages, S) slopes; the first is that at the step's begin
     trial: Any  # (S,)
     before: Any  # (S,)

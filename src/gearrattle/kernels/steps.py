@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels._jit import inlined, kernel, separate
 from gearrattle.kernels.one_step import (
     COLUMNS,
     EXTRAPOLATION,
@@ -36,7 +36,7 @@ ROOT = 10
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 5.0
 _MOST_STALLED = 100
 _EIGHTHS = 8
-_SETTLED = 1e-12
+_SETTLED = 1e-10
 _LOCATING = 40
 
 
@@ -56,10 +56,25 @@ class Stepper(NamedTuple):
 
 
 @inlined
+def _four(elements):
+    """Room for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
+    return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
+
+
+@inlined
 def _take(source, out):
     """Copy a vector."""
     for i in range(out.size):
         out[i] = source[i]
+
+
+@inlined
+def _differ(one, other):
+    """Whether two vectors differ."""
+    count = 0
+    for i in range(one.size):
+        count += one[i] != other[i]
+    return count > 0
 
 
 @inlined
@@ -118,7 +133,7 @@ def _exit(h, gap, closing, end, end_rate, bracket):
     return False
 
 
-@inlined
+@kernel
 def _passed(field, old, new, roots):
     """The corners passed between the two ends of a step taken blindly, into ``roots``. Returns how many."""
     count = 0
@@ -135,7 +150,7 @@ def _passed(field, old, new, roots):
     return count
 
 
-@inlined
+@separate
 def _met(field, h, piece, old, new, roots):
     """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
     count, bracket = 0, np.empty(2)
@@ -189,7 +204,7 @@ def _narrow(root, tries, x, value):
     return value == 0.0 or abs(x - last) <= _SETTLED
 
 
-@inlined
+@separate
 def _explore(field, method, control, stepper, h, count, samples_per_period, last, rooms, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
@@ -249,7 +264,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
     return first, element, way
 
 
-@inlined
+@kernel
 def _try(field, method, control, stepper, h, room, after):
     """Try a step of length h. Returns its error relative to what is allowed, and sets the next step to try."""
     counts, clock = stepper.counts, stepper.clock
@@ -276,10 +291,10 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
     counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
     room = Room(
-        np.empty(2 * field.cycles.size), np.empty((4, elements)), np.empty((max(method.b.size, 2), size)),
+        np.empty(2 * field.cycles.size), _four(elements), np.empty((max(method.b.size, 2), size)),
         np.empty(size), np.empty(size), np.zeros((COLUMNS, size)), np.empty(size), np.zeros(COLUMNS),
     )  # fmt: skip
-    old, new, here = np.empty((4, elements)), np.empty((4, elements)), np.empty((4, elements))
+    old, new, here = _four(elements), _four(elements), _four(elements)
     after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
     if not counts[BEGUN]:
         counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
@@ -311,10 +326,15 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             clock[NEXT] = max(clock[NEXT], wanted)
         _take(stepper.piece, new[2])
         look(field, t + h, after, control.held, new, room.wave, slope)
-        count = _met(field, h, stepper.piece, old, new, roots) if control.held else _passed(field, old, new, roots)
-        x, k, up = _explore(
-            field, method, control, stepper, h, count, samples_per_period, last, (room, probe, here), roots, after
-        )
+        x, k, up, count = 2.0, -1, 0, 0
+        if control.held:
+            count = _met(field, h, stepper.piece, old, new, roots)
+        elif _differ(old[2], new[2]):
+            count = _passed(field, old, new, roots)
+        if count > 0 or last or counts[SAMPLE] * field.period / samples_per_period - t <= h:
+            x, k, up = _explore(
+                field, method, control, stepper, h, count, samples_per_period, last, (room, probe, here), roots, after
+            )
         met = x <= 1.0
         taken = x * h if met else h
         _take(after, y)
@@ -333,6 +353,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             _log(stepper, counts[EVENTS], clock[NOW], k, piece, up, new[1][k], y[base + k])
         elif not control.held:
             _take(new[2], stepper.piece)
-        for j in range(4):
-            _take(new[j], old[j])
+        _take(new[0], old[0])
+        _take(new[1], old[1])
+        _take(new[2], old[2])
     return SLICE_SPENT

@@ -14,7 +14,20 @@ from gearrattle.comparison.rows import Comparison
 from gearrattle.plots.chart import Band, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.palette import CENTRE, INK, MUTED
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7a5c3e", "#a6761d", "#444444")
+COLOURS = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+    "#56b4e9",
+    "#8c6bb1",
+    "#7a5c3e",
+    "#a6761d",
+    "#666666",
+    "#c51b7d",
+    "#1b7837",
+)
 _FLOOR = 1e-16
 
 

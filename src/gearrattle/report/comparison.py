@@ -23,6 +23,7 @@ from gearrattle.plots.static import draw
 from gearrattle.report.comparison_tables import (
     coherence_table,
     cost_table,
+    stability_table,
     statistics_tables,
     transmissibility_table,
     truth_table,
@@ -92,7 +93,12 @@ def _sections(comparison: Comparison) -> list[Section]:
         if different
         else "No statistic of any contender differs from the reference's by more than sampling error."
     )
+    stability = stability_table(comparison)
+    words_on_steps = (
+        "Fixed steps can lie outside the method's stability region; chosen steps are kept inside by their error test."
+    )
     return [
+        *([Section("stability", "Stability", words_on_steps, (stability,))] if stability.rows else []),
         Section("statistics", "Statistics", words, different),
         Section(
             "transmissibility", "Transmissibility",

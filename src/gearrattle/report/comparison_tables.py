@@ -127,6 +127,18 @@ def transmissibility_table(comparison: Comparison) -> Table:
     return Table(("algorithm", *heads), tuple(rows), frozenset({0}), "", note)
 
 
+def stability_table(comparison: Comparison) -> Table:
+    """Growth of a mode in a fixed step, region by region."""
+    found = [row for row in comparison.rows if row.growths]
+    regions = list(dict.fromkeys(region for row in found for region in row.growths))
+    rows = tuple((row.label, *(_number(row.growths[region]) for region in regions)) for row in found)
+    note = (
+        "max |R(h lambda)| over the eigenvalues of every region the true motion visits; a region is told by the labels "
+        "of its clearances. Above 1 a mode grows in it that in truth dies out. A rigid motion gives exactly 1."
+    )
+    return Table(("algorithm", *regions), rows, frozenset({0}), "", note)
+
+
 def _number(value: float | None) -> str:
     return "–" if value is None else numeral(float(value), 3)
 

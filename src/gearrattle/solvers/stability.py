@@ -45,21 +45,22 @@ def regions_visited(
     return visited
 
 
-def worst_growth(
-    tableau: Tableau, step: float, flow: Flow, regions: set[tuple[int, ...]]
-) -> tuple[tuple[int, ...], float]:
-    """The region in which a step [s] makes a mode grow most, and the factor."""
-    growth = {region: float(tableau.growth(step * eigenvalues(flow, region)).max()) for region in sorted(regions)}
-    return max(growth.items(), key=lambda item: item[1])
+def growths(tableau: Tableau, step: float, flow: Flow, regions: set[tuple[int, ...]]) -> dict[tuple[int, ...], float]:
+    """The largest factor by which a step [s] multiplies a mode, in each of some regions."""
+    return {region: float(tableau.growth(step * eigenvalues(flow, region)).max()) for region in sorted(regions)}
+
+
+def labels_of(flow: Flow, region: tuple[int, ...]) -> list[int]:
+    """Region labels of the clearances, 0 in the centre."""
+    return [region[k] + flow.system.laws[k].first_label for k in flow.system.clearances]
 
 
 def stability_notes(tableau: Tableau, step: float, flow: Flow, regions: set[tuple[int, ...]]) -> tuple[str, ...]:
     """A note if the step lies outside the stability region in any of the regions."""
-    region, worst = worst_growth(tableau, step, flow, regions)
+    region, worst = max(growths(tableau, step, flow, regions).items(), key=lambda item: item[1])
     if worst <= 1.0 + ROUNDING:
         return ()
-    labels = [region[k] + flow.system.laws[k].first_label for k in flow.system.clearances]
     return (
-        f"{tableau.name}: the step {step:.6g} s is unstable in region {labels}: a mode grows by "
+        f"{tableau.name}: the step {step:.6g} s is unstable in region {labels_of(flow, region)}: a mode grows by "
         f"{worst:.4g} a step there; what follows may be invented by the algorithm. Use a smaller step or 'exact'.",
     )
