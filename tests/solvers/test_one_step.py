@@ -1,6 +1,7 @@
 """Runge-Kutta methods and extrapolation: the numbers of their tableaus, order, counts of calls, steps over corners."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from itertools import combinations_with_replacement
@@ -139,6 +140,22 @@ def test_restarting_at_corners_finds_them_all_where_blind_steps_lose_digits(tole
     error = np.abs(held.crossings.time - want.crossings.time).max()
     assert error <= 10 * tolerance
     assert np.abs(held.angle - want.angle).max() < 0.3 * np.abs(blind.angle - want.angle).max()
+
+
+@pytest.mark.parametrize("name", ["rk4", "rkf", "rkv-events", "bulirsch-stoer"])
+def test_where_a_slice_ends_changes_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    law = clearance(400.0, 0.3, 0.05)
+    system = oscillator(law, force=3.0)
+    shaken = replace(system, inputs=replace(system.inputs, error_sine=np.array([[0.04]])))
+    problem = task(shaken, [0.0], [0.4], cycles=6, step=1e-3)
+    whole = run(problem, name)
+    monkeypatch.setattr("gearrattle.solvers.one_step._BUDGET", 3)
+    sliced = run(problem, name)
+    assert len(whole.crossings.time) > 10
+    assert sliced.angle.tobytes() == whole.angle.tobytes()
+    assert sliced.crossings.time.tobytes() == whole.crossings.time.tobytes()
+    assert sliced.crossings.to_piece.tobytes() == whole.crossings.to_piece.tobytes()
+    assert sliced.function_calls == whole.function_calls
 
 
 def test_a_start_on_a_corner_goes_on_in_the_region_it_moves_into() -> None:

@@ -306,8 +306,6 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             return DONE
         if counts[EVENTS] + most_events > stepper.event_time.size:
             return LOG_FULL
-        if control.fixed:
-            clock[NOW] = counts[STEP] * control.step
         t, left = clock[NOW], end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
         h, wanted = left if last else clock[NEXT], clock[NEXT]
@@ -325,7 +323,8 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         if last and not control.fixed:
             clock[NEXT] = max(clock[NEXT], wanted)
         _take(stepper.piece, new[2])
-        look(field, t + h, after, control.held, new, room.wave, slope)
+        then = (counts[STEP] + 1) * control.step if control.fixed else t + h
+        look(field, then, after, control.held, new, room.wave, slope)
         x, k, up, count = 2.0, -1, 0, 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
@@ -338,9 +337,8 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         met = x <= 1.0
         taken = x * h if met else h
         _take(after, y)
-        if not control.fixed:
-            clock[NOW] = t + taken
         counts[STEP] += 1
+        clock[NOW] = t + taken if met else then
         clock[SMALLEST] = min(clock[SMALLEST], taken) if taken > 0.0 else clock[SMALLEST]
         if met:
             counts[STALLED] = counts[STALLED] + 1 if taken == 0.0 else 0
