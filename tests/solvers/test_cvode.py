@@ -211,3 +211,18 @@ def test_without_the_extra_the_error_says_what_to_install(name, monkeypatch, cap
     monkeypatch.undo()
     sundials._libraries.cache_clear()
     sundials.available(name)
+
+
+@pytest.mark.parametrize("name", ["adams", "gear", "gear-events"])
+def test_where_a_slice_ends_changes_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    system = oscillator(clearance(400.0, 0.3, 0.05), force=3.0)
+    shaken = replace(system, inputs=replace(system.inputs, error_sine=np.array([[0.04]])))
+    problem = task(shaken, [0.0], [0.4], cycles=6)
+    whole = run(problem, name)
+    monkeypatch.setattr("gearrattle.solvers.cvode._FIRST_BUDGET", 3)
+    monkeypatch.setattr("gearrattle.solvers.cvode._LARGEST_BUDGET", 3)
+    sliced = run(problem, name)
+    assert len(whole.crossings.time) > 10
+    assert sliced.angle.tobytes() == whole.angle.tobytes()
+    assert sliced.crossings.time.tobytes() == whole.crossings.time.tobytes()
+    assert sliced.function_calls == whole.function_calls
