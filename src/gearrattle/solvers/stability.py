@@ -16,6 +16,7 @@ from gearrattle.system.flow import Flow
 IntArray = NDArray[np.int64]
 
 _STEP_OVER_FASTEST = 0.25
+_GROSS = 1.01  # steps are tried in this ratio before the limit is bisected
 ROUNDING = 1e-9
 
 
@@ -31,6 +32,34 @@ def default_step(flow: Flow, start: tuple[int, ...]) -> float:
     fastest = max(float(np.abs(eigenvalues(flow, pieces)).max()) for pieces in (start, contact))
     period = flow.system.inputs.period
     return period / max(1, ceil(period * fastest / _STEP_OVER_FASTEST * (1.0 - ROUNDING)))
+
+
+def largest_stable_step(tableau: Tableau, values: NDArray[np.complex128]) -> float:
+    """Largest step up to which no mode grows: |R(h lambda)| <= 1 for all smaller steps too; infinite without modes.
+
+    Args:
+        tableau: the Runge-Kutta method.
+        values: eigenvalues of every region of interest [1/s].
+    """
+    fastest = float(np.abs(values).max(initial=0.0))
+    if fastest == 0.0:
+        return float("inf")
+
+    def grows(step: float) -> bool:
+        return float(tableau.growth(step * values).max()) > 1.0 + ROUNDING
+
+    high = 1e-3 / fastest
+    while not grows(high):
+        if high * fastest > 1e3:
+            return float("inf")
+        high *= _GROSS
+    low = high / _GROSS
+    while grows(low) and low * fastest > 1e-12:
+        low /= 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    return low
 
 
 def regions_visited(

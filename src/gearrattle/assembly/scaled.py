@@ -1,0 +1,112 @@
+"""A model in other units: SI to dimensionless and back, tables and motions.
+
+``KINDS`` says of every dimensional key of the model file what kind of quantity it is; phases, ratios, orders and
+relative tolerances are numbers already.
+
+Takes a Model and Scales; gives a Model. Takes a dimensionless Trajectory; gives it in SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from gearrattle.model import Model
+from gearrattle.system.characteristic import Scales
+from gearrattle.trajectory import Layout, Trajectory
+
+_STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle"}
+KINDS: dict[str, Any] = {
+    "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque"},
+    "coupling": {
+        "stiffness": "torsional_stiffness",
+        "damping": "torsional_damping",
+        "clearance": "angle",
+        "preload": "torque",
+        "stages": _STAGE,
+        "coast_stages": _STAGE,
+    },
+    "mesh": {
+        "radii": "radius",
+        "stiffness": "linear_stiffness",
+        "damping": "linear_damping",
+        "backlash": "length",
+        "transmission_error": {"amplitude": "length"},
+    },
+    "excitation": {"speed": "speed"},
+    "torque": {"mean": "torque", "harmonics": {"amplitude": "torque"}},
+    "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},
+}
+"""Table -> key -> kind of quantity, a key of ``Scales.units``."""
+
+
+def dimensionless(model: Model, scales: Scales) -> Model:
+    """Return an SI model in multiples of the scales."""
+    return _converted(model, {kind: 1.0 / unit for kind, unit in scales.units().items()}, "dimensionless")
+
+
+def dimensional(model: Model, scales: Scales) -> Model:
+    """Return a dimensionless model in SI."""
+    return _converted(model, scales.units(), "SI")
+
+
+def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
+    """Write the tables anew; a frequency becomes the speed it stands for."""
+    tables = {**model.to_tables(), "units": units, "excitation": {"speed": model.excitation.omega}}
+    return Model.from_tables({key: _scaled(value, KINDS.get(key, {}), factor) for key, value in tables.items()})
+
+
+def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
+    """Multiply every number whose kind is known."""
+    if isinstance(value, Mapping):
+        inner = kind if isinstance(kind, dict) else {}
+        return {key: _scaled(entry, inner.get(key), factor) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_scaled(entry, kind, factor) for entry in value]
+    return value * factor[kind] if isinstance(kind, str) and not isinstance(value, str) else value
+
+
+def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajectory:
+    """Return a dimensionless motion in SI.
+
+    Args:
+        trajectory: the motion of ``dimensionless(model, scales)``.
+        layout: the SI model's name plate.
+        scales: what counted as one.
+    """
+    unit, log, cost = scales.units(), trajectory.events, trajectory.cost
+    is_mesh = layout.is_mesh[layout.clearance]
+    deflection = np.where(is_mesh, unit["length"], unit["angle"])
+    force = np.where(is_mesh, unit["force"], unit["torque"])
+    energy = trajectory.energy
+    if energy is not None:
+        begin, end = (stored * unit["energy"] for stored in energy.stored)
+        parts = {k: v * unit["energy"] for k, v in vars(energy).items() if k != "stored"}
+        energy = replace(energy, **parts, stored=(begin, end))
+    short = None if cost.smallest_step is None else cost.smallest_step * unit["time"]
+    steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
+    samples = trajectory.samples_per_cycle
+    return replace(
+        trajectory,
+        layout=layout,
+        time=(trajectory.first_cycle * samples + np.arange(trajectory.time.size)) * layout.period / samples,
+        angle=trajectory.angle * unit["angle"],
+        velocity=trajectory.velocity * unit["velocity"],
+        acceleration=trajectory.acceleration * unit["acceleration"],
+        deflection=trajectory.deflection * deflection,
+        force=trajectory.force * force,
+        element_torque=trajectory.element_torque * unit["torque"],
+        events=replace(
+            log,
+            time=log.time * unit["time"],
+            velocity=log.velocity * deflection[log.clearance] * unit["speed"],
+            force_integral=log.force_integral * force[log.clearance] * unit["time"],
+        ),
+        final_force_integral=trajectory.final_force_integral * force * unit["time"],
+        cost=replace(cost, smallest_step=short, **steps),
+        energy=energy,
+        notes=(*trajectory.notes, "simulated without dimensions: quantities in its notes are dimensionless."),
+    )

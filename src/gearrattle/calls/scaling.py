@@ -1,0 +1,77 @@
+"""``nondimensionalize``: a model in multiples of its own characteristic quantities, and the way back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly.scaled import dimensional, dimensionless, restored
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.system.characteristic import Scales, characteristic, coefficients
+
+
+@dataclass(frozen=True)
+class Nondimensional:
+    """A model without dimensions.
+
+    Attributes:
+        original: the SI model.
+        model: the dimensionless one.
+        coefficients: xi, eta, Omega2, T, epsilon, ... by their names in eqs. (9)-(22) of Padmanabhan et al. 1995.
+        scales: what counts as one: frequency [rad/s], angle [rad], length and radius [m], inertia [kg m^2].
+    """
+
+    original: Model
+    model: Model
+    coefficients: dict[str, float]
+    scales: Scales
+
+    def restore(self, run: Run) -> Run:
+        """Return a run of the dimensionless model in SI, as a run of the original.
+
+        Args:
+            run: from ``simulate(self.model)``, with any settings.
+
+        Raises:
+            ModelError: a run of another model.
+        """
+        theirs, mine = ({**m.to_tables(), "simulation": None} for m in (run.model, self.model))
+        if theirs != mine:
+            rule = "must be a run of this dimensionless model"
+            raise ModelError(Problem("run", f"one of {run.model.name!r}", rule, "simulate its .model"))
+        settings = dimensional(run.model, self.scales).to_tables().get("simulation", {})
+        used = self.original.with_simulation(settings)
+        return Run(restored(run.trajectory, name_plate(used, assemble(used)), self.scales), used)
+
+
+def nondimensionalize(
+    model: Model, *, frequency: float | None = None, length: float | None = None, radius: float | None = None
+) -> Nondimensional:
+    """Write a model in multiples of its characteristic quantities (Padmanabhan et al. 1995, sec. 5).
+
+    Args:
+        model: the driveline, in SI.
+        frequency: characteristic frequency [rad/s]; None: the reference speed.
+        length: characteristic length x_c [m]; None: the half-backlash of the first mesh that has one, else such that
+            the angle x_c / R_c is the smallest corner of a coupling.
+        radius: characteristic radius R_c [m]; None: the first gear's.
+
+    Raises:
+        ModelError: a model that is dimensionless already, or a scale that is not positive.
+    """
+    problems = [
+        Problem(name, f"{value:g}", "must be positive")
+        for name, value in (("frequency", frequency), ("length", length), ("radius", radius))
+        if value is not None and not 0.0 < value < float("inf")
+    ]
+    if model.units != "SI":
+        problems.append(Problem("units", model.units, "the model has no dimensions to take away", "give one in SI"))
+    if problems:
+        raise ModelError(problems)
+    system = assemble(model)
+    plate = name_plate(model, system)
+    scales = characteristic(system, plate.is_mesh, frequency or plate.omega, length, radius)
+    named = coefficients(system, plate.is_mesh, plate.orders, plate.omega, scales)
+    return Nondimensional(model, dimensionless(model, scales), named, scales)

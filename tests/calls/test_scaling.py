@@ -1,0 +1,103 @@
+"""Dimensionless and back: tables, motions, and refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.assembly.scaled import KINDS, dimensional
+from gearrattle.model import Model
+from gearrattle.model.quantity import Quantity
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FILES = sorted(EXAMPLES.rglob("*.toml"))
+PLAIN = {"phase", "frequency"}  # a phase stays in radians; a frequency becomes a speed
+
+
+def close(a: Any, b: Any) -> bool:
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(close(a[k], b[k]) for k in a)
+    if isinstance(a, list | tuple):
+        return len(a) == len(b) and all(map(close, a, b))
+    return a == b if isinstance(a, str | int) or a is None else abs(a - b) <= 4e-16 * max(abs(a), abs(b)) * 4
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("scales", [{}, {"frequency": 77.7, "length": 3.3e-5, "radius": 0.123}], ids=["own", "given"])
+def test_there_and_back_to_rounding(path: Path, scales: dict[str, float]) -> None:
+    model = gr.load(path)
+    if model.units != "SI":
+        pytest.skip("has no dimensions")
+    scaled = gr.nondimensionalize(model, **scales)
+    assert scaled.model.units == "dimensionless"
+    there = {**model.to_tables(), "units": "SI", "excitation": {"speed": model.excitation.omega}}
+    assert close(Model.from_tables(there).to_tables(), dimensional(scaled.model, scaled.scales).to_tables())
+
+
+def quantities(table: Any, path: tuple[str, ...] = ()) -> set[tuple[str, ...]]:
+    """Every dimensional key of the model file, from the annotations."""
+    found = set()
+    for name, field in table.model_fields.items():
+        here = (*path, field.alias or name)
+        marks = [m for m in field.metadata if isinstance(m, Quantity)]
+        text = repr(field.annotation)
+        if marks or "Quantity" in text:
+            found.add(here)
+    return found
+
+
+def leaves(kinds: dict[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], str]:
+    found: dict[tuple[str, ...], str] = {}
+    for key, kind in kinds.items():
+        found |= leaves(kind, (*path, key)) if isinstance(kind, dict) else {(*path, key): kind}
+    return found
+
+
+def test_every_dimensional_key_has_a_kind() -> None:
+    from gearrattle.model import Coupling, Excitation, Harmonic, Inertia, Initial, Mesh, Simulation, Stage, Torque
+
+    tables = {
+        ("inertia",): Inertia, ("coupling",): Coupling, ("coupling", "stages"): Stage, ("mesh",): Mesh,
+        ("mesh", "transmission_error"): Harmonic, ("torque",): Torque, ("torque", "harmonics"): Harmonic,
+        ("excitation",): Excitation, ("simulation",): Simulation, ("simulation", "initial"): Initial,
+    }  # fmt: skip
+    wanted = {key for path, table in tables.items() for key in quantities(table, path) if key[-1] not in PLAIN}
+    assert wanted
+    assert wanted <= set(leaves(KINDS))
+    assert set(leaves(KINDS).values()) <= set(gr.nondimensionalize(gr.load(FILES[-1])).scales.units())
+
+
+def test_a_run_restored_is_the_run_of_the_original() -> None:
+    model = gr.load(EXAMPLES / "paper" / "case1_loaded.toml")
+    scaled = gr.nondimensionalize(model)
+    plain, back = gr.simulate(model, cycles=6), scaled.restore(gr.simulate(scaled.model, cycles=6))
+    ours, theirs = plain.trajectory, back.trajectory
+    assert len(ours.events) == len(theirs.events) > 10
+    assert ours.time == pytest.approx(theirs.time, rel=1e-13)
+    assert ours.events.time == pytest.approx(theirs.events.time, rel=1e-10)
+    for name in ("angle", "velocity", "acceleration", "deflection", "force", "element_torque"):
+        a, b = getattr(ours, name), getattr(theirs, name)
+        assert np.abs(a - b).max() <= 1e-8 * np.abs(a).max(), name
+    for name in ("velocity", "force_integral"):
+        a, b = getattr(ours.events, name), getattr(theirs.events, name)
+        assert np.abs(a - b).max() <= 1e-8 * np.abs(a).max(), name
+    assert theirs.energy is not None
+    assert theirs.energy.stored == pytest.approx(ours.energy.stored, rel=1e-8)
+    assert back.cost.average_step == pytest.approx(plain.cost.average_step, rel=1e-6)
+    assert gr.criteria(back).verdict == gr.criteria(plain).verdict
+    assert back.model.units == "SI"
+
+
+def test_refusals() -> None:
+    model = gr.load(EXAMPLES / "paper" / "case1.toml")
+    scaled = gr.nondimensionalize(model)
+    with pytest.raises(gr.ModelError, match="no dimensions"):
+        gr.nondimensionalize(scaled.model)
+    with pytest.raises(gr.ModelError, match="length: found -1; must be positive"):
+        gr.nondimensionalize(model, length=-1.0)
+    with pytest.raises(gr.ModelError, match="a run of this dimensionless model"):
+        scaled.restore(gr.simulate(model, cycles=1))
