@@ -22,9 +22,12 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, ModelError, Problem
 
 if TYPE_CHECKING:
+    from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.judge import criteria
+    from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.simulate import simulate
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
+    from gearrattle.calls.stiffness import Stiffness, stiffness
     from gearrattle.calls.store import open_stream
     from gearrattle.calls.stream import Stream, stream
     from gearrattle.criteria import Verdict
@@ -41,6 +44,11 @@ _HOME = {
     "Equilibrium": "calls.statics",
     "modes": "calls.statics",
     "Modes": "calls.statics",
+    "contact_ratio": "calls.contact_ratio",
+    "nondimensionalize": "calls.scaling",
+    "Nondimensional": "calls.scaling",
+    "stiffness": "calls.stiffness",
+    "Stiffness": "calls.stiffness",
     "criteria": "calls.judge",
     "Verdict": "criteria",
     "Run": "results",
@@ -60,20 +68,25 @@ __all__ = [
     "Model",
     "ModelError",
     "Modes",
+    "Nondimensional",
     "Problem",
     "Run",
+    "Stiffness",
     "Stream",
     "Verdict",
     "compare",
+    "contact_ratio",
     "criteria",
     "equilibrium",
     "json_schema",
     "load",
     "loads",
     "modes",
+    "nondimensionalize",
     "open_run",
     "open_stream",
     "simulate",
+    "stiffness",
     "stream",
 ]
 

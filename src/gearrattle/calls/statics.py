@@ -116,7 +116,19 @@ def modes(
     Raises:
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
-    system, names = assemble(model), element_names(model)
+    system = assemble(model)
+    data = modal.modes(system, *slopes(model, system, contact_ratio, region))
+    return Modes(data.frequencies, data.damping_ratios, data.shapes, tuple(i.name for i in model.inertias))
+
+
+def slopes(
+    model: Model,
+    system: PiecewiseSystem,
+    contact_ratio: Mapping[str, float] | None,
+    region: Mapping[str, int] | None,
+) -> tuple[Array, Array]:
+    """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
+    names = element_names(model)
     contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
     problems = [
         Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")
@@ -139,5 +151,4 @@ def modes(
         stiffness[k], damping[k] = law.stiffness[piece] * contact_ratio.get(name, 1.0), law.damping[piece]
     if problems:
         raise ModelError(problems)
-    data = modal.modes(system, stiffness, damping)
-    return Modes(data.frequencies, data.damping_ratios, data.shapes, tuple(i.name for i in model.inertias))
+    return stiffness, damping

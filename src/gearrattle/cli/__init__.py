@@ -19,6 +19,8 @@ COMMANDS = {
     "run": ("gearrattle.cli.run:run", "The whole procedure: check, modes, simulate, judge, report."),
     "check": ("gearrattle.cli.check:check", "Is this a model, and can it bear its loads?"),
     "modes": ("gearrattle.cli.modes:modes", "Natural frequencies, damping ratios and shapes."),
+    "scale": ("gearrattle.cli.scale:scale", "The model without dimensions: coefficients, conditioning."),
+    "stiffness": ("gearrattle.cli.stiffness:stiffness", "Eigenvalues, R_lambda, and which fixed steps are stable."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),

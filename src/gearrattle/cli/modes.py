@@ -33,12 +33,13 @@ def modes(
         repeated.
     """
     import gearrattle
+    from gearrattle.cli.assignments import numbers
     from gearrattle.cli.columns import columns, json_text
     from gearrattle.report.summary import modes_dict
 
     driveline = gearrattle.load(model)
-    ratios = {name: _number("--contact-ratio", text) for name, text in _pairs("--contact-ratio", contact_ratio)}
-    labels = {name: round(_number("--region", text)) for name, text in _pairs("--region", region)}
+    ratios = numbers("--contact-ratio", contact_ratio)
+    labels = {name: round(label) for name, label in numbers("--region", region).items()}
     found = gearrattle.modes(driveline, contact_ratio=ratios, region=labels)
     if json:
         print(json_text(modes_dict(found)))
@@ -57,26 +58,3 @@ def modes(
         )
     ]
     print(columns(head, rows))
-
-
-def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:
-    """Split words of the form NAME=VALUE."""
-    pairs = [text.partition("=") for text in given]
-    wrong = [text for text, (name, equals, value) in zip(given, pairs, strict=True) if not (name and equals and value)]
-    if wrong:
-        _refuse(option, wrong[0], "must be NAME=VALUE")
-    return [(name, value) for name, _, value in pairs]
-
-
-def _number(option: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        _refuse(option, text, "must be a number")
-        raise
-
-
-def _refuse(option: str, found: str, rule: str) -> None:
-    from gearrattle.errors import ModelError, Problem
-
-    raise ModelError(Problem(option, f'"{found}"', rule))

@@ -1,0 +1,148 @@
+"""Numerical stiffness of a model: eigenvalues, R_lambda, conditioning, and what every fixed step makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.calls.statics import element_names, slopes
+from gearrattle.linear.conditioning import conditions
+from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass
+from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
+from gearrattle.model import Model
+from gearrattle.system.characteristic import characteristic
+from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Layout
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+MOST_REGIONS = 256
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """How stiff a driveline is to an integrator, every clearance replaced by one slope.
+
+    Attributes:
+        r_lambda: largest over smallest eigenvalue in magnitude, rigid motions left out; no scaling can change it.
+        stiffness_class: "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological".
+        eigenvalues: those of all motion that is not rigid, by magnitude [1/s].
+        rigid_eigenvalues: those of rigid motions: a zero and a drag rate each [1/s].
+        condition: condition number of the Jacobian by formulation: "dimensional", then with the characteristic
+            quantities of ``nondimensionalize`` "translational", "mixed" and "torsional", and "balanced".
+    """
+
+    r_lambda: float
+    stiffness_class: StiffnessClass
+    eigenvalues: Complex
+    rigid_eigenvalues: Complex
+    condition: dict[str, float]
+
+
+def stiffness(
+    model: Model, contact_ratio: Mapping[str, float] | None = None, region: Mapping[str, int] | None = None
+) -> Stiffness:
+    """Eigenvalues, their ratio R_lambda with its class, and condition numbers (Padmanabhan et al. 1995, sec. 6).
+
+    Args:
+        model: the driveline.
+        contact_ratio: Gamma by element name: the slope becomes Gamma K; damping stays that of the last drive stage.
+        region: region label by element name; elements in neither mapping are in their last drive stage.
+
+    Raises:
+        ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+    """
+    system = assemble(model)
+    slope, damping = slopes(model, system, contact_ratio, region)
+    found = eigenvalues_of(system, slope, damping)
+    condition = conditions(system, slope, damping, _formulations(system, name_plate(model, system)))
+    return Stiffness(found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition)
+
+
+def _formulations(system: PiecewiseSystem, plate: Layout) -> dict[str, tuple[Array, float]]:
+    """Unit of every angle and of frequency, by formulation; a body without a gear has the radius R_c."""
+    scales = characteristic(system, plate.is_mesh, plate.omega)
+    geared = np.zeros(system.size)
+    for row in np.abs(system.rows[plate.is_mesh])[::-1]:  # the first mesh a body is in counts
+        geared = np.where(row > 0.0, row, geared)
+    along = scales.length / np.where(geared > 0.0, geared, scales.radius)
+    torsional = np.full(system.size, scales.angle)
+    return {
+        "dimensional": (np.ones(system.size), 1.0),
+        "translational": (along, scales.frequency),
+        "mixed": (np.where(geared > 0.0, along, torsional), scales.frequency),
+        "torsional": (torsional, scales.frequency),
+    }
+
+
+def r_lambda_over(
+    model: Model, element: str, ratios: Sequence[float], contact_ratio: Mapping[str, float] | None = None
+) -> Array:
+    """(len(ratios),) R_lambda against the contact ratio of one element, as in the paper's Fig. 6.
+
+    Args:
+        model: the driveline.
+        element: whose ratio is varied.
+        ratios: its values, 0 to 1.
+        contact_ratio: those of other elements.
+
+    Raises:
+        ModelError: as ``stiffness``.
+    """
+    system, fixed = assemble(model), dict(contact_ratio or {})
+    found = [eigenvalues_of(system, *slopes(model, system, {**fixed, element: r}, None)).r_lambda for r in ratios]
+    return np.array(found)
+
+
+@dataclass(frozen=True)
+class RegionStiffness:
+    """One region: its label for every clearance, and its eigenvalues."""
+
+    labels: dict[str, int]
+    eigenvalues: Eigenvalues
+
+
+def regions(model: Model) -> tuple[list[RegionStiffness], str]:
+    """Eigenvalues of the regions that differ in a slope or damping, on the drive side where both sides are alike.
+
+    Args:
+        model: the driveline.
+
+    Returns:
+        The regions, and a note where there are too many: then only those with one clearance outside its centre and
+        those with all at their centre or in their last stage.
+    """
+    system, names = assemble(model), element_names(model)
+    kinds = [_kinds(system, k) for k in range(len(names))]
+    note = ""
+    if int(np.prod([float(len(kind)) for kind in kinds])) <= MOST_REGIONS:
+        chosen = list(product(*kinds))
+    else:
+        at_rest = tuple(kind[0] for kind in kinds)
+        one = [(*at_rest[:k], p, *at_rest[k + 1 :]) for k, kind in enumerate(kinds) for p in kind[1:]]
+        chosen = [at_rest, *one, tuple(kind[-1] for kind in kinds)]
+        note = f"more than {MOST_REGIONS} regions: only those with one clearance outside its centre, none or all"
+    found = []
+    for pieces in chosen:
+        slope, damping = (
+            np.array([getattr(law, name)[p] for law, p in zip(system.laws, pieces, strict=True)])
+            for name in ("stiffness", "damping")
+        )
+        labels = {names[k]: pieces[k] + system.laws[k].first_label for k in system.clearances}
+        found.append(RegionStiffness(labels, eigenvalues_of(system, slope, damping)))
+    return found, note
+
+
+def _kinds(system: PiecewiseSystem, element: int) -> list[int]:
+    """Pieces of one element that differ, from the centre outward; the drive side before the coast side."""
+    law, seen = system.laws[element], dict[tuple[float, float], int]()
+    outward = sorted(range(law.pieces), key=lambda p: (abs(p + law.first_label), p + law.first_label < 0))
+    for piece in outward:
+        seen.setdefault((float(law.stiffness[piece]), float(law.damping[piece])), piece)
+    return list(seen.values())

@@ -1,0 +1,44 @@
+"""Options of the form NAME=NUMBER, which may be repeated.
+
+Takes words; gives numbers by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gearrattle.errors import ModelError, Problem
+
+
+def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
+    """Return the numbers by name.
+
+    Args:
+        option: its name, for messages.
+        given: words of the form NAME=NUMBER.
+
+    Raises:
+        ModelError: a word of another form.
+    """
+    return {name: _number(option, text) for name, text in _pairs(option, given)}
+
+
+def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:
+    """Split words of the form NAME=VALUE."""
+    pairs = [text.partition("=") for text in given]
+    wrong = [text for text, (name, equals, value) in zip(given, pairs, strict=True) if not (name and equals and value)]
+    if wrong:
+        _refuse(option, wrong[0], "must be NAME=VALUE")
+    return [(name, value) for name, _, value in pairs]
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        _refuse(option, text, "must be a number")
+        raise
+
+
+def _refuse(option: str, found: str, rule: str) -> None:
+    raise ModelError(Problem(option, f'"{found}"', rule))

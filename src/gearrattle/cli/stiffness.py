@@ -1,0 +1,113 @@
+"""``gearrattle stiffness``: eigenvalues of the regions, R_lambda, and which fixed steps are stable."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json, number_or_text
+
+if TYPE_CHECKING:
+    from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+
+RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""Contact ratios over which R_lambda is told."""
+
+
+def stiffness(
+    model: Path,
+    /,
+    *,
+    contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
+    step: str | None = None,
+    json: Json = False,
+) -> None:
+    """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    contact_ratio
+        NAME=RATIO: the element's stiffness counts with this ratio, 0 to 1. May be repeated.
+    step
+        Step of the fixed-step algorithms: seconds, or e.g. "20 us". Without it the file's, else each one's own.
+    """
+    import gearrattle
+    from gearrattle.calls.statics import element_names
+    from gearrattle.calls.steps import step_limits
+    from gearrattle.calls.stiffness import r_lambda_over, regions
+    from gearrattle.cli.assignments import numbers
+    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.report.summary import plain
+
+    driveline = gearrattle.load(model)
+    ratios = numbers("--contact-ratio", contact_ratio)
+    found = gearrattle.stiffness(driveline, contact_ratio=ratios)
+    met, note = regions(driveline)
+    moving = [name for name in element_names(driveline) if name in met[0].labels]
+    grid = {name: r_lambda_over(driveline, name, RATIOS, ratios).tolist() for name in moving}
+    limits = step_limits(driveline, met, number_or_text(step))
+    if note:
+        print(f"note: {note}", file=sys.stderr)
+    if json:
+        steps = [asdict(limit) for limit in limits]
+        over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
+        print(json_text(plain({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
+        return
+    print(f"R_lambda {found.r_lambda:.6g} ({found.stiffness_class}), rigid motions left out\n")
+    rows = [(f"{x.real:.6g} {x.imag:+.6g}i", f"{abs(x):.6g}") for x in found.eigenvalues.tolist() if x.imag >= 0.0]
+    print(columns(("eigenvalue [1/s]", "magnitude"), rows))
+    table = [(f"{ratio:g}", *(f"{grid[name][j]:.5g}" for name in moving)) for j, ratio in enumerate(RATIOS)]
+    print("\n" + columns(("R_lambda over contact ratio", *moving), table))
+    head = (*moving, "R_lambda", "class", "largest [1/s]")
+    print("\n" + columns(head, [_row(region) for region in met]))
+    lines = [
+        (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
+    ]
+    print("\n" + columns(("fixed step", "step [s]", "largest x step", "growth", "limit [s]"), lines))
+    for x in limits:
+        if x.growth > 1.0 + 1e-9:
+            print(f"note: {x.algorithm}: a step multiplies a mode by {x.growth:.4g}: unstable", file=sys.stderr)
+
+
+def _row(region: RegionStiffness) -> tuple[str, ...]:
+    values = region.eigenvalues
+    return (
+        *map(str, region.labels.values()),
+        f"{values.r_lambda:.5g}",
+        values.stiffness_class,
+        f"{values.fastest:.5g}",
+    )
+
+
+def _complex(values: Any) -> list[list[float]]:
+    return [[x.real, x.imag] for x in values.tolist()]
+
+
+def _stiffness(found: Stiffness) -> dict[str, Any]:
+    return {
+        "r_lambda": found.r_lambda,
+        "stiffness_class": found.stiffness_class,
+        "eigenvalues": _complex(found.eigenvalues),
+        "rigid_eigenvalues": _complex(found.rigid_eigenvalues),
+        "condition": found.condition,
+    }
+
+
+def _regions(met: Sequence[RegionStiffness]) -> list[dict[str, Any]]:
+    return [
+        {
+            "labels": region.labels,
+            "r_lambda": region.eigenvalues.r_lambda,
+            "stiffness_class": region.eigenvalues.stiffness_class,
+            "eigenvalues": _complex(region.eigenvalues.elastic),
+            "rigid_eigenvalues": _complex(region.eigenvalues.rigid),
+        }
+        for region in met
+    ]

@@ -1,0 +1,42 @@
+"""``contact_ratio``: names, quantities and intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper"
+
+
+@pytest.fixture(scope="module")
+def rattling() -> gr.Run:
+    return gr.simulate(gr.load(PAPER / "case2.toml"), cycles=24, discard=8, samples_per_cycle=256)
+
+
+def test_mean_slope_by_clearance(rattling: gr.Run) -> None:
+    found = gr.contact_ratio(rattling)
+    assert list(found.index) == ["clutch", "spline", "gear"]
+    assert found.attrs["quantity"] == "mean slope"
+    share = {entry.subject: entry.value for entry in gr.criteria(rattling).of("contact") if "share" in entry.quantity}
+    contact = gr.criteria(rattling).parts
+    by_name = {part.name: part.contact_share for part in contact}
+    assert share
+    assert found["gear"] == pytest.approx(by_name["gear"], rel=1e-12)
+    assert found["clutch"] == pytest.approx(0.01 + 0.99 * by_name["clutch"], rel=1e-12)
+
+
+def test_spectra_and_describing_functions_tell_one_gain(rattling: gr.Run) -> None:
+    spectral, describing = (gr.contact_ratio(rattling, method) for method in ("spectral", "describing"))
+    assert spectral.attrs["quantity"] == describing.attrs["quantity"] == "equivalent gain"
+    for name in spectral.index:
+        assert spectral.attrs["low"][name] <= describing[name] <= spectral.attrs["high"][name]
+    assert np.isfinite(spectral).all()
+
+
+def test_a_method_there_is_not(rattling: gr.Run) -> None:
+    with pytest.raises(gr.ModelError, match="must be one of mean-slope, spectral, describing"):
+        gr.contact_ratio(rattling, "guess")
