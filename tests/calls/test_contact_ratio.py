@@ -40,3 +40,15 @@ def test_spectra_and_describing_functions_tell_one_gain(rattling: gr.Run) -> Non
 def test_a_method_there_is_not(rattling: gr.Run) -> None:
     with pytest.raises(gr.ModelError, match="must be one of mean-slope, spectral, describing"):
         gr.contact_ratio(rattling, "guess")
+
+
+def test_a_model_is_forecast() -> None:
+    model = gr.load(PAPER / "case1_loaded.toml")
+    gain, slope = gr.contact_ratio(model, "describing"), gr.contact_ratio(model)
+    points = gain.attrs["fixed_points"]
+    assert gain.to_dict() == points[0]["gain"]
+    assert slope.to_dict() == points[0]["mean_slope"]
+    assert points[0]["starts"] == max(point["starts"] for point in points)
+    assert "only a run tells" in gain.attrs["notes"][1]
+    with pytest.raises(gr.ModelError, match="needs a motion"):
+        gr.contact_ratio(model, "spectral")

@@ -1,38 +1,86 @@
-"""``contact_ratio``: one slope for every clearance of a run."""
+"""``contact_ratio``: one slope for every clearance, of a run, or forecast from a model."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model import Model
 from gearrattle.results import Run
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_LINEARISED = {"mean-slope": "mean_slope", "describing": "gain"}
+_QUANTITY = {"mean-slope": "mean slope", "describing": "equivalent gain"}
 
-def contact_ratio(run: Run, method: str = "mean-slope") -> pd.Series[float]:
-    """Stiffness contact ratio of every clearance, over the steady part of a run (Padmanabhan et al. 1995, sec. 6).
+
+def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.Series[float]:
+    """Stiffness contact ratio of every clearance (Padmanabhan et al. 1995, sec. 6).
 
     Args:
-        run: a motion.
+        run_or_model: a motion, judged over its steady part; or a model, whose ratios are forecast by equivalent
+            linearisation without simulating it.
         method: "mean-slope": time average of df/d(delta), from event times; "spectral": equivalent gain from cross and
-            auto densities (H1), with a 95 % interval; "describing": equivalent gain of the response, by least squares.
+            auto densities (H1), with a 95 % interval, of a run only; "describing": equivalent gain of the response, by
+            least squares.
 
     Returns:
         The ratio by clearance, relative to the largest slope of its law. ``attrs``: quantity ("mean slope" or
-        "equivalent gain": they agree for Gaussian motions only), low, high (of the interval), notes.
+        "equivalent gain": they agree for Gaussian motions only) and notes; of a run low and high, the interval; of a
+        model fixed_points, all that were found, the one returned first: linearisation may have several, and which of
+        them is nearest to the motion only a simulation tells.
 
     Raises:
-        ModelError: a method there is not, or no cycle left to judge.
+        ModelError: a method there is not, no cycle left to judge, or no static equilibrium.
+        ConvergenceError: a forecast that found no fixed point.
     """
-    import pandas as pd
-
     if method not in ROUTES:
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))
-    found, names = ROUTES[method](run.trajectory), list(run.trajectory.layout.clearance_names)
-    series = pd.Series(found.value, index=pd.Index(names, name="clearance"), name=method)
-    low, high = (dict(zip(names, bound.tolist(), strict=True)) for bound in (found.low, found.high))
-    series.attrs = {"quantity": found.quantity, "low": low, "high": high, "notes": list(found.notes)}
+    if isinstance(run_or_model, Model):
+        return _forecast(run_or_model, method)
+    found, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
+    interval = {"low": _by_name(names, found.low), "high": _by_name(names, found.high)}
+    return _series(names, found.value, method, {"quantity": found.quantity, **interval, "notes": list(found.notes)})
+
+
+def _forecast(model: Model, method: str) -> pd.Series[float]:
+    from gearrattle.contact_ratios.forecast import forecast
+
+    if method not in _LINEARISED:
+        raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
+    system = assemble(model)
+    named_equilibrium(model, system)
+    found, names = forecast(system), name_plate(model, system).clearance_names
+    if not found.points:
+        raise ConvergenceError(
+            f"equivalent linearisation found no fixed point in {found.searches} searches",
+            remedy="simulate the model and give the run",
+        )
+    keys = ("gain", "mean_slope", "mean", "deviation")
+    points = [{**{key: _by_name(names, getattr(p, key)) for key in keys}, "starts": p.starts} for p in found.points]
+    notes = [f"forecast by equivalent linearisation: {found.points[0].starts} of {found.searches} searches end here"]
+    if len(points) > 1:
+        notes.append(f"there are {len(points)} fixed points; which one is nearest to the motion only a run tells")
+    if found.failed:
+        notes.append(f"{found.failed} searches found none")
+    value = getattr(found.points[0], _LINEARISED[method])
+    return _series(names, value, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
+
+
+def _by_name(names: tuple[str, ...], values: NDArray[np.float64]) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))
+
+
+def _series(names: tuple[str, ...], values: NDArray[np.float64], name: str, attrs: dict[str, Any]) -> pd.Series[float]:
+    import pandas as pd
+
+    series = pd.Series(values, index=pd.Index(names, name="clearance"), name=name)
+    series.attrs.update(attrs)
     return series

@@ -1,0 +1,258 @@
+"""Contact ratios without time integration: equivalent linearisation of all clearances at once.
+
+Replace every clearance by its equivalent gain and its damping of equal loss. The linear system answers every order by
+itself; the sum of orders is a motion about a mean; the gains of the clearances on that motion are the multi-harmonic
+describing functions. A *fixed point* is a set of gains that comes out as it went in (Padmanabhan et al. 1995, sec. 6,
+third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean loads: E[f(m + x(t))] must carry them,
+
+    minimise  sum_k E[U_k(b_k . y + x_k(t))] - g . y     over the mean deflections y,
+
+the static equilibrium of the averaged laws. There may be several fixed points, as there may be several motions; the
+search begins at every combination of a grid of gains, and all that are found are kept. None may be near the truth: only
+orders of the excitation are in the motion, so sub-harmonics and chaos are not, and a fixed point need not be stable.
+
+Takes a system; gives a Forecast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.contact_ratios.base import best_line, elastic, largest_slope
+from gearrattle.linear.equilibrium import equilibrium
+from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LOWEST, FINEST = 0.02, 24  # searches begin at so many equal steps from this share of the largest slope to all of it,
+MOST_STARTS = 32  # or fewer, that all combinations may be tried
+FEWEST_SAMPLES = 512
+SAME = 1e-5  # fixed points this near are one
+CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
+_RELAXED = 25  # iterations before Newton's take over
+_MOST_NEWTON = 60
+_MOST_HALVINGS = 50
+_PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A motion that linearisation cannot tell from a solution.
+
+    Attributes:
+        gain: (K,) equivalent gain of every clearance, as a share of its largest slope.
+        mean_slope: (K,) mean of f' over the same motion, as a share of the largest slope.
+        mean: (K,) mean deflection [rad or m].
+        deviation: (K,) rms of the deflection about it [rad or m].
+        starts: how many searches ended here.
+    """
+
+    gain: Array
+    mean_slope: Array
+    mean: Array
+    deviation: Array
+    starts: int
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """All fixed points found, the one most searches ended at first; and how many searches there were, and failed."""
+
+    points: tuple[FixedPoint, ...]
+    searches: int
+    failed: int
+
+
+class Linearisation:
+    """The map from gains to gains.
+
+    Args:
+        system: the driveline.
+    """
+
+    def __init__(self, system: PiecewiseSystem) -> None:
+        self.system, inputs = system, system.inputs
+        self.moving = [k for k in system.clearances if system.laws[k].stiffness.max() > 0.0]
+        turning = inputs.cycles > 0.0
+        self.omega = 2.0 * np.pi * inputs.cycles[turning] / inputs.period
+        self.torque = (inputs.torque_cosine - 1j * inputs.torque_sine)[:, turning]
+        self.error = (inputs.error_cosine - 1j * inputs.error_sine)[:, turning]
+        whole = np.all(np.abs(inputs.cycles - np.rint(inputs.cycles)) < 1e-9)
+        highest = float(inputs.cycles.max(initial=1.0)) * (1 if whole else _PERIODS_WITHOUT_PERIOD)
+        count = max(FEWEST_SAMPLES, 16 * int(np.ceil(highest)))
+        span = inputs.period * (1 if whole else _PERIODS_WITHOUT_PERIOD)
+        self.waves: Complex = np.exp(1j * np.outer(self.omega, np.arange(count) * span / count))
+        self.slope = np.array([law.stiffness[-1] for law in system.laws])
+        self.damping = np.array([law.damping[-1] for law in system.laws])
+        self.full = np.array([largest_slope(system.laws[k]) for k in self.moving])
+        self.loss = np.array([max(float(system.laws[k].damping.max()), 1e-300) for k in self.moving])
+
+    def motion(self, shares: Array) -> tuple[Array, Array]:
+        """(m, S) oscillating deflections and their rates, with gains and dampings (2K,) as shares of the largest."""
+        system, slope, damping = self.system, self.slope.copy(), self.damping.copy()
+        gains, losses = np.split(shares, 2)
+        slope[self.moving], damping[self.moving] = gains * self.full, losses * self.loss
+        spring = (system.rows.T * slope) @ system.rows
+        loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
+        deflection = np.empty(self.error.shape, dtype=np.complex128)
+        for j, w in enumerate(self.omega):
+            push = self.torque[:, j] + system.rows.T @ ((slope + 1j * w * damping) * self.error[:, j])
+            dynamic = spring - w * w * np.diag(system.inertia) + 1j * w * loss
+            deflection[:, j] = system.rows @ np.linalg.solve(dynamic, push) - self.error[:, j]
+        return (deflection @ self.waves).real, ((1j * self.omega * deflection) @ self.waves).real
+
+    @cached_property
+    def _statics(self) -> tuple[list[int], Array, Array, Array]:
+        """Elements that carry load, B, g and the static equilibrium's deflections of the basis."""
+        system, rest = self.system, equilibrium(self.system)
+        elements = [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
+        coordinates = relative_coordinates(system, elements)
+        still = system.inputs.cycles <= 0.0
+        mean = system.inputs.mean + system.inputs.torque_cosine[:, still].sum(axis=1)
+        load = coordinates.angle_from_basis.T @ (mean - system.inertia * rest.acceleration)
+        return elements, coordinates.combination, load, rest.deflection[list(coordinates.elements)]
+
+    def means(self, oscillation: Array) -> Array:
+        """(m,) mean deflections at which the averaged laws carry the mean loads; by Newton's method on the convex U."""
+        elements, combination, load, y = self._statics
+        laws = [self.system.laws[k] for k in elements]
+        waves = oscillation[elements]
+        stiffest = combination.T @ (np.array([law.stiffness.max() for law in laws])[:, None] * combination)
+        floor = 1e-9 * np.diag(np.diag(stiffest))
+
+        def pull(at: Array) -> tuple[Array, Array]:
+            delta = (combination @ at)[:, None] + waves
+            force, slope = np.empty((2, len(laws)))
+            for i, law in enumerate(laws):  # means over samples, the slope that of the force: Newton's method ends
+                piece = np.searchsorted(law.corners, delta[i], side="right")
+                here = law.stiffness[piece]
+                force[i], slope[i] = (here * delta[i] + law.offset[piece]).mean(), here.mean()
+            return load - combination.T @ force, combination.T @ (slope[:, None] * combination)
+
+        swing = np.array([law.stiffness.max() for law in laws]) * np.abs(waves).max(axis=1, initial=0.0)
+        size = np.abs(load).max(initial=0.0) + (np.abs(combination).T @ swing).max(initial=0.0)
+        residual, matrix = pull(y)
+        for _ in range(_MOST_NEWTON):
+            if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
+                break
+            step = np.linalg.solve(matrix + floor, residual)
+            low, high, share, before = 0.0, 1.0, 1.0, abs(residual @ step)
+            for _ in range(_MOST_HALVINGS):  # U is convex: its slope along the line changes sign once
+                now = float(pull(y + share * step)[0] @ step)
+                if now >= -0.5 * before and (share == 1.0 or now <= 0.5 * before):
+                    break
+                low, high = (share, high) if now > 0.0 else (low, share)
+                share = 0.5 * (low + high)
+            y = y + share * step
+            residual, matrix = pull(y)
+        means = np.zeros(len(self.system.laws))
+        means[elements] = combination @ y
+        return means
+
+    def answer(self, shares: Array) -> Array:
+        """(2K,) gains and dampings of equal loss, as shares of the largest, on the motion that given ones make."""
+        oscillation, rate = self.motion(shares)
+        means = self.means(oscillation)
+        found = np.empty((2, len(self.moving)))
+        for i, k in enumerate(self.moving):
+            law, delta = self.system.laws[k], means[k] + oscillation[k]
+            gain = best_line(elastic(law, delta), delta)
+            at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
+            found[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
+            between = 0.5 * (rate[k] + np.roll(rate[k], -1))
+            power = float(between @ between)
+            loss = law.damping[0] + np.diff(law.damping) @ (_beyond(law.corners, delta) @ between**2) / (power or 1.0)
+            at_mean = float(law.damping[law.piece_at(float(means[k]))])
+            found[1, i] = (loss if power > 0.0 else at_mean) / self.loss[i]
+        return found.ravel()
+
+    def point(self, shares: Array, starts: int) -> FixedPoint:
+        """Describe the motion of a fixed point, for all clearances."""
+        oscillation, _ = self.motion(shares)
+        means = self.means(oscillation)
+        clearances = list(self.system.clearances)
+        gain, slope = np.full((2, len(clearances)), np.nan)
+        for i, k in enumerate(clearances):
+            if k in self.moving:
+                law = self.system.laws[k]
+                gain[i] = shares[self.moving.index(k)]
+                slope[i] = _slopes(law.corners, law.stiffness, means[k] + oscillation[k]) / largest_slope(law)
+        deviation = np.sqrt(np.mean(oscillation[clearances] ** 2, axis=1))
+        return FixedPoint(gain, slope, means[clearances], deviation, starts)
+
+
+def _beyond(corners: Array, deflection: Array) -> Array:
+    """(J, S) share of each interval from sample to next that lies above each corner, on straight lines; the last
+    interval leads back to the first sample. Unlike a count of samples it is continuous in the deflections.
+    """
+    after = np.roll(deflection, -1)
+    high, width = np.maximum(deflection, after), np.abs(after - deflection)
+    width = np.maximum(width, 1e-300)
+    return np.clip((high - corners[:, None]) / width, 0.0, 1.0)
+
+
+def _slopes(corners: Array, stiffness: Array, deflection: Array) -> float:
+    """Return the mean of f' over a motion."""
+    return float(stiffness[0] + np.diff(stiffness) @ _beyond(corners, deflection).mean(axis=1))
+
+
+def _starts(count: int) -> Iterator[Array]:
+    """Yield gains (K,): all combinations of the levels, or all alike and one unlike where these are too many."""
+    steps = max((n for n in range(2, FINEST + 1) if n**count <= MOST_STARTS), default=0)
+    if steps:
+        yield from (np.array(levels) for levels in product(np.linspace(LOWEST, 1.0, steps), repeat=count))
+        return
+    for level, other in ((LOWEST, 1.0), (1.0, LOWEST)):
+        yield np.full(count, level)
+        yield from (np.where(np.arange(count) == k, other, level) for k in range(count))
+
+
+def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
+    """Yield the fixed points that searches from one start end at: Newton's method at once, and after relaxation."""
+    from scipy.optimize import root
+
+    def change(shares: Array) -> Array:
+        return linear.answer(np.clip(shares, 0.0, 1.0)) - shares
+
+    for relaxed in (0, _RELAXED):
+        shares = start
+        for _ in range(relaxed):
+            shares = 0.5 * (shares + linear.answer(shares))
+        shares = np.asarray(root(change, shares, tol=1e-11).x)
+        if np.abs(change(shares)).max() <= CONVERGED:
+            yield shares
+
+
+def forecast(system: PiecewiseSystem) -> Forecast:
+    """Find the fixed points of equivalent linearisation.
+
+    Args:
+        system: the driveline; it must have a static equilibrium.
+
+    Raises:
+        Runaway: an element of zero last slope cannot carry its load.
+    """
+    linear = Linearisation(system)
+    if not linear.moving:
+        return Forecast((linear.point(np.zeros(0), 1),), 1, 0)
+    found: list[tuple[Array, int]] = []
+    searches = ended = 0
+    for start in _starts(len(linear.moving)):
+        searches += 2
+        for shares in _search(linear, np.concatenate([start, start])):
+            ended += 1
+            same = next((i for i, (other, _) in enumerate(found) if np.abs(other - shares).max() < SAME), None)
+            if same is None:
+                found.append((shares, 1))
+            else:
+                found[same] = (found[same][0], found[same][1] + 1)
+    points = [linear.point(shares, count) for shares, count in sorted(found, key=lambda entry: -entry[1])]
+    return Forecast(tuple(points), searches, searches - ended)
