@@ -73,7 +73,8 @@ def stiffness(
     print("\n" + columns(("fixed step", "step [s]", "largest x step", "growth", "limit [s]"), lines))
     for x in limits:
         if x.growth > 1.0 + 1e-9:
-            print(f"note: {x.algorithm}: a step multiplies a mode by {x.growth:.4g}: unstable", file=sys.stderr)
+            factor = f"{x.growth:.4g}" if x.growth > 1.001 else f"1 + {x.growth - 1.0:.2g}"
+            print(f"note: {x.algorithm}: a step multiplies a mode by {factor}: unstable", file=sys.stderr)
 
 
 def _row(region: RegionStiffness) -> tuple[str, ...]:
