@@ -1,0 +1,62 @@
+"""A linear system as matrices: what remains when every element has one slope, and what is left of it in a subspace.
+
+    M q'' + C q' + E^T E q = f,        E = diag(sqrt k) W
+
+The stiffness is kept as its factor E, so that natural frequencies are singular values, of E L^-T with M = L L^T, and a
+soft mode beside stiff ones keeps its digits. In a subspace q = T p (Rayleigh and Ritz) the matrices become T^T M T,
+T^T C T and the factor E T; the frequencies found there are never below the true ones of the same rank.
+
+Takes piecewise systems and slopes; gives matrices to reductions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+_RIGID = 1e-11  # of the highest frequency: below it lies rounding of the singular values
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """M q'' + C q' + E^T E q = f.
+
+    Attributes:
+        mass, damping: (n, n).
+        elastic: (m, n) E, one row an element.
+    """
+
+    mass: Array
+    damping: Array
+    elastic: Array
+
+    @property
+    def stiffness(self) -> Array:
+        """(n, n) K = E^T E."""
+        return np.asarray(self.elastic.T @ self.elastic)
+
+    def within(self, basis: Array) -> LinearSystem:
+        """Return the system in the subspace q = T p; ``basis`` is T, (n, r)."""
+        return LinearSystem(basis.T @ self.mass @ basis, basis.T @ self.damping @ basis, self.elastic @ basis)
+
+    def natural(self) -> tuple[Array, Array]:
+        """Return (n,) frequencies, ascending, 0 for rigid motion, and (n, n) shapes of unit modal mass, in columns."""
+        lower = np.linalg.cholesky(self.mass)
+        values, vectors = np.linalg.svd(np.linalg.solve(lower, self.elastic.T).T, full_matrices=True)[1:]
+        omega = np.zeros(len(lower))
+        omega[: values.size] = values
+        omega[omega <= _RIGID * omega.max(initial=0.0)] = 0.0
+        order = np.argsort(omega, kind="stable")
+        return omega[order], np.linalg.solve(lower.T, vectors[order].T)
+
+
+def linearised(system: PiecewiseSystem, stiffness: Array, damping: Array) -> LinearSystem:
+    """Return the matrices with the slope (m,) and the damping (m,) of every element given [SI]."""
+    dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
+    return LinearSystem(np.diag(system.inertia), dissipation, np.sqrt(stiffness)[:, None] * system.rows)

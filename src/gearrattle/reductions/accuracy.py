@@ -1,0 +1,164 @@
+"""How far a reduced system is from the full one, inside the band: measured, not guessed.
+
+Frequencies
+    |omega_red - omega| / omega of every elastic mode of the full system up to the end of the band, paired by rank (by
+    Courant and Fischer omega_red >= omega), the largest over all ``contact_states``, and from the
+    worst ones on by a search over single contact ratios: a mode may pass the end of the band between two rungs.
+Shapes
+    the modal assurance criterion with the mass as weight, (phi^T M T psi)^2, both of unit modal mass, best partner
+    among the reduced modes; all in contact (Allemang and Brown 1982, with M for the identity).
+Responses
+    accelerance from every driven inertia to every inertia watched, on a logarithmic grid and at the resonances of
+    both systems; all in contact, the model's own damping. Beside a sharp resonance a small shift of frequency is a
+    large error of response: both are told.
+
+Takes a system and a subspace; gives an ``Accuracy``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.linear.matrices import LinearSystem, linearised
+from gearrattle.linear.response import accelerance
+from gearrattle.reductions.base import Request
+from gearrattle.reductions.states import State, contact_states, neighbours
+
+Array = NDArray[np.float64]
+
+_GRID = 300  # frequencies of the response, three decades up to the end of the band
+_DECADES = 3.0
+_STARTS = 3  # states from which the search for the worst one begins
+_SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors inside the band.
+
+    Attributes:
+        frequencies, reduced_frequencies: elastic modes of the full system in the band, all in contact, and their
+            partners [rad/s]; inf where the reduced system has no mode left.
+        frequency_error: the largest relative error of a frequency in the band, over all contact states.
+        worst: that frequency of the full system [rad/s]; NaN if no elastic mode lies in the band.
+        worst_state: factors on last slopes there, by element; empty: all in contact.
+        states: number of contact states compared.
+        mac: of every elastic mode in the band, all in contact.
+        response_error_db: largest difference of levels of a response [dB]; NaN if nothing is driven.
+        response_error_peak: largest error of a response over that response's peak in the band; NaN likewise.
+    """
+
+    frequencies: Array
+    reduced_frequencies: Array
+    frequency_error: float
+    worst: float
+    worst_state: tuple[tuple[int, float], ...]
+    states: int
+    mac: Array
+    response_error_db: float
+    response_error_peak: float
+
+
+def accuracy(request: Request, basis: Array, watched: tuple[int, ...]) -> Accuracy:
+    """Measure a reduced system against the full one.
+
+    Args:
+        request: what was asked; its kept clearances are varied.
+        basis: (n, r) T.
+        watched: inertias whose response counts.
+    """
+    worst = frequency_error(request, basis)
+    closed = contact_states(request.system, request.clearances)[0]
+    full, partners = paired(request, basis, closed)
+    linear = linearised(request.system, closed.stiffness, closed.damping)
+    reduced = linear.within(basis)
+    decibels, peak = _response_errors(request, linear, reduced, basis, watched)
+    mac = _assurance(linear, reduced, basis, full.size)
+    return Accuracy(full, partners, *worst, mac, decibels, peak)
+
+
+class Worst(NamedTuple):
+    """The largest relative error of a frequency in the band, that frequency, its state, how many states there are."""
+
+    error: float
+    frequency: float
+    words: tuple[tuple[int, float], ...]
+    states: int
+
+
+def frequency_error(request: Request, basis: Array) -> Worst:
+    """Find the largest relative error of a frequency in the band over all contact states."""
+    states = contact_states(request.system, request.clearances)
+    first = [_worst_in(request, basis, state) for state in states]
+    order = sorted(range(len(states)), key=lambda i: (first[i].error, not np.isnan(first[i].frequency)), reverse=True)
+    worst, tried = first[order[0]], len(states)
+    if worst.error in (0.0, np.inf):
+        return worst._replace(states=tried)
+    for begin in order[:_STARTS]:
+        best, here = first[begin], states[begin]
+        for fine in _SEARCH:
+            near = neighbours(request.system, request.clearances, here, fine)
+            tried += len(near)
+            for state in near:
+                there = _worst_in(request, basis, state)
+                if there.error > best.error:
+                    best, here = there, state
+        worst = max(worst, best, key=lambda found: found.error)
+    return worst._replace(states=tried)
+
+
+def _worst_in(request: Request, basis: Array, state: State) -> Worst:
+    full, partners = paired(request, basis, state)
+    if not full.size:
+        return Worst(0.0, np.nan, state.words, 1)
+    errors = np.abs(partners - full) / full
+    k = int(np.argmax(errors))
+    return Worst(float(errors[k]), float(full[k]), state.words, 1)
+
+
+def paired(request: Request, basis: Array, state: State) -> tuple[Array, Array]:
+    """Elastic frequencies of the full system in the band, and those of the same rank of the reduced one."""
+    linear = linearised(request.system, state.stiffness, state.damping)
+    omega, reduced = linear.natural()[0], linear.within(basis).natural()[0]
+    rigid = int(np.count_nonzero(omega == 0.0))
+    inside = omega[rigid:][omega[rigid:] <= request.up_to]
+    partners = np.full(inside.size, np.inf)
+    found = reduced[rigid : rigid + inside.size]
+    partners[: found.size] = found
+    return inside, partners
+
+
+def _assurance(linear: LinearSystem, reduced: LinearSystem, basis: Array, count: int) -> Array:
+    omega, shapes = linear.natural()
+    rigid = int(np.count_nonzero(omega == 0.0))
+    expanded = basis @ reduced.natural()[1]
+    return np.asarray(np.max((shapes[:, rigid : rigid + count].T @ linear.mass @ expanded) ** 2, axis=1))
+
+
+def _response_errors(
+    request: Request, linear: LinearSystem, reduced: LinearSystem, basis: Array, watched: tuple[int, ...]
+) -> tuple[float, float]:
+    """Largest error of level [dB], and of amplitude over the peak."""
+    if not request.driven:
+        return np.nan, np.nan
+    grid = np.logspace(-_DECADES, 0.0, _GRID) * request.up_to
+    peaks = np.concatenate([linear.natural()[0], reduced.natural()[0]])
+    omega = np.unique(np.concatenate([grid, peaks[(peaks >= grid[0]) & (peaks <= request.up_to)]]))
+    watch = np.eye(request.system.size)[list(watched)]
+    decibels, share = 0.0, 0.0
+    for driven in request.driven:
+        drive = np.eye(request.system.size)[driven]
+        with np.errstate(all="ignore"):
+            exact = accelerance(linear, omega, drive, watch)
+            found = accelerance(reduced, omega, basis.T @ drive, watch @ basis)
+            levels = 20.0 * np.abs(np.log10(np.abs(found) / np.abs(exact)))
+        reached = np.isfinite(levels) & (np.abs(exact) > 1e-12 * np.abs(exact).max())
+        decibels = max(decibels, float(np.max(levels, where=reached, initial=0.0)))
+        tops = np.abs(exact).max(axis=0)
+        seen = tops > 1e-12 * tops.max()
+        share = max(share, float(np.max(np.abs(found - exact) / np.where(seen, tops, np.inf))))
+    return decibels, share

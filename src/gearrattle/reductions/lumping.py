@@ -1,0 +1,258 @@
+"""Lumping: bodies with no relative motion in the modes that matter are merged through their kinematic ratios.
+
+The step of Padmanabhan et al. 1995, sec. 3, where a person reads mode shapes: gears that move alike are lumped onto
+their shaft, I3 + I5 + I7 + I6 (R5/R6)^2 + I8 (R7/R8)^2. Here every element is asked for its share of the strain energy,
+
+    s_k = k_k delta_k^2 / sum_j k_j delta_j^2,
+
+in every elastic mode up to margin x up_to of every contact state. An element made rigid takes its flexibility away, and
+by Rayleigh's quotient raises that mode by about s_k / 2. Elements are merged in the order of their largest share while
+the sum predicts no error beyond half the limit; then the error is measured (``accuracy``), and the merges with the
+largest shares are taken back while it is beyond the limit. Elements with a clearance that is kept are never merged, nor
+is one to the ground, nor one whose transmission error excites the band.
+
+Takes a ``Request``; gives ``Lumps``, whose groups ``assembly`` can write as a driveline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.linear.matrices import linearised
+from gearrattle.reductions.accuracy import frequency_error
+from gearrattle.reductions.base import Request, Subspace
+from gearrattle.reductions.grouping import SAME, Grouping, grouped
+from gearrattle.reductions.states import contact_states
+
+Array = NDArray[np.float64]
+
+LIMIT = 0.05
+"""Largest relative error of a natural frequency in the band."""
+_PREDICTED = (
+    0.5  # share of the limit that merging may use up by prediction: s/2 is the first order of a convex function
+)
+
+
+class Refused(Exception):
+    """An element that was asked to be merged cannot be: which, and a key of ``REASONS``."""
+
+    def __init__(self, element: int, reason: str) -> None:
+        self.element, self.reason = element, reason
+        super().__init__(f"element {element}: {reason}")
+
+
+@dataclass(frozen=True)
+class Fate:
+    """What became of one element.
+
+    Attributes:
+        merged: whether its two bodies are one now.
+        reason: a key of ``REASONS``.
+        share: its largest share of strain energy; NaN if no elastic mode lies within margin x up_to.
+        at: the frequency of that mode [rad/s].
+    """
+
+    merged: bool
+    reason: str
+    share: float
+    at: float
+
+
+REASONS = {
+    "kept": "asked to be kept",
+    "clearance": "has a clearance",
+    "ground": "is tied to the ground",
+    "soft": "has no stiffness",
+    "error": "its transmission error excites the band",
+    "locks": "a closed loop of meshes would lock",
+    "silences": "an element beside it that is kept would never deflect again",
+    "speeds": "a staged coupling would stand between shafts of different speeds, which a model file cannot say",
+    "strain": "holds too much of the strain energy",
+    "measured": "was merged at first; the measured error was too large",
+    "asked": "asked to be merged",
+    "stiff": "hardly deflects",
+    "parallel": "joins two bodies that are one already",
+}
+"""Every reason, in words."""
+
+
+@dataclass(frozen=True)
+class Lumps:
+    """Groups of bodies, and why.
+
+    Attributes:
+        grouping: which body turns with which.
+        fates: (m,) of every element.
+    """
+
+    grouping: Grouping
+    fates: tuple[Fate, ...]
+
+    @property
+    def subspace(self) -> Subspace:
+        """The same as a subspace."""
+        return Subspace(self.grouping.basis, self.grouping.kept)
+
+
+@dataclass(frozen=True)
+class _Rules:
+    request: Request
+    level: frozenset[int]  # elements whose two ends must keep equal speeds
+
+    def grouping(self, merged: tuple[int, ...]) -> Grouping:
+        """Group the bodies by a set that is known to be allowed."""
+        found = self.bodies(merged)
+        assert isinstance(found, Grouping)
+        return found
+
+    def bodies(self, merged: tuple[int, ...]) -> Grouping | str:
+        """Group the bodies, or say why not."""
+        rows = self.request.system.rows
+        found = grouped(rows, merged)
+        if found is None:
+            return "locks"
+        found = self._settled(found)
+        reduced = rows @ found.basis
+        size = np.abs(rows) @ np.abs(found.basis)
+        silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
+        if any(silent[k] and k not in merged for k in self.request.kept):
+            return "silences"
+        for k in self.level:
+            entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
+            if not silent[k] and np.ptp(entries) > SAME * entries.max():
+                return "speeds"
+        return found
+
+    def _settled(self, found: Grouping) -> Grouping:
+        """Keep the body of a group at whose speed most couplings are tied; of equals a driven one, then the first."""
+        rows = self.request.system.rows
+        weight = np.zeros(rows.shape[1])
+        for k, row in enumerate(rows):
+            ends = np.flatnonzero(row)
+            if (
+                ends.size == 2
+                and abs(row.sum()) <= SAME * np.abs(row).max()
+                and len({found.owner[i] for i in ends}) > 1
+            ):
+                weight[ends] += 1000.0 if k in self.level else 1.0
+        ratios = np.array(found.ratio)
+
+        def tied(body: int) -> float:
+            """Couplings tied to the body's group at the body's speed, for they stay couplings if it is kept."""
+            same = (np.array(found.owner) == found.owner[body]) & (np.abs(ratios / ratios[body] - 1.0) <= SAME)
+            return float(weight[same].sum())
+
+        for body in found.kept:
+            members = [i for i, o in enumerate(found.owner) if o == body]
+            best = max(members, key=lambda i: (tied(i), i in self.request.driven, -i))
+            if best != body:
+                found = found.turned(body, best)
+        return found
+
+
+def lump(
+    request: Request,
+    *,
+    forced: tuple[int, ...] = (),
+    level: frozenset[int] = frozenset(),
+    limit: float = LIMIT,
+) -> Lumps:
+    """Choose what to merge.
+
+    Args:
+        request: what is asked.
+        forced: elements to be merged whatever it costs.
+        level: elements that must stay between equal speeds, because their law cannot be written otherwise.
+        limit: largest relative error of a frequency in the band.
+
+    Raises:
+        Refused: a forced element cannot be merged.
+    """
+    rules = _Rules(request, level)
+    shares, frequencies = _shares(request)
+    reasons = _barred(request, forced)
+    merged = _forced(rules, forced, reasons)
+    largest = shares.max(axis=0, initial=0.0)
+    used = shares[:, list(merged)].sum(axis=1)
+    for k in sorted((k for k, reason in enumerate(reasons) if not reason), key=lambda k: (largest[k], k)):
+        answer = rules.bodies((*merged, k))
+        if isinstance(answer, str):
+            reasons[k] = answer
+        elif 0.5 * np.max(used + shares[:, k], initial=0.0) > _PREDICTED * limit:
+            reasons[k] = "strain"
+        else:
+            merged, used, reasons[k] = (*merged, k), used + shares[:, k], "stiff"
+    grouping = rules.grouping(merged)
+    while merged[len(forced) :] and frequency_error(request, grouping.basis).error > limit:
+        reasons[merged[-1]] = "measured"
+        merged = merged[:-1]
+        grouping = rules.grouping(merged)
+    for k, row in enumerate(request.system.rows):
+        if k not in merged and np.max(np.abs(row @ grouping.basis)) <= SAME * np.max(
+            np.abs(row) @ np.abs(grouping.basis)
+        ):
+            reasons[k] = "parallel"
+    return Lumps(grouping, tuple(_fate(reason, shares[:, k], frequencies) for k, reason in enumerate(reasons)))
+
+
+def subspace(request: Request) -> Subspace:
+    """The subspace of lumping by its own choice: the shelf's entry."""
+    return lump(request).subspace
+
+
+def _fate(reason: str, shares: Array, frequencies: Array) -> Fate:
+    merged = reason in ("asked", "stiff", "parallel")
+    if not shares.size:
+        return Fate(merged, reason, np.nan, np.nan)
+    k = int(np.argmax(shares))
+    return Fate(merged, reason, float(shares[k]), float(frequencies[k]))
+
+
+def _shares(request: Request) -> tuple[Array, Array]:
+    """(p, m) share of every element in every elastic mode within margin x up_to of every contact state; their (p,)."""
+    found, at = [np.zeros((0, len(request.system.laws)))], [np.zeros(0)]
+    for state in contact_states(request.system, request.clearances):
+        linear = linearised(request.system, state.stiffness, state.damping)
+        omega, shapes = linear.natural()
+        inside = (omega > 0.0) & (omega <= request.margin * request.up_to)
+        energy = (linear.elastic @ shapes[:, inside]).T ** 2
+        found.append(energy / energy.sum(axis=1, keepdims=True))
+        at.append(omega[inside])
+    return np.vstack(found), np.concatenate(at)
+
+
+def _barred(request: Request, forced: tuple[int, ...]) -> list[str]:
+    """Why an element cannot be merged at all; an empty word where it may be."""
+    system = request.system
+    order = 2.0 * np.pi * system.inputs.cycles / system.inputs.period
+    inside = order <= request.margin * request.up_to
+    excites = np.any((system.inputs.error_sine != 0.0) | (system.inputs.error_cosine != 0.0), where=inside, axis=1)
+    reasons = []
+    for k, law in enumerate(system.laws):
+        reason = ""
+        if np.count_nonzero(system.rows[k]) != 2:
+            reason = "ground"
+        elif law.stiffness[-1] <= 0.0:
+            reason = "soft"
+        elif excites[k]:
+            reason = "error"
+        elif k in request.kept:
+            reason = "clearance" if k in request.clearances else "kept"
+        if reason and k in forced:
+            raise Refused(k, reason)
+        reasons.append(reason)
+    return reasons
+
+
+def _forced(rules: _Rules, forced: tuple[int, ...], reasons: list[str]) -> tuple[int, ...]:
+    """Merge what was asked to be merged, one after another."""
+    merged: tuple[int, ...] = ()
+    for k in forced:
+        answer = rules.bodies((*merged, k))
+        if isinstance(answer, str):
+            raise Refused(k, answer)
+        merged, reasons[k] = (*merged, k), "asked"
+    return merged

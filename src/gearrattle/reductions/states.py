@@ -1,0 +1,92 @@
+"""Contact states in which a reduced system is held against the full one.
+
+A driveline with clearances has one linear system for every region vector, and on the average slopes between them (the
+contact ratio Gamma of Padmanabhan et al. 1995, sec. 6). A reduction must hold in all of them. Taken are every
+combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances
+together and for each alone: a mode that leaves the band when a gap closes passes it somewhere between.
+
+Takes a piecewise system; gives slopes and dampings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+LADDER = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""Contact ratios between open and closed; a frequency changes by at most 1.6 from rung to rung."""
+_MOST_COMBINATIONS = 64
+_WIDE = (0.002, 0.005, 0.01, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+_NEAR = (0.85, 0.92, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.08, 1.15)
+
+
+class State(NamedTuple):
+    """One linear system of many.
+
+    Attributes:
+        stiffness, damping: (m,) of every element.
+        words: factor on the last slope of every varied element that is not in its last stage; empty: all in contact.
+    """
+
+    stiffness: Array
+    damping: Array
+    words: tuple[tuple[int, float], ...]
+
+
+def contact_states(system: PiecewiseSystem, varied: tuple[int, ...]) -> list[State]:
+    """Return states, all elements in their last drive stage first.
+
+    Args:
+        system: the full system.
+        varied: the clearances whose slope may change; all other elements stay in their last drive stage.
+    """
+    factors = [_factors(system, k) for k in varied]
+    chosen: dict[tuple[float, ...], None] = {(1.0,) * len(varied): None}
+    if np.prod([len(f) for f in factors], dtype=float) <= _MOST_COMBINATIONS:
+        chosen.update(dict.fromkeys(product(*factors)))
+    else:
+        chosen[tuple(f[0] for f in factors)] = None
+        for i, each in enumerate(factors):
+            chosen.update({(1.0,) * i + (x,) + (1.0,) * (len(varied) - i - 1): None for x in each})
+            chosen.update({(*(f[0] for f in factors[:i]), 1.0, *(f[0] for f in factors[i + 1 :])): None})
+    for rung in LADDER:
+        chosen[(rung,) * len(varied)] = None
+        for i in range(len(varied)):
+            chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
+    return [state_of(system, dict(zip(varied, factor, strict=True))) for factor in chosen]
+
+
+def state_of(system: PiecewiseSystem, factors: Mapping[int, float]) -> State:
+    """Return the state in which some elements have a multiple of their last slope; all others have it once."""
+    slope = np.array([law.stiffness[-1] for law in system.laws], dtype=float)
+    damping = np.array([law.damping[-1] for law in system.laws], dtype=float)
+    slope[list(factors)] *= list(factors.values())
+    return State(slope, damping, tuple((k, x) for k, x in factors.items() if x != 1.0))
+
+
+def neighbours(system: PiecewiseSystem, varied: tuple[int, ...], state: State, fine: bool) -> list[State]:
+    """Return the states that differ in one clearance: over all contact ratios, or (fine) close by."""
+    present = {**dict.fromkeys(varied, 1.0), **dict(state.words)}
+    found = []
+    for k in varied:
+        near = [present[k] * x for x in _NEAR] if fine and present[k] > 0.0 else [0.0, *_WIDE, 1.0]
+        found += [state_of(system, {**present, k: min(x, 1.0) if fine else x}) for x in near]
+    return found
+
+
+def _factors(system: PiecewiseSystem, element: int) -> list[float]:
+    """Slopes of an element's pieces over its last one's, the centre's first."""
+    law = system.laws[element]
+    last = float(law.stiffness[-1])
+    if last == 0.0:
+        return [1.0]
+    centre = float(law.stiffness[-law.first_label]) / last
+    return list(dict.fromkeys([centre, *(float(k) / last for k in law.stiffness)]))
