@@ -5,6 +5,7 @@ The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Ro
     model   = gr.load("case3.toml")          a driveline in words: inertias, clutches, meshes, torques, units
     rest    = gr.equilibrium(model)          where it rests under its mean loads
     modes   = gr.modes(model)                how it would vibrate without clearances
+    small   = gr.reduce(model, "75 Hz")      a smaller model that is as good up to 75 Hz, and how good
     run     = gr.simulate(model)             its motion, every impact found
     verdict = gr.criteria(run)               does it rattle, where, how badly
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
+    from gearrattle.calls.reduce import reduce
+    from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.simulate import simulate
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
     from gearrattle.calls.stiffness import Stiffness, stiffness
@@ -49,6 +52,8 @@ _HOME = {
     "Nondimensional": "calls.scaling",
     "stiffness": "calls.stiffness",
     "Stiffness": "calls.stiffness",
+    "reduce": "calls.reduce",
+    "Reduction": "calls.reduction",
     "criteria": "calls.judge",
     "Verdict": "criteria",
     "Run": "results",
@@ -70,6 +75,7 @@ __all__ = [
     "Modes",
     "Nondimensional",
     "Problem",
+    "Reduction",
     "Run",
     "Stiffness",
     "Stream",
@@ -85,6 +91,7 @@ __all__ = [
     "nondimensionalize",
     "open_run",
     "open_stream",
+    "reduce",
     "simulate",
     "stiffness",
     "stream",

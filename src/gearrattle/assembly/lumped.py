@@ -1,0 +1,128 @@
+"""A driveline whose bodies have been grouped, written as a driveline again.
+
+The mathematics says which bodies turn as one and with which ratio, theta_i = rho_i theta_A; this page writes that in
+words. Inertias and drags add up with rho^2, torques, their harmonics and drag torques with rho. An element between two
+groups keeps its law and sees rho_a theta_A and rho_b theta_B: a mesh's radii take the ratios up; a coupling whose ends
+have the same ratio is referred to the bodies kept, its deflection divided by rho, its torque multiplied; a coupling
+whose ends now stand on shafts of different speeds becomes a mesh of radii (rho_a, rho_b) x 1 m, which says the same if
+its law is linear or a free gap. Other laws cannot be written so: ``must_stay_level`` names them beforehand.
+
+Takes a model and groups; gives a model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gearrattle.assembly.system import elements_of
+from gearrattle.model import GROUND, Coupling, Mesh, Model
+
+Table = dict[str, Any]
+
+_SAME = 1e-9
+_RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the angle in rad of the shaft it was on
+
+
+def must_stay_level(model: Model) -> frozenset[int]:
+    """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a preload."""
+    return frozenset(k for k, e in enumerate(elements_of(model)) if isinstance(e, Coupling) and not _meshable(e))
+
+
+def lumped_model(
+    model: Model, owner: Sequence[int], ratio: Sequence[float], removed: Sequence[int], name: str
+) -> Model:
+    """Write the grouped driveline.
+
+    Args:
+        model: the full driveline.
+        owner: (n,) index of the body kept of every body's group.
+        ratio: (n,) angle of every body over that of the body kept.
+        removed: indices of the elements inside groups.
+        name: of the new model.
+    """
+    names = [body.name for body in model.inertias]
+    to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}
+    to[GROUND] = (GROUND, 1.0)
+    kept = sorted(set(owner))
+    elements = [e for k, e in enumerate(elements_of(model)) if k not in set(removed)]
+    written = [_element(element, to) for element in elements]
+    tables = {**model.to_tables(), "name": name}
+    tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
+    for kind in ("coupling", "mesh"):
+        tables.pop(kind, None)
+        if rows := [table for is_kind, table in written if is_kind == kind]:
+            tables[kind] = rows
+    for row in tables.get("torque", []):
+        row["on"], factor = to[row["on"]]
+        _scale(row, {"mean": factor})
+        for harmonic in row.get("harmonics", []):
+            harmonic["amplitude"] *= factor
+    initial = tables.get("simulation", {}).get("initial")
+    if isinstance(initial, Mapping):
+        tables["simulation"]["initial"] = _initial(model, initial, owner, ratio, kept)
+    return Model.from_tables(tables)
+
+
+def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
+    """One body for a group."""
+    members = [(model.inertias[i], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept]
+    table: Table = {"name": model.inertias[kept].name, "J": sum(r * r * body.J for body, r in members)}
+    drag, torque = sum(r * r * b.drag for b, r in members), sum(r * b.drag_torque for b, r in members)
+    return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
+
+
+def _element(element: Coupling | Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
+    """Write one element between the bodies kept, and say which kind of table it is."""
+    (a, rho_a), (b, rho_b) = (to[end] for end in element.between)
+    table = {**element.to_plain(), "between": [a, b]}
+    if isinstance(element, Mesh):
+        radii = [element.radii[0] * rho_a, element.radii[1] * rho_b]
+        return "mesh", {**table, "radii": radii}
+    if GROUND in (a, b):
+        return "coupling", _referred(table, rho_b if a == GROUND else rho_a)
+    if abs(rho_a - rho_b) <= _SAME * rho_a:
+        return "coupling", _referred(table, rho_a)
+    piece = element.drive_pieces[-1]
+    mesh: Table = {"name": element.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
+    mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
+    return "mesh", mesh | ({"backlash": 2.0 * element.clearance * _RADIUS} if element.clearance else {})
+
+
+def _meshable(coupling: Coupling) -> bool:
+    if coupling.preload:
+        return False
+    if coupling.stages is not None:
+        return len(coupling.drive_pieces) == 1 and coupling.drive_pieces == coupling.coast_pieces
+    return not coupling.clearance or (coupling.stiffness_ratio == 0.0 and coupling.damping_ratio == 0.0)
+
+
+def _referred(table: Table, ratio: float) -> Table:
+    """Refer a coupling to a shaft that turns 1/ratio times as fast: delta' = delta / ratio, T' = ratio T."""
+    if ratio == 1.0:
+        return table
+    _scale(table, {"stiffness": ratio**2, "damping": ratio**2, "clearance": 1.0 / ratio, "preload": ratio})
+    for key in ("stages", "coast_stages"):
+        for stage in table.get(key) or []:
+            _scale(stage, {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio})
+    return table
+
+
+def _scale(table: Table, factors: Mapping[str, float]) -> None:
+    """Multiply what is there."""
+    for key, factor in factors.items():
+        if table.get(key) is not None:
+            table[key] *= factor
+
+
+def _initial(
+    model: Model, initial: Mapping[str, Any], owner: Sequence[int], ratio: Sequence[float], kept: Sequence[int]
+) -> Table:
+    """A start state of the bodies kept: means over each group, weighted by inertia, so that momentum is kept."""
+    J = [body.J for body in model.inertias]
+
+    def mean(values: Sequence[float], body: int) -> float:
+        members = [i for i, o in enumerate(owner) if o == body]
+        return sum(J[i] * ratio[i] * values[i] for i in members) / sum(J[i] * ratio[i] ** 2 for i in members)
+
+    return {key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}

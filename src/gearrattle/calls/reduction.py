@@ -1,0 +1,198 @@
+"""What a reduction did: the smaller model, what was lumped into what, why, and how far it is from the full one.
+
+Takes findings of ``reduce``; gives words and JSON types.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ReductionError:
+    """Errors of the reduced model against the full one, inside the band.
+
+    ``float()`` of it is ``frequency``.
+
+    Attributes:
+        frequency: the largest relative error of a natural frequency over all contact states compared.
+        at: that frequency of the full model [rad/s]; NaN if no elastic mode lies in the band.
+        state: factors on the last slopes of clearances there, by name; empty: all in contact.
+        states: number of contact states compared.
+        limit: what was allowed.
+        frequencies, reduced_frequencies: elastic modes in the band, all in contact, full and reduced [rad/s].
+        mac: their modal assurance, mass as weight; 1 is the same shape.
+        response_db: largest error of a frequency response's level [dB]; NaN if nothing is driven.
+        response_peak: largest error of a response over its peak in the band; NaN likewise.
+    """
+
+    frequency: float
+    at: float
+    state: Mapping[str, float]
+    states: int
+    limit: float
+    frequencies: Array
+    reduced_frequencies: Array
+    mac: Array
+    response_db: float
+    response_peak: float
+
+    def __float__(self) -> float:
+        """Return the largest relative error of a frequency in the band."""
+        return self.frequency
+
+
+@dataclass(frozen=True)
+class ElementFate:
+    """What became of one element, and why.
+
+    Attributes:
+        merged: whether its two bodies turn as one now.
+        reason: in words.
+        share: largest share of strain energy it holds in a mode that matters; NaN if no such mode.
+        at: frequency of that mode [rad/s].
+    """
+
+    merged: bool
+    reason: str
+    share: float
+    at: float
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One entry of the verdicts on both motions.
+
+    Attributes:
+        criterion, subject, quantity, unit: as in ``Verdict.entries``.
+        full, reduced: the values.
+    """
+
+    criterion: str
+    subject: str
+    quantity: str
+    unit: str
+    full: float | str
+    reduced: float | str
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Both models simulated with the settings of the file.
+
+    Attributes:
+        full, reduced: the verdicts in a sentence.
+        entries: every entry that both verdicts have.
+    """
+
+    full: str
+    reduced: str
+    entries: tuple[Compared, ...]
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """A reduced model and its record.
+
+    Attributes:
+        model: the reduced model; it can be saved (``to_toml``) and simulated like any other.
+        up_to: end of the band [rad/s].
+        groups: by body kept: the bodies lumped into it, each with its angle over the kept body's.
+        elements: every element's fate, by name.
+        error: how far from the full model.
+        notes: what the user must know.
+        simulated: both motions judged; None unless asked for.
+    """
+
+    model: Model
+    up_to: float
+    groups: Mapping[str, Mapping[str, float]]
+    elements: Mapping[str, ElementFate]
+    error: ReductionError
+    notes: tuple[str, ...]
+    simulated: Simulated | None = None
+
+    @property
+    def report(self) -> str:
+        """The whole in words."""
+        return "\n".join([*self._groups(), *self._elements(), *self._errors(), *(f"note: {n}" for n in self.notes)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record in JSON types; numbers that are not finite are null."""
+        error = {key: _plain(value) for key, value in vars(self.error).items()}
+        return {
+            "name": self.model.name,
+            "up_to": self.up_to,
+            "inertias": [body.name for body in self.model.inertias],
+            "groups": {kept: dict(members) for kept, members in self.groups.items()},
+            "elements": {n: {k: _plain(v) for k, v in vars(fate).items()} for n, fate in self.elements.items()},
+            "error": error,
+            "notes": list(self.notes),
+            "simulated": None if self.simulated is None else _simulated(self.simulated),
+        }
+
+    def _groups(self) -> list[str]:
+        merged = sum(len(members) for members in self.groups.values())
+        left = len(self.model.inertias)
+        lines = [f"{left + merged} bodies become {left}, for up to {self._frequency(self.up_to)}"]
+        for kept, members in self.groups.items():
+            words = ", ".join(f"{body} (x {ratio:.6g})" if ratio != 1.0 else body for body, ratio in members.items())
+            lines.append(f"  {kept} takes {words}")
+        return lines
+
+    def _elements(self) -> list[str]:
+        lines = []
+        for name, fate in self.elements.items():
+            share = ""
+            if not math.isnan(fate.share):
+                share = f"; at most {100 * fate.share:.3g} % of the strain energy, at {self._frequency(fate.at)}"
+            lines.append(f"  {name}: {'merged' if fate.merged else 'stays'}, {fate.reason}{share}")
+        return lines
+
+    def _errors(self) -> list[str]:
+        error = self.error
+        if math.isnan(error.at):
+            lines = ["no elastic mode lies in the band"]
+        else:
+            state = ", ".join(f"{name} at {factor:g} of its last slope" for name, factor in error.state.items())
+            lines = [
+                f"frequencies in the band: at most {100 * error.frequency:.2g} % off over {error.states} contact "
+                f"states (allowed {100 * error.limit:g} %), at {self._frequency(error.at)}, {state or 'all in contact'}"
+            ]
+        for full, reduced, mac in zip(error.frequencies, error.reduced_frequencies, error.mac, strict=True):
+            lines.append(f"  {self._frequency(full)} becomes {self._frequency(reduced)}, MAC {mac:.6f}")
+        if not math.isnan(error.response_db):
+            lines.append(
+                f"responses in the band, all in contact: at most {error.response_db:.2g} dB and "
+                f"{100 * error.response_peak:.2g} % of their peak off"
+            )
+        if self.simulated is not None:
+            lines += [f"full model simulated: {self.simulated.full}", f"reduced: {self.simulated.reduced}"]
+        return lines
+
+    def _frequency(self, omega: float) -> str:
+        return f"{omega / math.tau:.6g} Hz" if self.model.units == "SI" else f"{omega:.6g}"
+
+
+def _simulated(simulated: Simulated) -> dict[str, Any]:
+    entries = [{k: _plain(v) for k, v in vars(entry).items()} for entry in simulated.entries]
+    return {"full": simulated.full, "reduced": simulated.reduced, "entries": entries}
+
+
+def _plain(value: Any) -> Any:
+    """Return a value in JSON types."""
+    if isinstance(value, np.ndarray):
+        return [_plain(x) for x in value.tolist()]
+    if isinstance(value, Mapping):
+        return dict(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,83 @@
+"""``gearrattle reduce``: a smaller model that is as good inside a band."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json, number_or_text
+
+if TYPE_CHECKING:
+    from gearrattle.calls.reduction import Reduction
+    from gearrattle.cli.background import Watch
+
+
+def reduce(
+    model: Path,
+    /,
+    *,
+    up_to: str,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    keep: Annotated[Sequence[str], Parameter(negative="")] = (),
+    merge: Annotated[Sequence[str], Parameter(negative="")] = (),
+    limit: float = 0.05,
+    margin: float = 2.0,
+    check: Literal["simulate"] | None = None,
+    json: Json = False,
+) -> None:
+    """Merge bodies that do not move against each other inside a band, and say what it costs.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    up_to
+        End of the band, e.g. "75 Hz".
+    output
+        File for the reduced model, ending in .toml; default: the report alone.
+    keep
+        Name of an element that must stay. May be repeated. Without it every element with a clearance stays; with it
+        only those named are sure to.
+    merge
+        Name of an element to be merged whatever it costs, up to the limit. May be repeated.
+    limit
+        Largest relative error of a natural frequency in the band.
+    margin
+        Modes up to margin times the band's end decide what is merged.
+    check
+        "simulate": also run both models and compare what the criteria say.
+    """
+    import gearrattle
+    from gearrattle.cli.background import watched
+    from gearrattle.cli.columns import json_text
+    from gearrattle.errors import ModelError, Problem
+    from gearrattle.report.staging import Staging
+
+    if output is not None and output.suffix != ".toml":
+        raise ModelError(Problem("-o", f'"{output}"', "must end in .toml"))
+    if output is not None and output.is_dir():
+        raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
+    driveline = gearrattle.load(model)
+    band = number_or_text(up_to)
+
+    def work(_watch: Watch) -> Reduction:
+        return gearrattle.reduce(
+            driveline, up_to if band is None else band, keep=keep or None, merge=merge, limit=limit, margin=margin,
+            check=check,
+        )  # fmt: skip
+
+    found = watched(work)
+    if output is not None:
+        with Staging(output.parent) as staging:
+            (staging.path / output.name).write_text(found.model.to_toml(), encoding="utf-8")
+            staging.commit()
+    if json:
+        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
+        return
+    print(found.report)
+    if output is not None:
+        print(f"saved: {output}", file=sys.stdout)

@@ -1,0 +1,1 @@
+"""Reductions: groups, subspaces, the new driveline, and whether the stated errors hold."""
