@@ -24,6 +24,7 @@ from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, Mode
 
 if TYPE_CHECKING:
     from gearrattle.calls.contact_ratio import contact_ratio
+    from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.reduce import reduce
@@ -53,6 +54,8 @@ _HOME = {
     "stiffness": "calls.stiffness",
     "Stiffness": "calls.stiffness",
     "reduce": "calls.reduce",
+    "condense": "calls.condense",
+    "Condensed": "calls.condense",
     "Reduction": "calls.reduction",
     "criteria": "calls.judge",
     "Verdict": "criteria",
@@ -67,6 +70,7 @@ _HOME = {
 __version__ = _version("gearrattle")
 __all__ = [
     "Cancelled",
+    "Condensed",
     "ConvergenceError",
     "Equilibrium",
     "GearRattleError",
@@ -82,6 +86,7 @@ __all__ = [
     "Verdict",
     "compare",
     "contact_ratio",
+    "condense",
     "criteria",
     "equilibrium",
     "json_schema",

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import assemble, elements_of, lumped_model, must_stay_level
-from gearrattle.calls.reduction import Compared, ElementFate, Reduction, ReductionError, Simulated
+from gearrattle.calls.reduction import Compared, ElementFate, Reduction, Simulated, stated
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.quantity import Quantity
@@ -53,7 +53,7 @@ def reduce(
     """
     end = band_end(model, up_to)
     names = [element.name for element in elements_of(model)]
-    problems = [*_unknown("keep", keep or (), names), *_unknown("merge", merge, names)]
+    problems = [*unknown("keep", keep or (), names), *unknown("merge", merge, names)]
     both = "is in keep and in merge; an element either stays or is merged"
     problems += [Problem("merge", shown(name), both, "take it out of one") for name in merge if name in (keep or ())]
     if not 0.0 < limit < 1.0:
@@ -112,7 +112,8 @@ def requested(
     return Request(system, up_to, margin, tuple(sorted(names.index(name) for name in kept)), driven)
 
 
-def _unknown(key: str, given: Sequence[str], names: list[str]) -> list[Problem]:
+def unknown(key: str, given: Sequence[str], names: Sequence[str]) -> list[Problem]:
+    """Name what no element is called."""
     rule = f"there is no such element; there are {', '.join(names) or 'none'}"
     return [Problem(key, shown(name), rule, did_you_mean(name, names)) for name in given if name not in names]
 
@@ -145,18 +146,7 @@ def _reduction(
     for i, (owner, ratio) in enumerate(zip(grouping.owner, grouping.ratio, strict=True)):
         if owner != i:
             groups.setdefault(bodies[owner], {})[bodies[i]] = ratio
-    error = ReductionError(
-        frequency=found.frequency_error,
-        at=found.worst,
-        state={names[k]: factor for k, factor in found.worst_state},
-        states=found.states,
-        limit=limit,
-        frequencies=found.frequencies,
-        reduced_frequencies=found.reduced_frequencies,
-        mac=found.mac,
-        response_db=found.response_error_db,
-        response_peak=found.response_error_peak,
-    )
+    error = stated(found, names, limit)
     fates = {
         name: ElementFate(fate.merged, REASONS[fate.reason], fate.share, fate.at)
         for name, fate in zip(names, lumps.fates, strict=True)

@@ -6,7 +6,7 @@ Takes findings of ``reduce``; gives words and JSON types.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.model import Model
+from gearrattle.reductions import Accuracy
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,28 @@ class ReductionError:
     def __float__(self) -> float:
         """Return the largest relative error of a frequency in the band."""
         return self.frequency
+
+
+def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
+    """Put names to errors.
+
+    Args:
+        found: as the mathematics has them.
+        names: of the elements.
+        limit: what was allowed.
+    """
+    return ReductionError(
+        frequency=found.frequency_error,
+        at=found.worst,
+        state={names[k]: factor for k, factor in found.worst_state},
+        states=found.states,
+        limit=limit,
+        frequencies=found.frequencies,
+        reduced_frequencies=found.reduced_frequencies,
+        mac=found.mac,
+        response_db=found.response_error_db,
+        response_peak=found.response_error_peak,
+    )
 
 
 @dataclass(frozen=True)

@@ -49,11 +49,21 @@ class LinearSystem:
         """Return (n,) frequencies, ascending, 0 for rigid motion, and (n, n) shapes of unit modal mass, in columns."""
         lower = np.linalg.cholesky(self.mass)
         values, vectors = np.linalg.svd(np.linalg.solve(lower, self.elastic.T).T, full_matrices=True)[1:]
-        omega = np.zeros(len(lower))
-        omega[: values.size] = values
-        omega[omega <= _RIGID * omega.max(initial=0.0)] = 0.0
-        order = np.argsort(omega, kind="stable")
-        return omega[order], np.linalg.solve(lower.T, vectors[order].T)
+        omega = _padded(values, len(lower))
+        return omega[::-1], np.linalg.solve(lower.T, vectors[::-1].T)
+
+    def frequencies(self) -> Array:
+        """Return the frequencies alone, in a third of the time."""
+        lower = np.linalg.cholesky(self.mass)
+        return _padded(np.linalg.svd(np.linalg.solve(lower, self.elastic.T).T, compute_uv=False), len(lower))[::-1]
+
+
+def _padded(values: Array, size: int) -> Array:
+    """All frequencies, descending: singular values that are rounding, and those a flat matrix lacks, are zero."""
+    omega = np.zeros(size)
+    omega[: values.size] = values
+    omega[omega <= _RIGID * omega.max(initial=0.0)] = 0.0
+    return omega
 
 
 def linearised(system: PiecewiseSystem, stiffness: Array, damping: Array) -> LinearSystem:

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 _GRID = 300  # frequencies of the response, three decades up to the end of the band
 _DECADES = 3.0
 _STARTS = 3  # states from which the search for the worst one begins
+_MOST_STATES = 3000  # no search begins beyond
 _SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
 
 
@@ -100,7 +101,7 @@ def frequency_error(request: Request, basis: Array) -> Worst:
         return worst._replace(states=tried)
     for begin in order[:_STARTS]:
         best, here = first[begin], states[begin]
-        for fine in _SEARCH:
+        for fine in _SEARCH if tried < _MOST_STATES else ():
             near = neighbours(request.system, request.clearances, here, fine)
             tried += len(near)
             for state in near:
@@ -123,7 +124,7 @@ def _worst_in(request: Request, basis: Array, state: State) -> Worst:
 def paired(request: Request, basis: Array, state: State) -> tuple[Array, Array]:
     """Elastic frequencies of the full system in the band, and those of the same rank of the reduced one."""
     linear = linearised(request.system, state.stiffness, state.damping)
-    omega, reduced = linear.natural()[0], linear.within(basis).natural()[0]
+    omega, reduced = linear.frequencies(), linear.within(basis).frequencies()
     rigid = int(np.count_nonzero(omega == 0.0))
     inside = omega[rigid:][omega[rigid:] <= request.up_to]
     partners = np.full(inside.size, np.inf)
@@ -146,7 +147,7 @@ def _response_errors(
     if not request.driven:
         return np.nan, np.nan
     grid = np.logspace(-_DECADES, 0.0, _GRID) * request.up_to
-    peaks = np.concatenate([linear.natural()[0], reduced.natural()[0]])
+    peaks = np.concatenate([linear.frequencies(), reduced.frequencies()])
     omega = np.unique(np.concatenate([grid, peaks[(peaks >= grid[0]) & (peaks <= request.up_to)]]))
     watch = np.eye(request.system.size)[list(watched)]
     decibels, share = 0.0, 0.0

@@ -47,8 +47,8 @@ class Request:
         return tuple(k for k in self.kept if k in self.system.clearances)
 
     def masters(self) -> tuple[int, ...]:
-        """Inertias at the ends of kept clearances, and driven ones, ascending."""
-        ends = np.flatnonzero(np.any(self.system.rows[list(self.clearances)] != 0.0, axis=0))
+        """Inertias at the ends of kept elements, and driven ones, ascending."""
+        ends = np.flatnonzero(np.any(self.system.rows[list(self.kept)] != 0.0, axis=0))
         return tuple(sorted({*ends.tolist(), *self.driven}))
 
     def without_clearances(self) -> LinearSystem:

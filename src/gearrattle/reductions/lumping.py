@@ -120,6 +120,10 @@ class _Rules:
         silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
         if any(silent[k] and k not in merged for k in self.request.kept):
             return "silences"
+        for k in np.flatnonzero(~silent):
+            ends = np.flatnonzero(rows[k])
+            if ends.size == 2 and found.owner[ends[0]] == found.owner[ends[1]]:
+                return "locks"
         for k in self.level:
             entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
             if not silent[k] and np.ptp(entries) > SAME * entries.max():

@@ -1,0 +1,68 @@
+"""``gearrattle reduce``: the report, the file, JSON, wrong input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.cli import main
+
+EIGHT = Path(__file__).parents[2] / "examples" / "paper" / "eight_dof.toml"
+PAPER = ("--keep", "clutch", "--keep", "spline", "--keep", "mesh_34")
+BAND = ("--up-to", "75 Hz")
+
+
+@pytest.fixture(autouse=True)
+def _empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reduce", str(EIGHT), *BAND, *PAPER, "-o", "reduced.toml"]) == 0
+    out, _ = capsys.readouterr()
+    assert out.splitlines()[:2] == [
+        "8 bodies become 4, for up to 75 Hz",
+        "  gear_3 takes gear_5, gear_6, gear_7, gear_8",
+    ]
+    assert "allowed 5 %" in out
+    assert out.splitlines()[-1] == "saved: reduced.toml"
+    assert list(Path().iterdir()) == [Path("reduced.toml")]
+    saved = gr.load("reduced.toml")
+    assert saved == gr.reduce(gr.load(EIGHT), "75 Hz", keep=PAPER[1::2]).model
+    assert gr.modes(saved).frequencies == pytest.approx([0, 346, 7937, 48091], abs=0.5)
+    assert main(["simulate", "reduced.toml", "--cycles", "2", "--samples-per-cycle", "16"]) == 0
+
+
+def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reduce", str(EIGHT), *BAND, "--merge", "mesh_56", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["groups"] == {"gear_3": {"gear_5": 1.0, "gear_6": 1.0, "gear_7": 1.0}}
+    assert told["elements"]["mesh_56"]["reason"] == "asked to be merged"
+    assert told["error"]["frequency"] < 0.001
+    assert told["output"] is None
+    assert list(Path().iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--up-to", "75 rpm"), "up_to"),
+        (("--up-to", "fast"), "up_to"),
+        ((), "up-to"),
+        ((*BAND, "--keep", "nothing"), 'keep: found "nothing"; there is no such element'),
+        ((*BAND, "--merge", "clutch"), "% is allowed"),
+        ((*BAND, "--limit", "2"), "limit"),
+        ((*BAND, "--check", "twice"), "check"),
+        ((*BAND, "-o", "reduced.json"), "must end in .toml"),
+    ],
+)
+def test_wrong_input_is_told_and_writes_nothing(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = () if "-o" in words else ("-o", "reduced.toml")
+    assert main(["reduce", str(EIGHT), *words, *output]) == 2
+    assert said in capsys.readouterr().err
+    assert list(Path().iterdir()) == []
