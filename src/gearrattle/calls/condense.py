@@ -36,7 +36,9 @@ class Condensed:
         coordinates: (r,) name of the inertia whose angle a coordinate is; "" for the amplitude of a shape.
         clearances: names of the clearances kept.
         rows: (len(clearances), r) their deflections by the coordinates [rad or m].
-        mass, damping, stiffness: (r, r), all elements in their last drive stage.
+        mass: (r, r) T^T J T.
+        damping: (r, r), all elements in their last drive stage.
+        stiffness: (r, r), likewise.
         error: how far from the full model, over all contact states.
     """
 

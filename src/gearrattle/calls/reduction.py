@@ -31,7 +31,8 @@ class ReductionError:
         state: factors on the last slopes of clearances there, by name; empty: all in contact.
         states: number of contact states compared.
         limit: what was allowed.
-        frequencies, reduced_frequencies: elastic modes in the band, all in contact, full and reduced [rad/s].
+        frequencies: elastic modes of the full model in the band, all in contact [rad/s].
+        reduced_frequencies: those of the same rank of the reduced one; inf where it has none left.
         mac: their modal assurance, mass as weight; 1 is the same shape.
         response_db: largest error of a frequency response's level [dB]; NaN if nothing is driven.
         response_peak: largest error of a response over its peak in the band; NaN likewise.
@@ -97,8 +98,12 @@ class Compared:
     """One entry of the verdicts on both motions.
 
     Attributes:
-        criterion, subject, quantity, unit: as in ``Verdict.entries``.
-        full, reduced: the values.
+        criterion: as in ``Verdict.entries``, like the next three.
+        subject: the inertia, coupling or mesh.
+        quantity: in words.
+        unit: SI unit.
+        full: value for the full model.
+        reduced: value for the reduced one.
     """
 
     criterion: str
@@ -114,7 +119,8 @@ class Simulated:
     """Both models simulated with the settings of the file.
 
     Attributes:
-        full, reduced: the verdicts in a sentence.
+        full: the verdict on the full model in a sentence.
+        reduced: that on the reduced one.
         entries: every entry that both verdicts have.
     """
 

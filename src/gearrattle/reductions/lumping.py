@@ -120,8 +120,8 @@ class _Rules:
         silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
         if any(silent[k] and k not in merged for k in self.request.kept):
             return "silences"
-        for k in np.flatnonzero(~silent):
-            ends = np.flatnonzero(rows[k])
+        for row in rows[~silent]:
+            ends = np.flatnonzero(row)
             if ends.size == 2 and found.owner[ends[0]] == found.owner[ends[1]]:
                 return "locks"
         for k in self.level:
