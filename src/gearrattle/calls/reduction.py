@@ -34,7 +34,7 @@ class ReductionError:
         frequencies: elastic modes of the full model in the band, all in contact [rad/s].
         reduced_frequencies: those of the same rank of the reduced one; inf where it has none left.
         mac: their modal assurance, mass as weight; 1 is the same shape.
-        response_db: largest error of a frequency response's level [dB]; NaN if nothing is driven.
+        response_db: largest error of level where a response is above 1 % of its peak [dB]; NaN if nothing is driven.
         response_peak: largest error of a response over its peak in the band; NaN likewise.
     """
 

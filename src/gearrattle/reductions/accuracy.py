@@ -8,8 +8,9 @@ Shapes
     the modal assurance criterion with the mass as weight, (phi^T M T psi)^2, both of unit modal mass, best partner
     among the reduced modes; all in contact (Allemang and Brown 1982, with M for the identity).
 Responses
-    accelerance from every driven inertia to every inertia watched, on a logarithmic grid and at the resonances of
-    both systems; all in contact, the model's own damping. Beside a sharp resonance a small shift of frequency is a
+    accelerance from every driven inertia to every inertia watched, on a grid and at the resonances of both systems,
+    closing in on the largest errors; all in contact, the model's own damping. Levels count where the response is above
+    1 % of its peak: in an antiresonance they say nothing. Beside a sharp resonance a small shift of frequency is a
     large error of response: both are told.
 
 Takes a system and a subspace; gives an ``Accuracy``.
@@ -17,6 +18,7 @@ Takes a system and a subspace; gives an ``Accuracy``.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,8 +32,12 @@ from gearrattle.reductions.states import State, contact_states, neighbours
 
 Array = NDArray[np.float64]
 
-_GRID = 300  # frequencies of the response, three decades up to the end of the band
+_GRID = 200  # frequencies of a response: so many in three decades up to the end of the band, and twice as many evenly
 _DECADES = 3.0
+_ROUNDS = 5  # of closing in on the largest errors of a response
+_BETWEEN = 9  # frequencies between two neighbours of the last round
+_AUDIBLE = 0.01  # of a response's peak: below it its level does not count
+_SILENT = 1e-12  # of the largest response: below it lies rounding
 _STARTS = 3  # states from which the search for the worst one begins
 _MOST_STATES = 3000  # no search begins beyond
 _SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
@@ -49,7 +55,8 @@ class Accuracy:
         worst_state: factors on last slopes there, by element; empty: all in contact.
         states: number of contact states compared.
         mac: of every elastic mode in the band, all in contact.
-        response_error_db: largest difference of levels of a response [dB]; NaN if nothing is driven.
+        response_error_db: largest difference of levels where a response is above 1 % of its peak [dB]; NaN if nothing
+            is driven.
         response_error_peak: largest error of a response over that response's peak in the band; NaN likewise.
     """
 
@@ -93,7 +100,7 @@ class Worst(NamedTuple):
 
 def frequency_error(request: Request, basis: Array) -> Worst:
     """Find the largest relative error of a frequency in the band over all contact states."""
-    states = contact_states(request.system, request.clearances)
+    states = contact_states(request.system, request.clearances, request.up_to)
     first = [_worst_in(request, basis, state) for state in states]
     order = sorted(range(len(states)), key=lambda i: (first[i].error, not np.isnan(first[i].frequency)), reverse=True)
     worst, tried = first[order[0]], len(states)
@@ -146,20 +153,37 @@ def _response_errors(
     """Largest error of level [dB], and of amplitude over the peak."""
     if not request.driven:
         return np.nan, np.nan
-    grid = np.logspace(-_DECADES, 0.0, _GRID) * request.up_to
+    end, watch = request.up_to, np.eye(request.system.size)[list(watched)]
+    grids = [np.logspace(-_DECADES, 0.0, _GRID) * end, np.linspace(0.0, end, 2 * _GRID + 1)[1:]]
     peaks = np.concatenate([linear.frequencies(), reduced.frequencies()])
-    omega = np.unique(np.concatenate([grid, peaks[(peaks >= grid[0]) & (peaks <= request.up_to)]]))
-    watch = np.eye(request.system.size)[list(watched)]
-    decibels, share = 0.0, 0.0
+    start = np.unique(np.concatenate([*grids, peaks[(peaks >= grids[0][0]) & (peaks <= end)]]))
+    worst = []
     for driven in request.driven:
         drive = np.eye(request.system.size)[driven]
-        with np.errstate(all="ignore"):
-            exact = accelerance(linear, omega, drive, watch)
-            found = accelerance(reduced, omega, basis.T @ drive, watch @ basis)
-            levels = 20.0 * np.abs(np.log10(np.abs(found) / np.abs(exact)))
-        reached = np.isfinite(levels) & (np.abs(exact) > 1e-12 * np.abs(exact).max())
-        decibels = max(decibels, float(np.max(levels, where=reached, initial=0.0)))
-        tops = np.abs(exact).max(axis=0)
-        seen = tops > 1e-12 * tops.max()
-        share = max(share, float(np.max(np.abs(found - exact) / np.where(seen, tops, np.inf))))
-    return decibels, share
+
+        def errors(omega: Array, drive: Array = drive) -> tuple[Array, Array, Array]:
+            """Errors of level, of amplitude, and amplitudes, (F, p) each."""
+            with np.errstate(all="ignore"):
+                exact = accelerance(linear, omega, drive, watch)
+                found = accelerance(reduced, omega, basis.T @ drive, watch @ basis)
+                levels = 20.0 * np.abs(np.log10(np.abs(found) / np.abs(exact)))
+            return levels, np.abs(found - exact), np.abs(exact)
+
+        worst.append(_refined(errors, start))
+    return max(level for level, _ in worst), max(share for _, share in worst)
+
+
+def _refined(errors: Callable[[Array], tuple[Array, Array, Array]], omega: Array) -> tuple[float, float]:
+    """Largest error of level and of amplitude over the peak, closing in on both from a grid."""
+    level, share, tops = 0.0, 0.0, np.zeros(1)
+    for _ in range(_ROUNDS):
+        levels, differences, amplitudes = errors(omega)
+        tops = np.maximum(tops, amplitudes.max(axis=0))
+        reached = tops > _SILENT * tops.max()
+        levels = np.where(reached & np.isfinite(levels) & (amplitudes >= _AUDIBLE * tops), levels, 0.0)
+        shares = np.where(reached, differences / np.where(reached, tops, 1.0), 0.0)
+        level, share = max(level, float(levels.max())), max(share, float(shares.max()))
+        at = np.unique([np.argmax(each, axis=0) for each in (levels, shares)])
+        sides = [(omega[max(i - 1, 0)], omega[min(i + 1, omega.size - 1)]) for i in at]
+        omega = np.unique(np.concatenate([np.linspace(*side, _BETWEEN) for side in sides]))
+    return level, share

@@ -218,7 +218,7 @@ def _fate(reason: str, shares: Array, frequencies: Array) -> Fate:
 def _shares(request: Request) -> tuple[Array, Array]:
     """(p, m) share of every element in every elastic mode within margin x up_to of every contact state; their (p,)."""
     found, at = [np.zeros((0, len(request.system.laws)))], [np.zeros(0)]
-    for state in contact_states(request.system, request.clearances):
+    for state in contact_states(request.system, request.clearances, request.up_to):
         linear = linearised(request.system, state.stiffness, state.damping)
         omega, shapes = linear.natural()
         inside = (omega > 0.0) & (omega <= request.margin * request.up_to)

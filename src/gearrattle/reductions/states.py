@@ -3,7 +3,8 @@
 A driveline with clearances has one linear system for every region vector, and on the average slopes between them (the
 contact ratio Gamma of Padmanabhan et al. 1995, sec. 6). A reduction must hold in all of them. Taken are every
 combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances
-together and for each alone: a mode that leaves the band when a gap closes passes it somewhere between.
+together and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low
+while a gap hardly touches leaves the band as it closes.
 
 Takes a piecewise system; gives slopes and dampings.
 """
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 LADDER = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 """Contact ratios between open and closed; a frequency changes by at most 1.6 from rung to rung."""
 _MOST_COMBINATIONS = 64
+_AROUND = (0.03, 0.1, 0.25, 0.5, 1.0)  # the bodies behind are heavier than the two alone, so rather below than above
 _WIDE = (0.002, 0.005, 0.01, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 _NEAR = (0.85, 0.92, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.08, 1.15)
 
@@ -41,12 +43,13 @@ class State(NamedTuple):
     words: tuple[tuple[int, float], ...]
 
 
-def contact_states(system: PiecewiseSystem, varied: tuple[int, ...]) -> list[State]:
+def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: float = 0.0) -> list[State]:
     """Return states, all elements in their last drive stage first.
 
     Args:
         system: the full system.
         varied: the clearances whose slope may change; all other elements stay in their last drive stage.
+        up_to: end of the band [rad/s]; 0 leaves out the contact ratios at which a mode of a clearance passes it.
     """
     factors = [_factors(system, k) for k in varied]
     chosen: dict[tuple[float, ...], None] = {(1.0,) * len(varied): None}
@@ -61,6 +64,11 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...]) -> list[Sta
         chosen[(rung,) * len(varied)] = None
         for i in range(len(varied)):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
+    centre = tuple(f[0] for f in factors)
+    for i, k in enumerate(varied):
+        for rung in _passing(system, k, up_to):
+            chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
+            chosen[(*centre[:i], rung, *centre[i + 1 :])] = None
     return [state_of(system, dict(zip(varied, factor, strict=True))) for factor in chosen]
 
 
@@ -80,6 +88,14 @@ def neighbours(system: PiecewiseSystem, varied: tuple[int, ...], state: State, f
         near = [present[k] * x for x in _NEAR] if fine and present[k] > 0.0 else [0.0, *_WIDE, 1.0]
         found += [state_of(system, {**present, k: min(x, 1.0) if fine else x}) for x in near]
     return found
+
+
+def _passing(system: PiecewiseSystem, element: int, up_to: float) -> list[float]:
+    """Contact ratios around the one at which two bodies on this spring alone would swing at the end of the band."""
+    slope = float(system.laws[element].stiffness[-1])
+    alone = slope * float(system.rows[element] ** 2 @ (1.0 / system.inertia))
+    ratio = up_to**2 / alone if alone > 0.0 else 0.0
+    return [ratio * rung for rung in _AROUND if 0.0 < ratio * rung < 1.0]
 
 
 def _factors(system: PiecewiseSystem, element: int) -> list[float]:
