@@ -23,12 +23,12 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, ModelError, Problem
 
 if TYPE_CHECKING:
-    from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.condense import Condensed, condense
+    from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.judge import criteria
-    from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
+    from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.simulate import simulate
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
     from gearrattle.calls.stiffness import Stiffness, stiffness
@@ -85,8 +85,8 @@ __all__ = [
     "Stream",
     "Verdict",
     "compare",
-    "contact_ratio",
     "condense",
+    "contact_ratio",
     "criteria",
     "equilibrium",
     "json_schema",
