@@ -139,6 +139,22 @@ def test_the_papers_seven_are_asked_for_by_name() -> None:
     assert [c.label for c in contenders(PAPER)] == list(PAPER)
 
 
+@pytest.mark.parametrize("name", ["case1", "case2", "case3", "case1_loaded", "case2_loaded", "case3_loaded"])
+def test_restarted_at_corners_nothing_is_missed_and_nothing_flies_away(name: str) -> None:
+    found = side_by_side(case(name), ["rkv-events"], tolerance=1e-8, cycles=24, discard=4, samples_per_cycle=128)
+    row = found.row("rkv-events")
+    assert row.error is not None
+    assert row.crossings is not None
+    assert row.error.worst < 1e-2
+    assert row.crossings.total.missed == row.crossings.total.invented == 0
+    model, grid = case(name), {"cycles": 24, "discard": 0, "samples_per_cycle": 128}
+    reach = [
+        np.abs(gr.simulate(model, algorithm=algorithm, **grid).trajectory.deflection).max(axis=0)
+        for algorithm in ("exact", "rkv-events")
+    ]
+    assert np.all(reach[1] < 1.3 * reach[0])
+
+
 def test_precision_costs_work_and_restarting_costs_less() -> None:
     found = work_precision(case("case3_loaded"), ["rk4", "rkv", "rkv-events"], budget=2.0, most_cycles=4)
     curves = {curve.algorithm: curve.points for curve in found.curves}

@@ -31,12 +31,14 @@ STEP, SAMPLE, EVENTS, CALLS, REJECTED, COLUMN, STALLED, BEGUN = range(8)
 of the extrapolation, crossings in a row without time between them, whether the run has begun."""
 NOW, NEXT, TRIED, SMALLEST = range(4)
 """Indices into ``Stepper.clock``: the time, the next step to try, the sum of all tried, the shortest taken [s]."""
-ROOT = 10
-"""Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), side."""
+ROOT = 12
+"""Entries of a root sought: element, piece, way, corner, bracket (2), where it is, values at the bracket (2), the side
+it was narrowed from last, values at both ends of the step (2). A value is the deflection beyond the corner."""
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 5.0
 _MOST_STALLED = 100
 _EIGHTHS = 8
 _SETTLED = 1e-10
+_BARELY = 1e-300
 _LOCATING = 40
 
 
@@ -95,8 +97,10 @@ def hermite(x, h, a, da, b, db):
 
 @inlined
 def _log(stepper, begin, time, k, piece, up, rate, integral):
-    """Log a crossing in order of time among those from ``begin`` on."""
+    """Log a crossing in order of time among those from ``begin`` on; none is earlier than those of the step before."""
     i = stepper.counts[EVENTS]
+    if begin > 0:
+        time = max(time, stepper.event_time[begin - 1])
     while i > begin and stepper.event_time[i - 1] > time:
         stepper.event_time[i], stepper.event_element[i] = stepper.event_time[i - 1], stepper.event_element[i - 1]
         stepper.event_pieces[i, 0] = stepper.event_pieces[i - 1, 0]
@@ -166,7 +170,8 @@ def _met(field, h, piece, old, new, roots):
             if not _exit(h, gap, -up * old[1][k], end, -up * new[1][k], bracket):
                 continue
             roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece[k], up, corner
-            roots[count, 4], roots[count, 5], roots[count, 6] = bracket[0], bracket[1], 0.0
+            roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = bracket[0], bracket[1], 0.0, 0.0
+            roots[count, 10], roots[count, 11] = old[0][k] - corner, new[0][k] - corner
             count += 1
     return count
 
@@ -183,18 +188,33 @@ def _next_guess(root, tries):
 
 
 @inlined
-def _narrow(root, tries, x, value):
-    """Take note of a value at x. Returns whether the root is settled; root[6] is its x, 2 if there is none."""
-    last, root[6] = root[6], x
+def _widen(root, tries, x, value):
+    """Take note of a value at an end of the bracket, and move the other end where the cubic misled.
+
+    Returns:
+        how many ends are settled now (2: both), or -1 if the motion does not cross after all.
+    """
+    inside = value * root[2] < 0.0
     if tries == 0:
-        root[7], root[9] = value, 0.0
-        return root[5] <= root[4]
-    if tries == 1:
-        root[8] = value
-        if (root[7] > 0.0) == (value > 0.0):
-            root[6] = 2.0
-            return True
-        return False
+        root[7] = value if inside else -root[2] * _BARELY
+        if inside or x <= 0.0:
+            return 1 if root[5] > x else -2
+        before = root[10] if root[10] * root[2] < 0.0 else -root[2] * _BARELY
+        root[4], root[7], root[5], root[8] = 0.0, before, x, value
+        return 2
+    root[8] = value
+    if not inside:
+        return 2
+    if root[11] * root[2] < 0.0:
+        return -1
+    root[4], root[7], root[5], root[8] = x, value, 1.0, root[11]
+    return 2
+
+
+@inlined
+def _narrow(root, x, value):
+    """Take note of a value inside the bracket. Returns whether the root is settled."""
+    last, root[6] = root[6], x
     if (value > 0.0) == (root[8] > 0.0):
         root[5], root[8], root[7] = x, value, (0.5 * root[7] if root[9] == 1.0 else root[7])
         root[9] = 1.0
@@ -252,9 +272,16 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
         look(field, t + x * h, probe, True, here, room.wave, room.trial)
-        tries += 1
-        if not _narrow(roots[done], tries - 1, x, here[0][k] - roots[done, 3]) and tries < _LOCATING:
-            continue
+        root, value = roots[done], here[0][k] - roots[done, 3]
+        if tries < 2:
+            tries = _widen(root, tries, x, value)
+            if tries >= 0:
+                continue
+            root[6] = 2.0 if tries == -1 else x
+        else:
+            tries += 1
+            if not _narrow(root, x, value) and tries < _LOCATING:
+                continue
         x, piece, up = roots[done, 6], int(roots[done, 1]), int(roots[done, 2])
         if not control.held:
             _log(stepper, begin, t + x * h, k, piece, up, here[1][k], probe[base + k])
