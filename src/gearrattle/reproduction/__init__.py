@@ -1,0 +1,14 @@
+"""The paper's own numbers beside ours: what is reproduced, what differs and why, what cannot be decided.
+
+C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle Analysis", ASME J.
+Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``cases`` builds its models under any mean load,
+``bench`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned to look alike.
+
+``reproduce`` gives a Reproduction; ``page.fill`` writes it as HTML and JSON.
+"""
+
+from gearrattle.reproduction.cases import load_case
+from gearrattle.reproduction.procedure import reproduce
+from gearrattle.reproduction.record import Reproduction, Row, Section
+
+__all__ = ["Reproduction", "Row", "Section", "load_case", "reproduce"]

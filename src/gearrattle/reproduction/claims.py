@@ -1,0 +1,153 @@
+"""Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4.
+
+Takes a Bench; gives a section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gearrattle.report.tables import Table
+from gearrattle.reproduction.bench import Bench, Scope, Setup
+from gearrattle.reproduction.cases import SPEED
+from gearrattle.reproduction.coherence import KINDS
+from gearrattle.reproduction.coherence import setup_of as fine_of
+from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction.load import setup_of as of_load
+from gearrattle.reproduction.printed import MODERATE
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
+from gearrattle.reproduction.tables_3_4 import TABLES
+from gearrattle.reproduction.tables_3_4 import setup_of as of_tables
+from gearrattle.reproduction.transmissibility import bandwidth
+
+_VARIABLE = ("rkf", "rkv", "adams", "gear", "bulirsch-stoer")
+
+
+def needs(scope: Scope) -> Iterator[Setup]:
+    """Verner's method restarted at corners, beside the tables' runs."""
+    for _, case, _ in TABLES:
+        for loaded in KINDS.values():
+            yield of_tables(scope, case, "rkv-events", loaded=loaded)
+
+
+def section(bench: Bench) -> Section:
+    """Measure the claims one by one."""
+    rows = (
+        *(_fixed_are_faster(bench, number, case, kind) for number, case, _ in TABLES for kind in KINDS),
+        *(_trials_fail(bench, case, kind) for _, case, _ in TABLES for kind in KINDS),
+        _trial_steps(bench), _bottoms_out(bench), *(bandwidth(bench, kind, fine_of) for kind in KINDS),
+    )  # fmt: skip
+    words = (
+        "Section 9 explains run times by steps rejected at corners. Rejections can be counted: RKV-events is the same "
+        "method restarted at every corner, so that no accepted step contains one."
+    )
+    return Section("claims", "Section 9: claims", words, rows, (_table(bench),))
+
+
+def _fixed_are_faster(bench: Bench, number: int, case: int, kind: str) -> Row:
+    lines = next(lines for each, _, lines in TABLES if each == number)
+    rk2, rk4, *others = (line for line in lines if line.calls)
+    theirs = ", ".join(f"{line.label} {line.seconds / rk2.seconds:.2f}" for line in (rk4, *others))
+    runs = {
+        line.label: run
+        for line in lines
+        if (run := bench.run(of_tables(bench.scope, case, line.algorithm, loaded=KINDS[kind]))) is not None
+    }
+    base = runs["RK2"].cost
+    ours = ", ".join(
+        f"{label} {run.cost.wall_time / base.wall_time:.2f}" for label, run in runs.items() if label != "RK2"
+    )
+    slower = [name for name, run in runs.items() if name not in ("RK2", "RK4") and run.cost.wall_time > base.wall_time]
+    chosen = [name for name in runs if name not in ("RK2", "RK4")]
+    per_call = {
+        line.label: 1e3 * line.seconds / line.calls for line in (rk2, *others) if line.calls and line.label != "BUS"
+    }
+    spread = f"{min(per_call.values()):.2g} to {max(per_call.values()):.2g} ms"
+    why = (
+        f"RK2 is slower than {len(chosen) - len(slower)} of {len(chosen)} methods that choose their steps here; "
+        f"in the paper a call costs {spread}, depending on the algorithm, so its times are partly those of its codes"
+    )
+    return row(
+        f"Table {number}, times relative to RK2, {kind}", theirs, ours,
+        REPRODUCED if len(slower) == len(chosen) else DIFFERS, why if len(slower) < len(chosen) else "",
+        slower=len(slower), of=len(chosen),
+    )  # fmt: skip
+
+
+def _trials_fail(bench: Bench, case: int, kind: str) -> Row:
+    told, figures = [], {}
+    for name in ("rkf", "rkv", "rkv-events"):
+        run = bench.run(of_tables(bench.scope, case, name, loaded=KINDS[kind]))
+        if run is not None:
+            rate = run.cost.rejected_steps / max(1, run.cost.events)
+            told.append(f"{name} {rate:.1f}")
+            figures[name] = rate
+    more = min(figures["rkf"], figures["rkv"]) > figures["rkv-events"] and min(figures["rkf"], figures["rkv"]) >= 1.0
+    return row(
+        f"Sec. 9, trial steps fail at breakpoints, case {case}, {kind}", "nearly always",
+        f"rejected steps a crossing: {', '.join(told)}", REPRODUCED if more else DIFFERS,
+        "what is left of them when the method is restarted at corners is not due to corners" if more else
+        "rejections are not mainly due to crossings here", **figures,
+    )  # fmt: skip
+
+
+def _trial_steps(bench: Bench) -> Row:
+    """Sec. 9: variable methods show a larger (initial average) trial step."""
+    told, larger, total = [], 0, 0
+    for _, case, _ in TABLES:
+        for kind, loaded in KINDS.items():
+            for name in ("rkf", "rkv", "bulirsch-stoer"):
+                run = bench.run(of_tables(bench.scope, case, name, loaded=loaded))
+                if run is not None:
+                    total += 1
+                    larger += run.cost.average_trial_step > run.cost.average_step
+                    if name == "rkv":
+                        pair = (SPEED * run.cost.average_trial_step, SPEED * run.cost.average_step)
+                        told.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
+    return row(
+        "Sec. 9, trial steps are larger than steps taken", "RKF, RKV, case 3: 0.0400, 0.0377 against span over "
+        f"count {850 / 125034:.4f}, {850 / 170441:.4f}", f"RKV, trial and taken: {'; '.join(told)}",
+        REPRODUCED if 2 * larger > total else DIFFERS,
+        f"of all steps tried, larger in {larger} of {total} runs; the paper's average is over the initial ones",
+        larger=larger, of=total,
+    )  # fmt: skip
+
+
+def _bottoms_out(bench: Bench) -> Row:
+    """Sec. 9: a variable step bottoms out at discontinuities."""
+    told, least = [], 1.0
+    for name in ("rkf", "rkv", "bulirsch-stoer"):
+        run = bench.run(of_tables(bench.scope, 3, name, loaded=False))
+        if run is not None and run.cost.smallest_step is not None:
+            share = run.cost.smallest_step / run.cost.average_step
+            least = min(least, share)
+            told.append(f"{name} {figure(share, 2)}")
+    return row("Sec. 9, steps bottom out at discontinuities", "h is reduced to the prescribed tolerance",
+               f"smallest over average step, case 3, rattling: {', '.join(told)}",
+               REPRODUCED if least < 1e-2 else DIFFERS, "", least=least)  # fmt: skip
+
+
+def _table(bench: Bench) -> Table:
+    lines = []
+    for _, case, _ in TABLES:
+        for kind, loaded in KINDS.items():
+            for name in (*_VARIABLE, "rkv-events"):
+                run = bench.run(of_tables(bench.scope, case, name, loaded=loaded))
+                if run is not None:
+                    lines.append(
+                        _line(f"case {case}, {kind}", name, run.cost.steps, run.cost.rejected_steps, run.cost.events)
+                    )
+    for kind, loaded in KINDS.items():
+        for name in ("rkf", "rkv"):
+            run = bench.run(of_load(bench.scope, name, MODERATE, loaded=loaded))
+            if run is not None:
+                lines.append(
+                    _line(f"case 3, {kind}, mean 0.5", name, run.cost.steps, run.cost.rejected_steps, run.cost.events)
+                )
+    return Table(("run", "algorithm", "steps", "rejected", "crossings", "rejected a crossing"), tuple(lines),
+                 frozenset({0, 1}), "Rejected steps")  # fmt: skip
+
+
+def _line(label: str, name: str, steps: int, rejected: int, crossings: int) -> tuple[str, ...]:
+    rate = figure(rejected / crossings, 2) if crossings else "–"
+    return label, name, counted(steps), counted(rejected), counted(crossings), rate

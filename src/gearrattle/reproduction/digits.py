@@ -1,0 +1,28 @@
+"""Numbers as the page writes them.
+
+Takes numbers; gives text.
+"""
+
+from __future__ import annotations
+
+from gearrattle.plots.numerals import numeral
+
+
+def counted(number: int) -> str:
+    """A whole number in groups of three."""
+    return f"{number:,}".replace(",", " ")
+
+
+def figure(value: float, digits: int = 3) -> str:
+    """A number with a few digits; a dash for NaN."""
+    return numeral(float(value), digits)
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """A share with its sign in per cent."""
+    return f"{'+' if share > 0 else ''}{numeral(100.0 * share, digits)} %"
+
+
+def several(number: int, noun: str) -> str:
+    """A count with its noun."""
+    return f"{counted(number)} {noun}" if number == 1 else f"{counted(number)} {noun}s"

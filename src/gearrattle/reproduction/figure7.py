@@ -1,0 +1,153 @@
+"""Fig. 7: case 3, relative displacements by RK2 and RKV; spectra by RK2 and GRS. Ours, drawn the same way.
+
+Which displacement the paper draws and which cycles is not known to us (its text survives, its figures do not).
+
+Takes a Bench; gives a section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gearrattle.comparison.pointwise import pointwise
+from gearrattle.comparison.statistics import compare_statistics
+from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.plots.comparison import COLOURS
+from gearrattle.plots.palette import INK
+from gearrattle.reproduction.bench import Bench, Scope, Setup
+from gearrattle.reproduction.coherence import CYCLES, KINDS
+from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.load import setup_of as of_load
+from gearrattle.reproduction.printed import LIGHT
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNAVAILABLE, Row, Section, row
+from gearrattle.results import Run
+from gearrattle.signals import Spectrum, last_cycles, psd, steady
+
+HIGH_ORDER = 50.0
+"""Above it lie neither torques nor the mesh order nor its first overtone: impacts and their ringing only."""
+SHOWN = 8
+_SMOOTHING = 0.05
+
+
+def setup_of(scope: Scope, algorithm: str, *, loaded: bool) -> Setup:
+    """A run of case 3 under light load."""
+    return of_load(scope, algorithm, LIGHT, loaded=loaded)
+
+
+def needs(scope: Scope) -> Iterator[Setup]:
+    """The figure's three algorithms and exact."""
+    for loaded in KINDS.values():
+        for algorithm in ("exact", "rk2", "rkv", "gear"):
+            yield setup_of(scope, algorithm, loaded=loaded)
+
+
+def section(bench: Bench) -> Section:
+    """Compare both halves of the figure."""
+    rows = [row for kind in KINDS for row in (_histories(bench, kind), _spectra(bench, kind))]
+    charts = [chart for kind in KINDS for chart in (_history_chart(bench, kind), _spectrum_chart(bench, kind)) if chart]
+    words = f"Case 3 under light load, {CYCLES if not bench.scope.quick else 'fewer'} cycles."
+    return Section("figure-7", "Figure 7: histories and spectra", words, tuple(rows), charts=tuple(charts))
+
+
+def _run(bench: Bench, algorithm: str, kind: str) -> Run | None:
+    return bench.run(setup_of(bench.scope, algorithm, loaded=KINDS[kind]))
+
+
+def _histories(bench: Bench, kind: str) -> Row:
+    item, paper = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
+    rk2, rkv, exact = (_run(bench, name, kind) for name in ("rk2", "rkv", "exact"))
+    if rk2 is None or rkv is None or exact is None:
+        return row(item, paper, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    period = rk2.trajectory.layout.period
+    apart = float(pointwise(rkv.trajectory, rk2.trajectory).passed[-1]) / period
+    horizon = exact.predictability_horizon / period
+    items = compare_statistics(rkv.trajectory, rk2.trajectory).items
+    different = sum(each.verdict == "different" for each in items)
+    told = (
+        f"a tenth of a half-gap apart from cycle {figure(apart, 2)}; the motion is predictable for "
+        f"{figure(horizon, 2)}; {different} of {len(items)} statistics differ (about 1 in 20 by chance)"
+    )
+    same = different <= 0.15 * len(items)
+    why = (
+        "sample by sample two correct algorithms must part there; what they share is statistics"
+        if same
+        else "their statistics, too, differ by more than sampling error"
+    )
+    return row(item, paper, told, REPRODUCED if same else DIFFERS, why, apart=apart, horizon=horizon,
+               different=different, of=len(items))  # fmt: skip
+
+
+def density(run: Run, inertia: str = "output_gear") -> Spectrum:
+    """Power spectral density of an acceleration over the steady part."""
+    t = run.trajectory
+    samples = steady(t).periodic(t.acceleration)[:, t.layout.inertia_names.index(inertia)]
+    return psd(samples, t.layout.period, t.samples_per_cycle)
+
+
+def high_share(run: Run) -> float:
+    """Mean square of the output gear's acceleration above HIGH_ORDER [rad^2/s^4]."""
+    found = density(run)
+    order = found.frequency * 2.0 * np.pi / run.trajectory.layout.omega
+    return float(np.sum(found.density[order > HIGH_ORDER]) * found.resolution)
+
+
+def _spectra(bench: Bench, kind: str) -> Row:
+    item, paper = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
+    rk2, gear, exact = (_run(bench, name, kind) for name in ("rk2", "gear", "exact"))
+    if rk2 is None or exact is None:
+        return row(item, paper, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    base = high_share(exact)
+    own = high_share(rk2) / base - 1.0
+    if gear is None:
+        status = bench.result(setup_of(bench.scope, "gear", loaded=KINDS[kind])).status
+        told = f"gear: {status}. RK2 against exact above order {HIGH_ORDER:g}: {100 * own:+.1f} % of mean square"
+        return row(item, paper, told, UNAVAILABLE, rk2=own)
+    change = high_share(gear) / base - 1.0
+    told = f"above order {HIGH_ORDER:g}, mean square against exact: GRS {100 * change:+.1f} %, RK2 {100 * own:+.1f} %"
+    smooths = change < -_SMOOTHING and change < own
+    why = "the damping of backward differences at steps too long for the mode" if smooths else (
+        "at tolerance 1e-6 ours takes steps short enough to keep them; the paper's tolerance is not printed"
+    )  # fmt: skip
+    return row(item, paper, told, REPRODUCED if smooths else DIFFERS, why, gear=change, rk2=own)
+
+
+def _history_chart(bench: Bench, kind: str) -> Chart | None:
+    runs = {name: _run(bench, name, kind) for name in ("rk2", "rkv")}
+    panels, colour = [], dict(zip(runs, COLOURS, strict=False))
+    for name, run in runs.items():
+        if run is None:
+            return None
+        t, gear = run.trajectory, run.trajectory.layout.clearance_names.index("gear")
+        window = last_cycles(t, SHOWN)
+        index = window.first + np.arange(window.closed(t.time).size)
+        x, y = index / t.samples_per_cycle, t.deflection[index, gear] / (0.5 * np.ptp(t.layout.corners[gear]))
+        panels.append(
+            Panel(name, "half-gaps", "time / T  [cycles]", (Line(x, y, name, colour[name], width=0.8),),
+                  rules=(Rule(1.0), Rule(-1.0)), x_range=(float(x[0]), float(x[-1])), y_range=(-2.0, 2.0))
+        )  # fmt: skip
+    caption = f"Mesh deflection of case 3, {kind}, over the last {SHOWN} cycles; dashed: the gap's ends."
+    return Chart(f"fig-7ab-{kind}", f"Figure 7(a), (b), {kind}", caption, tuple(panels))
+
+
+def _spectrum_chart(bench: Bench, kind: str) -> Chart | None:
+    names = {"exact": INK, "rk2": COLOURS[0], "gear": COLOURS[1]}
+    panels = []
+    for inertia in ("flywheel", "output_gear"):
+        lines = []
+        for name, colour in names.items():
+            run = _run(bench, name, kind)
+            if run is None:
+                continue
+            found = density(run, inertia)
+            order = found.frequency * 2.0 * np.pi / run.trajectory.layout.omega
+            lines.append(Line(order[1:], found.density[1:], name, colour, width=1.0))
+        if not lines:
+            return None
+        top = max(float(line.y.max()) for line in lines)
+        panels.append(Panel(inertia, "(rad/s²)²/Hz", "order", tuple(lines), x_range=(0.0, 256.0),
+                            y_range=(1e-9 * top, 10.0 * top), y_log=True))  # fmt: skip
+    caption = f"Power spectral densities of accelerations, case 3, {kind}, steady part."
+    legend = tuple(Key(line.name, line.colour) for line in panels[0].lines)
+    return Chart(f"fig-7cd-{kind}", f"Figure 7(c), (d), {kind}", caption, tuple(panels), legend=legend)

@@ -1,0 +1,55 @@
+"""The reproduction as one page and one file: "paper, ours, why they differ".
+
+``fill`` writes reproduction.html, reproduction.json and figures/ into a folder. The page has no script and loads
+nothing.
+
+Takes a Reproduction.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle import report
+from gearrattle.plots.static import draw
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.tables import Table
+from gearrattle.reproduction.record import Reproduction, Section
+
+_HERE, _REPORT = Path(__file__).parent, Path(report.__file__).parent
+
+
+def fill(found: Reproduction, folder: Path) -> None:
+    """Write all files of a reproduction into an existing folder."""
+    drawn = {chart.key: draw(chart) for section in found.sections for chart in section.charts}
+    (folder / "figures").mkdir()
+    for key, svg in drawn.items():
+        (folder / "figures" / f"{key}.svg").write_bytes(svg)
+    environment = Environment(
+        loader=FileSystemLoader([_HERE, _REPORT]), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    page = environment.get_template("reproduction.html.j2").render(
+        found=found,
+        counts=found.counts(),
+        rows={section.key: rows_table(section) for section in found.sections},
+        ink={key: f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}" for key, svg in drawn.items()},
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_REPORT / "page.css").read_text(encoding="utf-8")),
+    )
+    (folder / "reproduction.html").write_text(page, encoding="utf-8")
+    content = {**found.to_dict(), "created": now(), "versions": versions()}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "reproduction.json").write_text(text + "\n", encoding="utf-8")
+
+
+def rows_table(section: Section) -> Table:
+    """A section's rows as a table of words."""
+    lines = tuple((each.item, each.paper, each.ours, each.verdict, each.why) for each in section.rows)
+    return Table(("", "paper", "ours", "status", "why"), lines, frozenset(range(5)))

@@ -1,0 +1,93 @@
+"""What the paper prints, as data: C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated
+with Gear Rattle Analysis", ASME J. Mech. Design 117 (1995) 185-192. Nothing here is ours.
+
+Steps are in units of 1/omega, omega = 150 rad/s being inferred (see docs/reproduction.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Performance:
+    """A line of Table 3 or 4.
+
+    Attributes:
+        label: the paper's short name.
+        algorithm: ours.
+        step: "average step h_i"; None: failed to converge (so are the others).
+        steps, calls: counts.
+        time: run time, min:sec.
+    """
+
+    label: str
+    algorithm: str
+    step: float | None
+    steps: int | None
+    calls: int | None
+    time: str | None
+
+    @property
+    def seconds(self) -> float:
+        """Run time [s]; NaN where it failed."""
+        if self.time is None:
+            return float("nan")
+        minutes, seconds = self.time.split(":")
+        return 60.0 * int(minutes) + int(seconds)
+
+
+TABLE_3 = (
+    Performance("RK2", "rk2", 0.001, 800000, 1600000, "25:47"),
+    Performance("RK4", "rk4", 0.0128, 64000, 256000, "17:02"),
+    Performance("RKF", "rkf", 0.0058, 142034, 846206, "27:37"),
+    Performance("RKV", "rkv", 0.0074, 116533, 1185328, "28:20"),
+    Performance("GRS", "gear", 0.0040, 315600, 462100, "16:29"),
+    Performance("ADM", "adams", 0.0039, 301000, 427400, "24:45"),
+    Performance("BUS", "bulirsch-stoer", 0.0145, 51607, 1152692, "22:15"),
+)
+"""Case 1, two clearances."""
+TABLE_4 = (
+    Performance("RK2", "rk2", 0.001, 850000, 1700000, "28:08"),
+    Performance("RK4", "rk4", 0.0128, 67000, 268000, "18:44"),
+    Performance("RKF", "rkf", 0.0400, 125034, 1150312, "33:24"),
+    Performance("RKV", "rkv", 0.0377, 170441, 2090359, "50:03"),
+    Performance("GRS", "gear", 0.0404, 246600, 921000, "19:55"),
+    Performance("ADM", "adams", 0.0365, 411500, 678400, "33:59"),
+    Performance("BUS", "bulirsch-stoer", None, None, None, None),
+)
+"""Case 3, three clearances, transmission error 0.10."""
+RK2_STEP, RK4_STEP = 0.001, 0.0128
+
+TABLE_1 = {
+    "xi_11": "3.333e-06", "xi_22": "0.002", "xi_33": "9.524e-05", "xi_44": "1.667e-04",
+    "eta_11": "0.005", "eta_12": "3.333", "eta_22": "0.111",
+    "eta_23": "0.005", "eta_33": "7.143", "eta_34": "50.000",
+    "Omega_11^2": "0.222", "Omega_12^2": "148.148", "Omega_22^2": "1482.0",
+    "Omega_23^2": "63.49", "Omega_33^2": "7619.0", "Omega_34^2": "5.333e04",
+}  # fmt: skip
+"""Dimensionless parameters, as printed."""
+
+COHERENCES = {
+    "RK4": ("rk4", (0.76, 0.23, 0.53, 0.37)),
+    "RKV": ("rkv", (0.9, 0.23, 0.58, 0.35)),
+    "GRS": ("gear", (0.79, 0.41, 0.54, 0.59)),
+}
+"""Sec. 9, case 2, reference RK2: mean over five harmonics of the accelerations of inertias 1 to 4."""
+
+TABLE_5 = (
+    (1, "theta_1''", 1052, 983, "6.56"),
+    (1, "theta_3''", 1510, 1540, "-1.95"),
+    (2, "theta_1''", 1481, 1260, "14.9"),
+    (2, "theta_3''", 2090, 1862, "10.9"),
+    (3, "theta_1''", 2094, 1963, "6.26"),
+    (3, "theta_3''", 2168, 2247, "-3.64"),
+)
+"""Case, quantity, experiment, simulation [rad/s^2], sigma [%]."""
+
+R_LAMBDA_DIMENSIONAL, R_LAMBDA_MIXED = 75.0, 20.0
+"""Sec. 7 of Fig. 6(b): "about seventy five" and "barely crosses twenty"."""
+LOAD_SAVING = 0.30
+"""Sec. 9: computing time of variable-step algorithms at a mean of 0.5 against 0.05."""
+LIGHT, MODERATE = 0.05, 0.5
+"""Sec. 9: ratios of mean to alternating load."""

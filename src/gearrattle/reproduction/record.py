@@ -1,0 +1,128 @@
+"""What a reproduction is: rows of "paper, ours, why they differ", in sections, each row with an honest status.
+
+Takes text, tables and charts; gives frozen records to the page and to JSON.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from gearrattle.plots.chart import Chart
+from gearrattle.report.tables import Table
+
+Status = Literal[
+    "reproduced",
+    "differs",
+    "cannot be decided, since the paper does not print the loads",
+    "cannot be told from zero",
+    "not available here",
+    "not built yet",
+]
+REPRODUCED: Status = "reproduced"
+DIFFERS: Status = "differs"
+UNDECIDED: Status = "cannot be decided, since the paper does not print the loads"
+NOISE: Status = "cannot be told from zero"
+UNAVAILABLE: Status = "not available here"
+NOT_BUILT: Status = "not built yet"
+STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, NOISE, UNAVAILABLE, NOT_BUILT)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing the paper says, and what became of it.
+
+    Attributes:
+        item: what, with its place in the paper.
+        paper: what is printed there.
+        ours: what was measured here.
+        status: how the two compare.
+        why: the reason, where there is one to give; always for ``differs``.
+        figures: our figures by name, for machines.
+    """
+
+    item: str
+    paper: str
+    ours: str
+    status: Status
+    why: str
+    figures: dict[str, float]
+
+    @property
+    def verdict(self) -> str:
+        """The status as the page says it."""
+        return "differs, because" if self.status == DIFFERS else self.status
+
+
+def row(item: str, paper: str, ours: str, status: Status, why: str = "", **figures: float) -> Row:
+    """Make a row; ``figures`` are our numbers by name."""
+    return Row(item, paper, ours, status, why, {name: float(value) for name, value in figures.items()})
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page.
+
+    Attributes:
+        key: anchor.
+        title: heading.
+        words: what was done, in a sentence or two.
+        rows: the comparison.
+        tables: numbers behind it.
+        charts: figures.
+    """
+
+    key: str
+    title: str
+    words: str
+    rows: tuple[Row, ...]
+    tables: tuple[Table, ...] = ()
+    charts: tuple[Chart, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """All sections.
+
+    Attributes:
+        sections: in the order of the page.
+        quick: whether runs were shortened; their figures are then samples, not results.
+        seconds: how long everything took.
+    """
+
+    sections: tuple[Section, ...]
+    quick: bool
+    seconds: float
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The rows of all sections."""
+        return tuple(each for section in self.sections for each in section.rows)
+
+    def row(self, item: str) -> Row:
+        """The row of an item."""
+        return next(each for each in self.rows if each.item == item)
+
+    def counts(self) -> dict[Status, int]:
+        """How many rows have each status; those that none has are left out."""
+        found = {status: sum(each.status == status for each in self.rows) for status in STATUSES}
+        return {status: number for status, number in found.items() if number}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the charts in JSON types; numbers that are not finite become None."""
+        from gearrattle.comparison.record import plain
+
+        sections = [
+            {
+                "key": section.key,
+                "title": section.title,
+                "words": section.words,
+                "rows": [asdict(each) for each in section.rows],
+                "tables": [{"title": t.title, "head": t.head, "rows": t.rows, "note": t.note} for t in section.tables],
+            }
+            for section in self.sections
+        ]
+        content: dict[str, Any] = plain(
+            {"quick": self.quick, "seconds": self.seconds, "counts": self.counts(), "sections": sections}
+        )
+        return content

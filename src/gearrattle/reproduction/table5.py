@@ -1,0 +1,41 @@
+"""Table 5: measured against computed accelerations; only the arithmetic of sigma can be checked.
+
+    sigma = 100 (experiment - simulation) / experiment
+
+Takes nothing; gives a section.
+"""
+
+from __future__ import annotations
+
+from gearrattle.reproduction import printed
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
+
+
+def sigma(experiment: float, simulation: float) -> float:
+    """Relative error of a simulation [%]."""
+    return 100.0 * (experiment - simulation) / experiment
+
+
+def section() -> Section:
+    """Recompute sigma from the integers printed."""
+    words = "Neither the driveline nor the loads of these tests are printed; sigma follows from the printed integers."
+    simulations = row(
+        "Table 5, simulated accelerations",
+        "983 to 2247 rad/s^2",
+        "no run",
+        UNDECIDED,
+        "nor the driveline that was tested",
+    )
+    return Section("table-5", "Table 5: experiment", words, (*map(_row, printed.TABLE_5), simulations))
+
+
+def _row(line: tuple[int, str, int, int, str]) -> Row:
+    case, quantity, experiment, simulation, text = line
+    ours = sigma(experiment, simulation)
+    places = len(text.partition(".")[2])
+    item, paper = f"Table 5, sigma, case {case}, {quantity}", f"{text} % of {experiment} and {simulation}"
+    if round(ours, places) == float(text):
+        return row(item, paper, f"{ours:.{places}f} %", REPRODUCED, sigma=ours)
+    ends = [sigma(experiment + a, simulation - a) for a in (-0.5, 0.5)]
+    why = f"of the printed integers; unrounded ones allow {max(ends):.2f} to {min(ends):.2f} %"
+    return row(item, paper, f"{ours:.{places}f} %", DIFFERS, why, sigma=ours)

@@ -1,0 +1,166 @@
+"""Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850).
+
+Takes a Bench; gives a section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gearrattle.comparison.contest import Result
+from gearrattle.report.tables import Table
+from gearrattle.reproduction import printed
+from gearrattle.reproduction.bench import TOLERANCE, Bench, Scope, Setup
+from gearrattle.reproduction.cases import SPEED
+from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction.printed import Performance
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNAVAILABLE, UNDECIDED, Row, Section, row
+
+CYCLES = {1: 127, 3: 135}
+"""Whole periods in 800 and 850 units of time; a period is 2 pi."""
+TABLES = ((3, 1, printed.TABLE_3), (4, 3, printed.TABLE_4))
+
+
+def setup_of(scope: Scope, case: int, algorithm: str, *, loaded: bool) -> Setup:
+    """The run behind a line of the tables."""
+    step = {"rk2": printed.RK2_STEP, "rk4": printed.RK4_STEP}.get(algorithm)
+    return Setup(case, loaded, algorithm, scope.cycles(CYCLES[case]), step=step)
+
+
+def needs(scope: Scope) -> Iterator[Setup]:
+    """All lines, rattling and loaded, and exact beside them."""
+    for _, case, lines in TABLES:
+        for loaded in (False, True):
+            for algorithm in ("exact", *(line.algorithm for line in lines)):
+                yield setup_of(scope, case, algorithm, loaded=loaded)
+
+
+def section(bench: Bench) -> Section:
+    """Compare both tables."""
+    rows = [_row(bench, number, case, line) for number, case, lines in TABLES for line in lines]
+    rows += [_spans(), _calls_per_step(), _growth_of_cost(bench)]
+    tables = tuple(
+        _table(bench, number, case, lines, loaded)
+        for number, case, lines in TABLES
+        for loaded in (False, True)
+    )  # fmt: skip
+    words = (
+        f"Cases 1 and 3 under our assumed loads, light (0.05), from static rest; tolerance {TOLERANCE:g} where steps "
+        "are chosen, for the paper prints none. Steps are in units of 1/omega; run times are of two machines thirty "
+        "years apart."
+    )
+    return Section("tables-3-4", "Tables 3 and 4: cost", words, tuple(rows), tables)
+
+
+def _row(bench: Bench, number: int, case: int, line: Performance) -> Row:
+    item = f"Table {number}, {line.label}"
+    results = [bench.result(setup_of(bench.scope, case, line.algorithm, loaded=loaded)) for loaded in (False, True)]
+    told = "; ".join(f"{kind}: {_told(each)}" for kind, each in zip(("rattling", "loaded"), results, strict=True))
+    runs = [each.run for each in results if each.run is not None]
+    if len(runs) < len(results):
+        missing = all(each.wall_time == 0.0 for each in results)
+        return row(item, _printed(line), results[0].status if missing else told, UNAVAILABLE if missing else DIFFERS,
+                   "" if missing else "a run did not come to an end")  # fmt: skip
+    figures = {
+        f"{name}_{kind}": float(value)
+        for kind, run in zip(("rattling", "loaded"), runs, strict=True)
+        for name, value in (("steps", run.cost.steps), ("calls", run.cost.function_calls))
+    }
+    if line.step is None:
+        why = (
+            "ours converges on these loads at every tolerance tried (see Bulirsch-Stoer below); which loads, which "
+            "tolerance and which step control made theirs fail is not printed"
+        )
+        return row(item, _printed(line), told, DIFFERS, why, **figures)
+    if line.algorithm in ("rk2", "rk4"):
+        stages = {"rk2": 2, "rk4": 4}[line.algorithm]
+        exactly = all(run.cost.function_calls == stages * run.cost.steps for run in runs)
+        why = "step, and calls a step; the number of steps is the span over the step, here in whole periods"
+        return row(item, _printed(line), told, REPRODUCED if exactly else DIFFERS, why, **figures)
+    return row(item, _printed(line), told, UNDECIDED, "nor the tolerance", **figures)
+
+
+def _printed(line: Performance) -> str:
+    if line.step is None or line.steps is None or line.calls is None:
+        return "failed to converge"
+    return f"h {line.step:g}, {counted(line.steps)} steps, {counted(line.calls)} calls, {line.time}"
+
+
+def _told(result: Result) -> str:
+    if result.run is None:
+        return result.status
+    cost = result.run.cost
+    return (
+        f"h {figure(SPEED * cost.average_trial_step)}, {counted(cost.steps)} steps, "
+        f"{counted(cost.function_calls)} calls, {figure(cost.wall_time)} s"
+    )
+
+
+def _table(bench: Bench, number: int, case: int, lines: tuple[Performance, ...], loaded: bool) -> Table:
+    head = (
+        "algorithm", "paper: h_i", "steps", "calls", "time", "ours: average trial step", "average step", "smallest",
+        "steps", "rejected", "calls", "crossings", "time, s",
+    )  # fmt: skip
+    rows = []
+    for line in (*lines, Performance("exact", "exact", None, None, None, None)):
+        theirs = ("–",) * 4
+        if line.step is not None and line.steps is not None and line.calls is not None:
+            theirs = (f"{line.step:g}", counted(line.steps), counted(line.calls), f"{line.time}")
+        elif line.label != "exact":
+            theirs = ("failed",) * 4
+        result = bench.result(setup_of(bench.scope, case, line.algorithm, loaded=loaded))
+        rows.append((line.label, *theirs, *_figures(result)))
+    kind = "loaded" if loaded else "rattling"
+    note = "" if all(len(r) == len(head) for r in rows) else "–"
+    return Table(head, tuple(rows), frozenset({0}), f"Table {number}, case {case}, {kind}", note)
+
+
+def _figures(result: Result) -> tuple[str, ...]:
+    if result.run is None:
+        return (result.status, *["–"] * 7)
+    cost = result.run.cost
+    smallest = float("nan") if cost.smallest_step is None else SPEED * cost.smallest_step
+    steps = (SPEED * cost.average_trial_step, SPEED * cost.average_step, smallest)
+    counts = (cost.steps, cost.rejected_steps, cost.function_calls, cost.events)
+    return (*(figure(step) for step in steps), *(counted(n) for n in counts), figure(cost.wall_time))
+
+
+def _spans() -> Row:
+    spans = [(line.label, line.step * line.steps) for line in printed.TABLE_3 if line.step and line.steps]
+    told = ", ".join(f"{label} {span:.0f}" for label, span in spans)
+    return row(
+        "Table 3, step times count", told, "the span in every row, with the average of accepted steps", DIFFERS,
+        "the paper's h_i is the initial average trial step; and its spans differ even among fixed steps (800, 819.2)",
+    )  # fmt: skip
+
+
+def _calls_per_step() -> Row:
+    rkf = next(line for line in printed.TABLE_3 if line.label == "RKF")
+    assert rkf.steps is not None and rkf.calls is not None  # noqa: PT018 - printed
+    return row(
+        "Table 3, RKF, calls against steps", f"{counted(rkf.steps)} steps, {counted(rkf.calls)} calls",
+        f"six calls a step make {counted(6 * rkf.steps)} at least", DIFFERS,
+        "a digit may have slipped: 141 034 steps of six calls, none rejected, are 846 204", least=6 * rkf.steps,
+    )  # fmt: skip
+
+
+def _growth_of_cost(bench: Bench) -> Row:
+    """Sec. 9: time increases with the number of nonlinearities."""
+    names = ("rkf", "rkv", "bulirsch-stoer")
+    change, theirs = {}, []
+    for name in names:
+        for loaded in (False, True):
+            runs = [bench.run(setup_of(bench.scope, case, name, loaded=loaded)) for case in (1, 3)]
+            if runs[0] is not None and runs[1] is not None:
+                a, b = (run.cost.function_calls / run.trajectory.cycles for run in runs if run is not None)
+                change[f"{name}, {'loaded' if loaded else 'rattling'}"] = b / a - 1.0
+    for one, three in zip(printed.TABLE_3, printed.TABLE_4, strict=True):
+        if one.calls and three.calls and one.steps and one.algorithm in ("rkf", "rkv"):
+            theirs.append(f"{one.label} {100 * (three.calls / one.calls / 850 * 800 - 1):+.0f} %")
+    told = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in change.items())
+    more = sum(share > 0 for share in change.values())
+    return row(
+        "Sec. 9, cost rises from case 1 to case 3", f"calls for the same span: {', '.join(theirs)}", told,
+        REPRODUCED if more == len(change) else DIFFERS,
+        f"more in {more} of {len(change)} comparisons; how much depends on the loads", more=more, of=len(change),
+    )  # fmt: skip

@@ -1,0 +1,119 @@
+"""Sec. 9: "higher order methods ... become computationally inefficient when lightly loaded". Calls for the same error.
+
+Case 3 over the first part of the motion, up to where perturbations have grown a thousandfold; light (0.05) and moderate
+(0.5) load. Calls for an error of 1e-3 half-gaps by interpolation of log calls over log error, coarse to fine.
+
+Takes a Bench; gives a section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from gearrattle.comparison.pointwise import pointwise
+from gearrattle.plots.chart import Chart, Key, Line, Panel
+from gearrattle.plots.comparison import COLOURS
+from gearrattle.reproduction.bench import Bench, Scope, Setup
+from gearrattle.reproduction.coherence import KINDS
+from gearrattle.reproduction.digits import counted
+from gearrattle.reproduction.printed import LIGHT, MODERATE
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
+
+CYCLES = 5
+SAME_ERROR = 1e-3  # half-gaps
+ORDERS = {"rk2": 2, "rk4": 4, "rkf": 5, "rkv": 6}
+_STEPS = tuple(0.004 / 2.0**k for k in range(7))
+_TOLERANCES = tuple(10.0**-k for k in range(3, 10))
+_QUICK = 4
+Points = list[tuple[float, float]]
+
+
+def setups_of(scope: Scope, name: str, ratio: float, *, loaded: bool) -> tuple[Setup, ...]:
+    """Runs of one algorithm, coarse to fine."""
+    base = Setup(3, loaded, name, CYCLES, ratio=ratio, samples=256)
+    if name == "exact":
+        return (base,)
+    if name in ("rk2", "rk4"):
+        return tuple(base.at(step=step) for step in _STEPS[: _QUICK if scope.quick else None])
+    return tuple(base.at(tolerance=tolerance) for tolerance in _TOLERANCES[: _QUICK if scope.quick else None])
+
+
+def needs(scope: Scope) -> Iterator[Setup]:
+    """All curves; a quick run has one load fewer."""
+    for loaded in KINDS.values():
+        for ratio in (LIGHT,) if scope.quick else (LIGHT, MODERATE):
+            for name in ("exact", *ORDERS):
+                yield from setups_of(scope, name, ratio, loaded=loaded)
+
+
+def section(bench: Bench) -> Section:
+    """Compare calls for the same error."""
+    ratios = (LIGHT,) if bench.scope.quick else (LIGHT, MODERATE)
+    curves = {
+        (kind, ratio): {name: _curve(bench, name, ratio, KINDS[kind]) for name in ORDERS}
+        for kind in KINDS
+        for ratio in ratios
+    }
+    words = (
+        f"Function calls for an error of {SAME_ERROR:g} half-gaps over the predictable part of {CYCLES} cycles. "
+        "What the paper calls inefficient is time at unequal, unknown errors."
+    )
+    rows = tuple(_row(kind, ratio, found) for (kind, ratio), found in curves.items())
+    return Section("work", "Section 9: order and efficiency", words, rows, charts=(_chart(curves),))
+
+
+def _curve(bench: Bench, name: str, ratio: float, loaded: bool) -> Points:
+    """(error, calls) of every run that came to its end."""
+    truth = bench.run(setups_of(bench.scope, "exact", ratio, loaded=loaded)[0])
+    if truth is None:
+        return []
+    window = min(float(truth.variation.horizon(1e3)), truth.trajectory.end)
+    runs = [bench.run(setup) for setup in setups_of(bench.scope, name, ratio, loaded=loaded)]
+    return [
+        (max(pointwise(run.trajectory, truth.trajectory, window).worst, 1e-16), run.cost.function_calls)
+        for run in runs
+        if run is not None
+    ]
+
+
+def calls_for(points: Points, error: float) -> float:
+    """Calls at which a curve first passes an error; NaN if it never does."""
+    for (above, few), (below, many) in pairwise(points):
+        if below <= error < above:
+            share = np.log(above / error) / np.log(above / below)
+            return float(few * (many / few) ** share)
+    return float(points[0][1]) if points and points[0][0] <= error else float("nan")
+
+
+def _row(kind: str, ratio: float, found: dict[str, Points]) -> Row:
+    calls = {name: calls_for(points, SAME_ERROR) for name, points in found.items()}
+    told = ", ".join(f"{name} {'–' if np.isnan(n) else counted(round(n))}" for name, n in calls.items())
+    item = f"Sec. 9, higher order is inefficient, {kind} at {ratio:g}"
+    known = {name: n for name, n in calls.items() if not np.isnan(n)}
+    if "rk2" not in known or len(known) < 3:
+        return row(item, "when lightly loaded", told, UNDECIDED, "too few runs reach this error", **known)
+    cheapest = min(known, key=lambda name: known[name])
+    paper = "when lightly loaded" if ratio == LIGHT else "(not when moderately loaded)"
+    right = (ORDERS[cheapest] == 2) == (ratio == LIGHT)
+    why = f"for the same error {cheapest} takes the fewest calls"
+    return row(item, paper, told, REPRODUCED if right else DIFFERS, "" if right else why, **known)
+
+
+def _chart(curves: dict[tuple[str, float], dict[str, Points]]) -> Chart:
+    colour = dict(zip(ORDERS, COLOURS, strict=False))
+    panels = []
+    for (kind, ratio), found in curves.items():
+        lines = tuple(
+            Line(np.array([p[1] for p in points], dtype=float), np.array([p[0] for p in points]), name, colour[name])
+            for name, points in found.items()
+            if points
+        )
+        panels.append(Panel(f"Error, {kind}, mean {ratio:g}", "half-gaps", "function calls", lines, x_range=(1e3, 1e6),
+                            y_range=(1e-12, 1e1), x_log=True, y_log=True))  # fmt: skip
+    legend = tuple(Key(name, colour[name]) for name in ORDERS)
+    caption = "Error against function calls; down and to the left is better."
+    return Chart("work", "Work and precision", caption, tuple(panels), columns=2, panel_height=240, share_x=False,
+                 legend=legend)  # fmt: skip
