@@ -102,17 +102,19 @@ def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = N
     """
     wanted = tuple(dict.fromkeys(setups))
     total = sum(setup.cycles for setup in wanted)
-    done, results = 0, {}
+    done, furthest, results = 0, 0.0, {}
+
+    def told(share: float) -> None:
+        nonlocal furthest
+        furthest = max(furthest, (done + share * length) / total)  # a run is warmed up, and short ones are repeated
+        if progress is not None:
+            progress(furthest)
+
     for setup in wanted:
-        begun = done
-
-        def told(share: float, begun: int = begun, length: int = setup.cycles) -> None:
-            if progress is not None:
-                progress((begun + share * length) / total)
-
+        length = setup.cycles
         told(0.0)
         results[setup] = _made(setup, told)
-        done += setup.cycles
+        done += length
     return Bench(scope, results)
 
 
