@@ -39,7 +39,7 @@ class Scope:
 
     def coherent(self, full: int) -> int:
         """The same where coherences need four segments: never too short for them."""
-        return max(24, self.cycles(full)) if self.quick else full
+        return max(14, self.cycles(full)) if self.quick else full
 
 
 @dataclass(frozen=True)
