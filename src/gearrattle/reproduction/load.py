@@ -84,19 +84,26 @@ def _cost(bench: Bench, kind: str, label: str) -> Row:
     change = pair[1] / pair[0] - 1.0
     told = f"{100 * change:+.0f} %: {counted(pair[0])} and {counted(pair[1])} calls"
     near = abs(change + LOAD_SAVING) < _NEAR
-    return row(item, paper, told, REPRODUCED if near else DIFFERS, _why(bench, kind, VARIABLE[label]), change=change)
+    return row(
+        item, paper, told, REPRODUCED if near else DIFFERS, _why(bench, kind, VARIABLE[label], change), change=change
+    )
 
 
-def _why(bench: Bench, kind: str, algorithm: str) -> str:
+def _why(bench: Bench, kind: str, algorithm: str, change: float) -> str:
     """What the step is held by at either load."""
     runs = [bench.run(setup_of(bench.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
     costs = [run.cost for run in runs if run is not None]
     crossed, rejected = [c.events for c in costs], [c.rejected_steps for c in costs]
     steps = [figure(FASTEST * c.average_step, 2) for c in costs]
+    fewer = (
+        f"crossings go from {counted(crossed[0])} to {counted(crossed[1])}, rejected steps from "
+        f"{counted(rejected[0])} to {counted(rejected[1])}"
+    )
+    if change < -_NEAR:
+        return f"the direction is the paper's, its size depends on loads and tolerance: {fewer}"
     return (
-        f"crossings go from {counted(crossed[0])} to {counted(crossed[1])} and rejected steps from "
-        f"{counted(rejected[0])} to {counted(rejected[1])}, but the average step is held by the mesh in contact: times "
-        f"its frequency it is {steps[0]} at 0.05 and {steps[1]} at 0.5"
+        f"{fewer}, but the average step is held by the mesh in contact: times its frequency it is {steps[0]} at 0.05 "
+        f"and {steps[1]} at 0.5"
     )
 
 
@@ -110,7 +117,7 @@ def _coherence(bench: Bench, kind: str) -> Row:
         given, judge = (setup_of(bench.scope, name, ratio, loaded=KINDS[kind]) for name in ("rkv", "rk2"))
         values = kappa(bench, given, judge)
         found.append(float("nan") if values is None else sum(values) / len(values))
-    better = found[1] > found[0]
+    better = found[1] > found[0] + 0.01
     return row(
         f"Sec. 9, coherence is better at moderate load, {kind}", "better at 0.5",
         f"RKV with RK2, mean of four inertias: {found[0]:.2f} at 0.05, {found[1]:.2f} at 0.5",

@@ -11,9 +11,6 @@ from gearrattle.reproduction.cases import DAMPING, DRAG, RADIUS, SPEED, STIFFNES
 from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 
-_PLACES = {"Omega_22^2": "1482.0"}
-
-
 def parameters() -> dict[str, float]:
     """Table 1 from the dimensional values, in the paper's order."""
     j = dict(enumerate(J.values(), start=1))

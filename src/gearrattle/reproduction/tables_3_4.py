@@ -111,8 +111,7 @@ def _table(bench: Bench, number: int, case: int, lines: tuple[Performance, ...],
         result = bench.result(setup_of(bench.scope, case, line.algorithm, loaded=loaded))
         rows.append((line.label, *theirs, *_figures(result)))
     kind = "loaded" if loaded else "rattling"
-    note = "" if all(len(r) == len(head) for r in rows) else "–"
-    return Table(head, tuple(rows), frozenset({0}), f"Table {number}, case {case}, {kind}", note)
+    return Table(head, tuple(rows), frozenset({0}), f"Table {number}, case {case}, {kind}")
 
 
 def _figures(result: Result) -> tuple[str, ...]:
