@@ -11,6 +11,7 @@ from gearrattle.reproduction.cases import DAMPING, DRAG, RADIUS, SPEED, STIFFNES
 from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 
+
 def parameters() -> dict[str, float]:
     """Table 1 from the dimensional values, in the paper's order."""
     j = dict(enumerate(J.values(), start=1))
