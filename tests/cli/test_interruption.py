@@ -17,7 +17,9 @@ from gearrattle.cli.background import Watch, watched
 from gearrattle.errors import Cancelled
 from tests import synthetic
 
-PROGRAM = (sys.executable, "-c", "import sys; from gearrattle.cli import main; sys.exit(main())")
+LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+"""A shell's background jobs ignore SIGINT and hand that on to what they start."""
+PROGRAM = (sys.executable, "-c", f"{LISTENING}from gearrattle.cli import main; sys.exit(main())")
 ANSWER = 0.5
 
 

@@ -17,7 +17,9 @@ from gearrattle.cli.background import Watch
 from tests import synthetic
 from tests.calls.test_store import content
 
-PROGRAM = (sys.executable, "-c", "import sys; from gearrattle.cli import main; sys.exit(main())")
+LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+"""A shell's background jobs ignore SIGINT and hand that on to what they start."""
+PROGRAM = (sys.executable, "-c", f"{LISTENING}from gearrattle.cli import main; sys.exit(main())")
 SHORT = ("--cycles", "20", "--samples-per-cycle", "8", "--chunk", "6", "-o", "long")
 
 
