@@ -38,7 +38,7 @@ def test_chunks_are_written_and_the_verdict_is_printed(model: Path, capsys: pyte
     verdict = gr.criteria(run)
     assert out.splitlines() == [f"{verdict.verdict}: {verdict.sentence}", "20 cycles kept in: long"]
     assert len(list(Path("long").glob("chunk-*.nc"))) == 4
-    assert all(line.startswith("note: ") for line in err.splitlines())
+    assert all(line.startswith(("note: ", "preparing", "simulating")) for line in err.splitlines())  # if it took long
     assert main(["criteria", "long"]) == 0
     assert capsys.readouterr().out.splitlines()[0] == out.splitlines()[0]
 

@@ -17,15 +17,13 @@ Status = Literal[
     "cannot be decided, since the paper does not print the loads",
     "cannot be told from zero",
     "not available here",
-    "not built yet",
 ]
 REPRODUCED: Status = "reproduced"
 DIFFERS: Status = "differs"
 UNDECIDED: Status = "cannot be decided, since the paper does not print the loads"
 NOISE: Status = "cannot be told from zero"
 UNAVAILABLE: Status = "not available here"
-NOT_BUILT: Status = "not built yet"
-STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, NOISE, UNAVAILABLE, NOT_BUILT)
+STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, NOISE, UNAVAILABLE)
 
 
 @dataclass(frozen=True)

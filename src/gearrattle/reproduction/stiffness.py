@@ -21,7 +21,8 @@ from gearrattle.plots.palette import INK
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.cases import DAMPING, DRAG, RADIUS, SPEED, STIFFNESS, J
 from gearrattle.reproduction.digits import figure
-from gearrattle.reproduction.record import DIFFERS, NOT_BUILT, REPRODUCED, Row, Section, row
+from gearrattle.reproduction.lumping import lumping
+from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 from gearrattle.trajectory import Array
 
 _ROWS = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 1.0, -1.0, 0.0], [0.0, 0.0, RADIUS, -RADIUS]])
@@ -76,7 +77,7 @@ def section() -> Section:
         "Linear algebra only: no loads are needed. The paper's curves are figures without numbers but for the two "
         "values its text names."
     )
-    return Section("stiffness", "Section 7: stiffness ratios", words, (*_rows(), *_missing()), charts=(_chart(),))
+    return Section("stiffness", "Section 7: stiffness ratios", words, (*_rows(), lumping()), charts=(_chart(),))
 
 
 def _rows() -> tuple[Row, ...]:
@@ -106,16 +107,6 @@ def _rows() -> tuple[Row, ...]:
         row("Fig. 5, natural frequencies are closer at low Gamma_g", "three curves", "highest over lowest: "
             f"{apart[0]:.0f} at Gamma_g = 0.05, {apart[1]:.0f} at 1", REPRODUCED if apart[0] < apart[1] else DIFFERS,
             "the trend; the curves are not printed as numbers", low=apart[0], high=apart[1]),
-    )  # fmt: skip
-
-
-def _missing() -> tuple[Row, ...]:
-    """What secs. 3 and 6 ask for and nothing here computes yet."""
-    return (
-        row("Sec. 3, lumping eight inertias to four", "346, 7937, 48091 rad/s", "no tool for it", NOT_BUILT,
-            "the eight-inertia model itself is in examples/paper/eight_dof.toml; its frequencies are tested"),
-        row("Sec. 6, Gamma by spectra, by average and by describing function; Fig. 4", "curves of Gamma_g",
-            "no tool for it", NOT_BUILT, "the first and the last are an equivalent gain, not the mean"),
     )  # fmt: skip
 
 
