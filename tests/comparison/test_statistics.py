@@ -91,7 +91,9 @@ def test_cycles_before_the_start_do_not_count():
     reference = drawn(8)
     given = drawn(9)
     given.acceleration[: 40 * 64] *= 10.0
-    assert compare_statistics(given, reference).of("rms acceleration", "driver").verdict == "different"
+    whole = compare_statistics(given, reference)
+    assert whole.wandering == ("driver", "loose")
+    assert whole.of("rms acceleration", "driver").verdict == "undecided"
     later = compare_statistics(given, reference, 39.5)
     assert (later.start, later.end, later.cycles) == (40.0, 80.0, 40)
     assert later.of("rms acceleration", "driver").value == pytest.approx(1.0, abs=0.1)
@@ -101,6 +103,24 @@ def test_cycles_before_the_start_do_not_count():
         compare_statistics(given, reference, 79.5)
     with pytest.raises(ModelError, match="pointwise"):
         compare_statistics(given, reference, np.inf)
+
+
+def test_levels_that_wander_slowly_are_not_called_different():
+    motions = []
+    for seed in (21, 22, 23, 24):
+        motion, rng = drawn(seed), np.random.default_rng(seed)
+        slow = np.repeat(np.exp(rng.normal(0.0, 0.7, CYCLES // 16)), 16 * 64)  # another level every sixteen cycles
+        level = np.concatenate([slow, slow[-1:]])[:, None]
+        motions.append(replace(motion, acceleration=motion.acceleration * level))
+    for given, reference in zip(motions[1:], motions, strict=False):
+        found = compare_statistics(given, reference)
+        assert found.wandering == ("driver", "loose")
+        assert not [i for i in found.items if i.verdict == "different" and i.subject in found.wandering]
+
+
+def test_steady_levels_are_seldom_said_to_wander():
+    found = [compare_statistics(drawn(2 * i), drawn(2 * i + 1)) for i in range(60)]
+    assert sum(bool(each.wandering) for each in found) <= 12
 
 
 def test_too_little_to_tell_is_undecided():

@@ -15,7 +15,7 @@ Takes two Trajectories; gives a StatisticalComparison.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -32,7 +32,7 @@ from gearrattle.signals import (
     find_impacts,
     segment_densities,
 )
-from gearrattle.signals.batches import Mean, batches_of
+from gearrattle.signals.batches import Mean, batches_of, wanders
 from gearrattle.trajectory import Array, IntArray, Trajectory
 
 Verdict = Literal["same within sampling error", "different", "undecided"]
@@ -82,6 +82,8 @@ class StatisticalComparison(Record):
         items: in the order levels, spectra, rates, impulses.
         different: how many are called different.
         different_by_chance: how many of the decided ones would be if the two motions differed by chance alone.
+        wandering: inertias and clearances whose level drifts over the cycles compared, in either motion; nothing of
+            theirs is called different: the run is too short to tell.
     """
 
     start: float
@@ -90,6 +92,7 @@ class StatisticalComparison(Record):
     items: tuple[Item, ...]
     different: int
     different_by_chance: float
+    wandering: tuple[str, ...] = ()
 
     def of(self, quantity: str, subject: str) -> Item:
         """Return one item, by quantity and name of the inertia or clearance."""
@@ -109,15 +112,22 @@ def compare_statistics(given: Trajectory, reference: Trajectory, start: float | 
     """
     same_grid(given, reference)
     window = cycles_beyond(reference, start)
-    items = (
+    items: tuple[Item, ...] = (
         *_levels(given, reference, window),
         *_spectra(given, reference, window),
         *_rates(given, reference, window),
         *_impulses(given, reference, window),
     )
+    wandering = _wandering(given, reference, window)
+    items = tuple(
+        replace(item, verdict="undecided") if item.verdict == "different" and item.subject in wandering else item
+        for item in items
+    )
     decided = sum(item.verdict != "undecided" for item in items)
     different = sum(item.verdict == "different" for item in items)
-    return StatisticalComparison(window.start, window.end, window.cycles, items, different, SIGNIFICANT * decided)
+    return StatisticalComparison(
+        window.start, window.end, window.cycles, items, different, SIGNIFICANT * decided, wandering
+    )
 
 
 def _verdict(p_value: float, *, large: bool = True) -> Verdict:
@@ -135,6 +145,18 @@ def _levels(given: Trajectory, reference: Trajectory, window: Window) -> Iterato
     for i, name in enumerate(plate.inertia_names):
         mine, theirs = (_squares(each.acceleration[:, i], window) for each in (given, reference))
         yield _level("rms acceleration", name, "rad/s^2", mine, theirs)
+
+
+def _wandering(given: Trajectory, reference: Trajectory, window: Window) -> tuple[str, ...]:
+    """Names of the inertias and clearances whose level wanders in either motion."""
+    plate = reference.layout
+    found = []
+    for names, quantity in ((plate.clearance_names, "deflection"), (plate.inertia_names, "acceleration")):
+        for k, name in enumerate(names):
+            signals = (window.periodic(getattr(each, quantity)[:, k]) for each in (given, reference))
+            if any(wanders(np.mean(s.reshape(window.cycles, -1) ** 2, axis=1)) for s in signals):
+                found.append(name)
+    return tuple(found)
 
 
 def _squares(signal: Array, window: Window) -> Mean:

@@ -62,6 +62,8 @@ def _truth(row: Row, period: float) -> tuple[str, ...]:
     differ = "–"
     if row.statistics is not None:
         differ = f"{row.statistics.different} of {len(row.statistics.items)} (chance: {_chance(row)})"
+        if row.statistics.wandering:
+            differ += f"; {', '.join(row.statistics.wandering)}: wandering, undecided"
     return (
         row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
         _count(row.cost.events), _count(crossings.missed), _count(crossings.invented), _number(crossings.largest),

@@ -19,6 +19,9 @@ from gearrattle.trajectory import Array
 
 MOST_BATCHES = 20
 LEVEL = 0.95
+FEWEST_BATCHES = 8
+DRIFT = 2.0
+NOTHING = 1e-6  # scatter of batch means, relative to them, that is called none: a periodic motion
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,27 @@ def batch_mean(per_cycle: Array) -> Mean:
         return Mean(float(np.mean(per_cycle)) if cycles else float("nan"), float("nan"), batches)
     parts = [float(np.mean(part)) for part in np.array_split(per_cycle, batches)]
     return Mean(float(np.mean(per_cycle)), float(np.std(parts, ddof=1) / np.sqrt(batches)), batches)
+
+
+def wanders(per_cycle: Array) -> bool:
+    """Whether a level drifts so slowly that its batches are not independent: then none of this tells anything.
+
+    The autocorrelation of neighbouring batch means has a standard deviation of 1 / sqrt(k) where they are independent
+    (M. S. Bartlett 1946, J. R. Stat. Soc. Suppl. 8, 27-41); more than ``DRIFT`` of these is called wandering. Fewer
+    batches than ``FEWEST_BATCHES`` cannot tell, and are not called so.
+
+    Args:
+        per_cycle: (cycles,) in order of time.
+    """
+    batches = batches_of(per_cycle.size)
+    if batches < FEWEST_BATCHES:
+        return False
+    parts = np.array([float(np.mean(part)) for part in np.array_split(per_cycle, batches)])
+    apart = parts - parts.mean()
+    spread = float(np.sum(apart**2))
+    if spread <= (NOTHING * float(np.mean(parts))) ** 2 * batches:
+        return False
+    return bool(float(np.sum(apart[1:] * apart[:-1])) / spread > DRIFT / np.sqrt(batches))
 
 
 def difference(given: Mean, reference: Mean) -> Difference:
