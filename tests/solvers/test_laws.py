@@ -16,7 +16,7 @@ CHOSEN = [name for name in NAMES if name != "exact" and name not in FIXED]
 TOLERANCE = 1e-10
 """What solvers that choose their steps are asked for; the others go by 1e-3."""
 SMOOTH, BLIND = 1e-8, 1e-6
-"""Largest error of the former: in a smooth motion of size one; stepping blindly over thirty corners (an embedded
+"""Largest error of the former: in a smooth motion of size one; stepping blindly over eighteen corners (an embedded
 estimate has zeros: of the steps tried across a corner, one that happens to lie there is taken)."""
 RESTARTED = {"rkv-events": 1e-8, "gear-events": 1e-6}
 """The same restarting at them; CVODE begins with order one each time."""

@@ -158,6 +158,17 @@ def test_where_a_slice_ends_changes_no_bit(name: str, monkeypatch: pytest.Monkey
     assert sliced.function_calls == whole.function_calls
 
 
+@pytest.mark.parametrize("step", [0.15, 0.3, 0.45])
+def test_a_shorter_last_step_sees_its_own_end(step: float) -> None:
+    system = oscillator(clearance(4.0, 0.0, 0.05))
+    moved = {"cycles": np.array([1.0]), "torque_sine": np.zeros((1, 1)), "torque_cosine": np.zeros((1, 1))}
+    moved |= {"error_sine": np.array([[2.0]]), "error_cosine": np.zeros((1, 1))}  # the gap moves by many half-gaps
+    shaken = replace(system, inputs=replace(system.inputs, **moved))
+    motion = run(task(shaken, [0.0], [0.0], cycles=1, step=step), "rk4")
+    assert motion.crossings.to_piece[-1] == motion.piece[-1, 0]
+    assert motion.crossings.time[-1] <= 1.0
+
+
 def test_a_start_on_a_corner_goes_on_in_the_region_it_moves_into() -> None:
     problem = task(oscillator(GAP), [0.5], [1.0], cycles=3, tolerance=1e-10)
     want, held = run(problem), run(problem, "rkv-events")

@@ -350,7 +350,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         if last and not control.fixed:
             clock[NEXT] = max(clock[NEXT], wanted)
         _take(stepper.piece, new[2])
-        then = (counts[STEP] + 1) * control.step if control.fixed else t + h
+        then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
         look(field, then, after, control.held, new, room.wave, slope)
         x, k, up, count = 2.0, -1, 0, 0
         if control.held:

@@ -44,7 +44,7 @@ class StepMarch:
 
         self._step_on = vectorised(step_on)
         self.task, self.tableau, self.fixed, self.problem = task, tableau, fixed, FieldProblem.of(task)
-        self.step = task.step if task.step is not None else default_step(self.problem.flow, self.problem.start)
+        self.step = _first_step(self.problem)
         self.method, self.control = _method(tableau), self._control(held)
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
@@ -111,6 +111,12 @@ class StepMarch:
         )
 
 
+def _first_step(problem: FieldProblem) -> float:
+    """The step of a run, or the first it tries [s]."""
+    step = problem.task.step
+    return step if step is not None else default_step(problem.flow, problem.start)
+
+
 def _method(tableau: Tableau | None) -> object:
     from gearrattle.kernels.one_step import EXTRAPOLATION, RUNGE_KUTTA, Method
 
@@ -131,8 +137,7 @@ class FixedStep:
 
     def step_of(self, task: Task) -> float:
         """The step a run takes [s]."""
-        problem = FieldProblem.of(task)
-        return task.step if task.step is not None else default_step(problem.flow, problem.start)
+        return _first_step(FieldProblem.of(task))
 
 
 def chosen_step(tableau: Tableau) -> Callable[[Task], Marching]:
