@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,13 +16,9 @@ from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation
 from gearrattle.comparison.table import COLUMNS
 from gearrattle.solvers import SOLVERS
+from tests.comparison.cases import case
 
-PAPER_CASES = Path(__file__).resolve().parents[2] / "examples" / "paper"
 RK4 = {"algorithm": "rk4", "step": 0.0128 / 150}  # the 1995 paper's
-
-
-def case(name: str) -> gr.Model:
-    return gr.load(PAPER_CASES / f"{name}.toml")
 
 
 @pytest.fixture(scope="module")

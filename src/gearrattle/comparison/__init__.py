@@ -1,8 +1,9 @@
 """Two motions of one driveline against each other: a given one, by any algorithm, and a reference, usually the exact.
 
 Inside the reference's predictability horizon the error itself can be told (``pointwise``) and crossings be matched one
-by one (``crossings``); beyond it, where all digits are lost, only statistics with their sampling errors
-(``statistics``). Transmissibilities and coherences are the paper's own indices, the latter with what chance gives.
+by one (``crossings``); beyond it, where all digits are lost, only statistics (``portrait``) beside those of exact
+motions begun nearby (``peers``, ``statistics``). Transmissibilities and coherences are the paper's own indices, the
+latter with what chance gives.
 
 Takes Trajectories; gives frozen records to reports. Knows no solver.
 """
@@ -10,6 +11,7 @@ Takes Trajectories; gives frozen records to reports. Knows no solver.
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.crossings import EventComparison, compare_crossings, compare_impacts
 from gearrattle.comparison.pointwise import PointwiseError, error_history, pointwise
+from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.statistics import Item, StatisticalComparison, compare_statistics
 from gearrattle.comparison.transmissibility import TransmissibilityComparison, compare_transmissibility
 
@@ -17,6 +19,7 @@ __all__ = [
     "EventComparison",
     "Item",
     "PointwiseError",
+    "Portrait",
     "StatisticalComparison",
     "TransmissibilityComparison",
     "compare_coherence",
@@ -26,4 +29,5 @@ __all__ = [
     "compare_transmissibility",
     "error_history",
     "pointwise",
+    "portrait",
 ]

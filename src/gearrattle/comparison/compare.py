@@ -10,16 +10,17 @@ Takes a Model; gives a Comparison, and the table of it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from gearrattle.calls.settings import settled
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
+from gearrattle.comparison.peers import exact_portraits, nearby
 from gearrattle.comparison.pointwise import deflection_scale, envelope, error_history, pointwise
+from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.recommendation import recommendation
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.statistics import compare_statistics
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CEILING = "exact, 1e-12 away"
-_AWAY = 1e-12  # of the largest corner
+_AWAY = 1e-12  # half-gaps
 _STILL_SMALL = 1e-3
 
 
@@ -98,7 +99,7 @@ def side_by_side(
     check_names([reference, *(contender.algorithm for contender in everyone)])
     shared = {key: value for key, value in grid.items() if value is not None}
     settled(model, {**shared, "tolerance": tolerance, "step": step})
-    told = _Share(progress, len(everyone) + 2)
+    told = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), told.next())
     if result.run is None:
@@ -106,14 +107,18 @@ def side_by_side(
     truth = result.run
     horizon = float(truth.predictability_horizon)
     window = min(float(truth.variation.horizon(_STILL_SMALL / tolerance)), truth.trajectory.end)
-    rows = [judged(result, truth, window, horizon)]
+    start = horizon if horizon < truth.trajectory.end else None  # all is predictable: from the steady part on
+    peers = _where_there_is_enough(
+        lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=told.next())
+    )
+    rows = [judged(result, truth, window, peers, start)]
     for contender in everyone:
         own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
         result = run_one(model, contender, {**shared, **own}, budget, told.next())
         growths = growths_of(model, contender, {**shared, **own}, truth)
-        rows.append(replace(judged(result, truth, window, horizon), growths=growths))
-    away = Contender(CEILING, "exact", {"initial": _nearby(truth)})
-    rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, horizon))
+        rows.append(replace(judged(result, truth, window, peers, start), growths=growths))
+    away = Contender(CEILING, "exact", {"initial": nearby(truth.trajectory, _AWAY)})
+    rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, peers, start))
     told.next()
     t = truth.trajectory
     comparison = Comparison(
@@ -142,8 +147,10 @@ class _Share:
         return told
 
 
-def judged(result: Result, truth: Run, window: float, horizon: float) -> Row:
-    """A contender's motion against the reference."""
+def judged(
+    result: Result, truth: Run, window: float, peers: Sequence[Portrait] | None = None, start: float | None = None
+) -> Row:
+    """A contender's motion against the reference, and from ``start`` on its statistics among those of exact motions."""
     label, algorithm = result.contender.label, result.contender.algorithm
     if result.run is None:
         return Row(label, algorithm, result.status)
@@ -156,7 +163,7 @@ def judged(result: Result, truth: Run, window: float, horizon: float) -> Row:
         error=pointwise(given, reference, window),
         crossings=compare_crossings(given, reference, window),
         impacts=compare_impacts(given, reference, window),
-        statistics=_where_there_is_enough(lambda: compare_statistics(given, reference, _beyond(horizon, truth))),
+        statistics=compare_statistics(portrait(given, start), peers) if peers and len(peers) > 1 else None,
         transmissibility=compare_transmissibility(given, reference),
         coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
         history=envelope(
@@ -164,22 +171,6 @@ def judged(result: Result, truth: Run, window: float, horizon: float) -> Row:
         ),
         notes=given.notes,
     )
-
-
-def _nearby(truth: Run) -> dict[str, list[float]]:
-    """The start of a motion with the first inertia turned a little: some deflection then differs by 1e-12 corners."""
-    t = truth.trajectory
-    angle, reach = t.angle[0].copy(), [np.abs(corners).max() for corners in t.layout.corners]
-    k = int(np.argmax(reach))
-    element = t.layout.clearance[k]
-    body, radius = int(t.layout.between[element, 0]), float(t.layout.radii[element, 0])
-    angle[body] += _AWAY * float(reach[k]) / radius
-    return {"angle": angle.tolist(), "velocity": t.velocity[0].tolist()}
-
-
-def _beyond(horizon: float, truth: Run) -> float | None:
-    """Where statistics begin: at the horizon, or with the steady part where all of the motion is predictable."""
-    return horizon if horizon < truth.trajectory.end else None
 
 
 def _where_there_is_enough(compute: Any) -> Any:

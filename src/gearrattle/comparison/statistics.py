@@ -1,39 +1,28 @@
 """Beyond the predictability horizon two correct motions differ sample by sample, but not in their statistics.
 
-Each *item* is one such statistic of both motions, the range that sampling error alone keeps it in (95 of 100 cases),
-and a verdict. Compared over whole cycles: rms of deflections and accelerations and rates of impacts by batches of
-cycles (impacts are neither independent nor Poisson), spectra of accelerations and distributions of impulses by
-exchanging blocks of cycles. Formulas and sources: ``signals.batches``, ``densities``, ``distributions``, ``exchange``.
+How far may these be apart? The exact solution is asked: twenty-one exact motions, begun within a thousandth of a
+half-gap of the same start (``peers``), show what a correct motion may come to. A motion's statistic is called
+*different* if it lies farther from theirs than any of theirs from the others, which chance gives one motion in
+twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come in bursts, and levels wander.
 
-An item is called different if sampling error alone would give its value in fewer than 5 of 100 cases, and if it differs
-by more than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``): a periodic motion repeats itself, so any difference in it is
-certain, however small. With many items some are called different by chance; how many to expect is told.
+Nothing is called different, however certain, if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``): motions
+that repeat themselves have no scatter. With many items some are called different by chance; how many is told.
 
-Takes two Trajectories; gives a StatisticalComparison.
+Takes Portraits; gives a StatisticalComparison.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from gearrattle.comparison.pair import cycles_beyond, same_grid
+from gearrattle.comparison.portrait import Portrait
 from gearrattle.comparison.record import Record
-from gearrattle.signals import (
-    Exchange,
-    Window,
-    batch_mean,
-    density_distance,
-    difference,
-    distribution_distance,
-    find_impacts,
-    segment_densities,
-)
-from gearrattle.signals.batches import Mean, batches_of, wanders
-from gearrattle.trajectory import Array, IntArray, Trajectory
+from gearrattle.signals import density_distances, distribution_distances, number_distances, rank
+from gearrattle.trajectory import Array
 
 Verdict = Literal["same within sampling error", "different", "undecided"]
 SAME: Verdict = "same within sampling error"
@@ -45,17 +34,17 @@ FEWEST_IMPULSES = 8
 
 @dataclass(frozen=True)
 class Item(Record):
-    """One statistic of two motions.
+    """One statistic of a motion among exact ones.
 
     Attributes:
         quantity: which, in words.
         subject: of which inertia or clearance.
-        given, reference: its value for either [unit]; NaN where it exists only for the two together.
+        given, reference: its value, and the mean of the exact motions' [unit]; NaN where it has no value of its own.
         unit: of these two.
-        measure: what of the two is tested, in words with its unit.
+        measure: what is tested, in words with its unit.
         value: that measure.
-        low, high: sampling error alone keeps it between them in 95 of 100 cases; NaN where unknown.
-        p_value: how often sampling error alone gives so large a difference; NaN where unknown.
+        low, high: all exact motions lie between them.
+        p_value: how often chance puts a correct motion at least so far out; NaN where unknown.
         verdict: "same within sampling error", "different" or "undecided" (too little to tell).
     """
 
@@ -74,198 +63,124 @@ class Item(Record):
 
 @dataclass(frozen=True)
 class StatisticalComparison(Record):
-    """All statistics of two motions.
+    """All statistics of a motion among exact ones.
 
     Attributes:
         start, end: of the cycles compared [s].
         cycles: how many.
-        items: in the order levels, spectra, rates, impulses.
+        motions: number of exact motions.
+        items: in the order levels, spectra, rates, impulses, transmissibilities.
         different: how many are called different.
-        different_by_chance: how many of the decided ones would be if the two motions differed by chance alone.
-        wandering: inertias and clearances whose level drifts over the cycles compared, in either motion; nothing of
-            theirs is called different: the run is too short to tell.
+        different_by_chance: how many of the decided ones would be of a correct motion, on average.
     """
 
     start: float
     end: float
     cycles: int
+    motions: int
     items: tuple[Item, ...]
     different: int
     different_by_chance: float
-    wandering: tuple[str, ...] = ()
 
     def of(self, quantity: str, subject: str) -> Item:
         """Return one item, by quantity and name of the inertia or clearance."""
         return next(each for each in self.items if (each.quantity, each.subject) == (quantity, subject))
 
 
-def compare_statistics(given: Trajectory, reference: Trajectory, start: float | None = None) -> StatisticalComparison:
-    """Return the statistics of two motions beyond a time, and which of them differ.
+def compare_statistics(given: Portrait, exact: Sequence[Portrait]) -> StatisticalComparison:
+    """Return the statistics of a motion beside those of exact ones, and which of them differ.
 
     Args:
-        given, reference: on the same output grid.
-        start: compare the whole cycles that begin at or after it [s], such as the predictability horizon; None: the
-            steady part. Discarded cycles never count.
-
-    Raises:
-        ModelError: other driveline, other grid, or no whole cycle left.
+        given: the motion in question.
+        exact: exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
     """
-    same_grid(given, reference)
-    window = cycles_beyond(reference, start)
-    items: tuple[Item, ...] = (
-        *_levels(given, reference, window),
-        *_spectra(given, reference, window),
-        *_rates(given, reference, window),
-        *_impulses(given, reference, window),
-    )
-    wandering = _wandering(given, reference, window)
-    items = tuple(
-        replace(item, verdict="undecided") if item.verdict == "different" and item.subject in wandering else item
-        for item in items
-    )
-    decided = sum(item.verdict != "undecided" for item in items)
+    everyone = (given, *exact)
+    plate = given.layout
+    metres = [plate.is_mesh[element] for element in plate.clearance]
+    rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
+    clearances, inertias = plate.clearance_names, plate.inertia_names
+    items = (
+        *_numbers("rms deflection", clearances, rad, np.array([each.deflection for each in everyone])),
+        *_numbers("rms acceleration", inertias, ["rad/s^2"] * len(inertias),
+                  np.array([each.acceleration for each in everyone])),
+        *_densities(inertias, np.array([each.density for each in everyone])),
+        *_numbers("impact rate", clearances, ["1/cycle"] * len(clearances), np.array([each.rate for each in everyone])),
+        *_impulses(clearances, impulse, everyone),
+        *_ratios("TR rms", plate.reference, inertias, np.array([each.tr_rms for each in everyone])),
+        *_ratios("TR peak", plate.reference, inertias, np.array([each.tr_peak for each in everyone])),
+    )  # fmt: skip
     different = sum(item.verdict == "different" for item in items)
-    return StatisticalComparison(
-        window.start, window.end, window.cycles, items, different, SIGNIFICANT * decided, wandering
-    )
+    decided = sum(item.verdict != "undecided" for item in items)
+    by_chance = decided / len(everyone)
+    return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, different, by_chance)
 
 
-def _verdict(p_value: float, *, large: bool = True) -> Verdict:
-    if np.isnan(p_value):
-        return "undecided"
-    return "different" if p_value < SIGNIFICANT and large else SAME
+def _judged(distances: Array, *, large: bool) -> tuple[float, Verdict]:
+    """p and verdict of the first."""
+    if distances.size * SIGNIFICANT <= 1.0 or np.isnan(distances).any():
+        return float("nan"), "undecided"
+    p = rank(distances)
+    return p, "different" if p < SIGNIFICANT and large else SAME
 
 
-def _levels(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
-    plate = reference.layout
-    for k, name in enumerate(plate.clearance_names):
-        unit = "m" if plate.is_mesh[plate.clearance[k]] else "rad"
-        mine, theirs = (_squares(each.deflection[:, k], window) for each in (given, reference))
-        yield _level("rms deflection", name, unit, mine, theirs)
-    for i, name in enumerate(plate.inertia_names):
-        mine, theirs = (_squares(each.acceleration[:, i], window) for each in (given, reference))
-        yield _level("rms acceleration", name, "rad/s^2", mine, theirs)
+def _numbers(quantity: str, names: Sequence[str], units: Sequence[str], values: Array) -> Iterator[Item]:
+    """Statistics (m, k) that are numbers: the first one's over the mean of the others."""
+    for name, unit, column in zip(names, units, values.T, strict=True):
+        mine, others = float(column[0]), column[1:]
+        mean = float(np.mean(others))
+        distances = number_distances(column)
+        p, verdict = _judged(distances, large=bool(distances[0] > NEGLIGIBLE * abs(mean)))
+        scale = mean if mean != 0.0 else float("nan")
+        low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
+        measure = "ratio to the mean of exact motions"
+        yield Item(quantity, name, mine, mean, unit, measure, mine / scale, low, high, p, verdict)
 
 
-def _wandering(given: Trajectory, reference: Trajectory, window: Window) -> tuple[str, ...]:
-    """Names of the inertias and clearances whose level wanders in either motion."""
-    plate = reference.layout
-    found = []
-    for names, quantity in ((plate.clearance_names, "deflection"), (plate.inertia_names, "acceleration")):
-        for k, name in enumerate(names):
-            signals = (window.periodic(getattr(each, quantity)[:, k]) for each in (given, reference))
-            if any(wanders(np.mean(s.reshape(window.cycles, -1) ** 2, axis=1)) for s in signals):
-                found.append(name)
-    return tuple(found)
+def _ratios(quantity: str, reference: int, names: Sequence[str], values: Array) -> Iterator[Item]:
+    """Transmissibilities: numbers, but for the reference inertia's own."""
+    others = [i for i in range(len(names)) if i != reference]
+    yield from _numbers(quantity, [names[i] for i in others], ["1"] * len(others), values[:, others])
 
 
-def _squares(signal: Array, window: Window) -> Mean:
-    """Mean square by cycle."""
-    return batch_mean(np.mean(window.periodic(signal).reshape(window.cycles, -1) ** 2, axis=1))
+def _densities(names: Sequence[str], densities: Array) -> Iterator[Item]:
+    """(m, n, f)."""
+    nan = float("nan")
+    for i, name in enumerate(names):
+        far, share = density_distances(densities[:, i])
+        large = bool(far[0] > NEGLIGIBLE_DB)
+        chance = 2.0 / len(densities)
+        for quantity, measure, distances in (
+            (
+                "PSD outside bands",
+                f"share of bins above or below all exact motions', {chance:.2g} by chance [1]",
+                share,
+            ),
+            ("PSD distance", "rms over the bins of 10 lg of the ratio to the mean of exact motions' [dB]", far),
+        ):
+            p, verdict = _judged(distances, large=large)
+            value, high = float(distances[0]), float(np.max(distances[1:]))
+            yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, p, verdict)
 
 
-def _level(quantity: str, subject: str, unit: str, given: Mean, reference: Mean) -> Item:
-    """Ratio of two rms values; its logarithm has half the relative error of the mean squares."""
-    mine, theirs = float(np.sqrt(given.value)), float(np.sqrt(reference.value))
-    if mine == theirs == 0.0:
-        return Item(quantity, subject, 0.0, 0.0, unit, "ratio given/reference", 1.0, 1.0, 1.0, 1.0, SAME)
-    if mine == 0.0 or theirs == 0.0:
-        ratio = mine / theirs if theirs else float("inf")
-        return Item(quantity, subject, mine, theirs, unit, "ratio given/reference", ratio, 1.0, 1.0, 0.0, "different")
-    logs = [Mean(0.5 * np.log(each.value), 0.5 * each.error / each.value, each.batches) for each in (given, reference)]
-    found = difference(*logs)
-    low, high = float(np.exp(-found.reach)), float(np.exp(found.reach))
-    verdict = _verdict(found.p_value, large=abs(found.value) > NEGLIGIBLE)
-    measure, ratio = "ratio given/reference", mine / theirs
-    return Item(quantity, subject, mine, theirs, unit, measure, ratio, low, high, found.p_value, verdict)
-
-
-def _spectra(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
-    plate, samples = reference.layout, reference.samples_per_cycle
-    for i, name in enumerate(plate.inertia_names):
-        signals = (window.periodic(each.acceleration)[:, i] for each in (given, reference))
-        found = density_distance(*(segment_densities(signal, plate.period, samples) for signal in signals))
-        large = found.distance.value > NEGLIGIBLE_DB
-        share = "share of the bins outside their 95 % band, 0.05 for Gaussian noise [1]"
-        yield _spectral("PSD outside bands", name, share, found.outside, large)
-        far = f"rms over {found.bins} bins of 10 lg(given/reference), {found.expected:.2g} for Gaussian noise [dB]"
-        yield _spectral("PSD distance", name, far, found.distance, large)
-
-
-def _spectral(quantity: str, subject: str, measure: str, found: Exchange, large: bool) -> Item:
-    none, verdict = float("nan"), _verdict(found.p_value, large=large)
-    return Item(quantity, subject, none, none, "", measure, found.value, 0.0, found.high, found.p_value, verdict)
-
-
-def _rates(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
-    for k, name in enumerate(reference.layout.clearance_names):
-        mine, theirs = (batch_mean(_counts(each, k, window)) for each in (given, reference))
-        found = difference(mine, theirs)
-        large = abs(found.value) > NEGLIGIBLE * max(mine.value, theirs.value)
-        yield Item(
-            quantity="impact rate",
-            subject=name,
-            given=mine.value,
-            reference=theirs.value,
-            unit="1/cycle",
-            measure="difference given - reference [1/cycle]",
-            value=found.value,
-            low=-found.reach,
-            high=found.reach,
-            p_value=found.p_value,
-            verdict=_verdict(found.p_value, large=large),
-        )
-
-
-def _counts(trajectory: Trajectory, clearance: int, window: Window) -> Array:
-    """(cycles,) impacts in each cycle."""
-    time = find_impacts(trajectory).of(clearance).within(window).time
-    return np.bincount(_cycle(time, window), minlength=window.cycles).astype(np.float64)
-
-
-def _cycle(time: Array, window: Window) -> IntArray:
-    """(I,) the cycle of the window in which each time lies, from 0; the very end belongs to the last."""
-    cycle = np.floor((time - window.start) / window.duration * window.cycles).astype(np.int64)
-    return np.asarray(np.clip(cycle, 0, window.cycles - 1), dtype=np.int64)
-
-
-def _impulses(given: Trajectory, reference: Trajectory, window: Window) -> Iterator[Item]:
-    plate, blocks = reference.layout, batches_of(window.cycles)
-    block_of_cycle = np.repeat(
-        np.arange(blocks), [part.size for part in np.array_split(np.arange(window.cycles), blocks)]
-    )
-    for k, name in enumerate(plate.clearance_names):
-        (mine, when), (theirs, then) = (_pushes(each, k, window) for each in (given, reference))
-        value = high = p_value = float("nan")
-        large = False
-        if min(mine.size, theirs.size) >= FEWEST_IMPULSES:
-            tolerance = NEGLIGIBLE * float(np.sqrt(np.mean(theirs**2)))
-            found = distribution_distance(
-                mine, theirs, block_of_cycle[when], block_of_cycle[then], blocks=blocks, tolerance=tolerance
-            )
-            value, high, p_value = found.value, found.blocks.high, found.blocks.p_value
-            large = found.beyond_tolerance > high
+def _impulses(names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait]) -> Iterator[Item]:
+    for k, (name, unit) in enumerate(zip(names, units, strict=True)):
+        samples = [each.impulses[k] for each in everyone]
+        medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
+        distances = np.full(len(samples), np.nan)
+        if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
+            tolerance = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
+            distances = distribution_distances(samples, tolerance)
+        p, verdict = _judged(distances, large=True)
         yield Item(
             quantity="impulse distribution",
             subject=name,
-            given=_median(mine),
-            reference=_median(theirs),
-            unit="N s" if plate.is_mesh[plate.clearance[k]] else "N m s",
-            measure="largest distance of the distributions [1]",
-            value=value,
+            given=medians[0],
+            reference=float(np.mean(medians[1:])),
+            unit=unit,
+            measure=f"largest distance of the distributions beyond a shift of {NEGLIGIBLE:g} of the rms [1]",
+            value=float(distances[0]),
             low=0.0,
-            high=high,
-            p_value=p_value,
-            verdict=_verdict(p_value, large=large),
+            high=float(np.max(distances[1:])),
+            p_value=p,
+            verdict=verdict,
         )
-
-
-def _median(values: Array) -> float:
-    return float(np.median(values)) if values.size else float("nan")
-
-
-def _pushes(trajectory: Trajectory, clearance: int, window: Window) -> tuple[Array, IntArray]:
-    """(I,) impulses that are known whole, and the cycle in which each began."""
-    impacts = find_impacts(trajectory).of(clearance).within(window)
-    known = ~impacts.censored & np.isfinite(impacts.impulse)
-    return impacts.impulse[known], _cycle(impacts.time[known], window)

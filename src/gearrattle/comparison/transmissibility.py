@@ -91,7 +91,7 @@ def compare_transmissibility(
     """
     same_grid(given, reference)
     plate = reference.layout
-    mine, theirs = (_ratios(each, cycles, harmonics) for each in (given, reference))
+    mine, theirs = (ratios(each, cycles, harmonics) for each in (given, reference))
     fundamental = fundamental_order(reference) * plate.omega / (2.0 * np.pi)
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     return TransmissibilityComparison(
@@ -118,7 +118,17 @@ def elements_from(layout: Layout, start: int) -> IntArray:
     return distance
 
 
-def _ratios(trajectory: Trajectory, cycles: int, harmonics: int) -> Ratios:
+def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMONICS) -> Ratios:
+    """Return the transmissibilities of the last cycles of one motion.
+
+    Args:
+        trajectory: the motion.
+        cycles: periods T at its end, fewer where fewer remain after the discarded ones.
+        harmonics: number of bands.
+
+    Raises:
+        ModelError: no cycle left.
+    """
     plate, window = trajectory.layout, last_cycles(trajectory, cycles)
     entries = Transmissibility(cycles).evaluate(trajectory)
     rms, peak = (np.array([float(e.value) for e in entries if e.quantity == q]) for q in ("TR rms", "TR peak"))

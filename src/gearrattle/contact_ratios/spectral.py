@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 
 from gearrattle.contact_ratios.base import ContactRatio, clearances, elastic, largest_slope, law_of
 from gearrattle.signals import steady
-from gearrattle.signals.densities import WANTED_SEGMENTS
 from gearrattle.signals.spectra import CYCLES_PER_SEGMENT
 from gearrattle.trajectory import Array, Trajectory
 
@@ -39,6 +38,7 @@ Taper = Literal["hann", "none"]
 _LEVEL = 0.95
 _WINDOW: dict[Taper, str] = {"hann": "hann", "none": "boxcar"}
 _NO_POWER = 1e-24  # below this share of the largest bin a power is rounding
+_WANTED_SEGMENTS = 8
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
     from scipy.special import stdtrit
 
     window = steady(trajectory)
-    segments = max(1, window.cycles // max(1, min(CYCLES_PER_SEGMENT, window.cycles // WANTED_SEGMENTS)))
+    segments = max(1, window.cycles // max(1, min(CYCLES_PER_SEGMENT, window.cycles // _WANTED_SEGMENTS)))
     student = float(stdtrit(max(1, segments - 1), 0.5 + 0.5 * _LEVEL))
     rate = trajectory.samples_per_cycle / trajectory.layout.period
     value, half = np.full((2, trajectory.layout.clearance.size), np.nan)

@@ -16,6 +16,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
 from gearrattle.comparison.rows import Comparison
 from gearrattle.plots.comparison import growth_of_errors, work_precision_chart
@@ -89,9 +90,10 @@ def _sections(comparison: Comparison) -> list[Section]:
     different = tuple(statistics_tables(comparison))
     words = (
         "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
-        "These differ by more than sampling error:"
+        f"{MANY} exact motions begun within a thousandth of a half-gap show what a right one may come to; these lie "
+        "outside:"
         if different
-        else "No statistic of any contender differs from the reference's by more than sampling error."
+        else f"No statistic of any contender lies outside those of {MANY} exact motions begun nearby."
     )
     stability = stability_table(comparison)
     words_on_steps = (

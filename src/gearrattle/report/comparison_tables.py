@@ -49,7 +49,8 @@ def truth_table(comparison: Comparison) -> Table:
     note = (
         f"Errors, crossings and impacts: up to the window's end, {comparison.window / comparison.period:.3g} cycles, "
         "where errors of the size of the tolerance have grown to a thousandth at most. Statistics: of the cycles "
-        "beyond the predictability horizon, with how many would differ by chance."
+        "beyond the predictability horizon, those outside all exact motions begun nearby, with how many chance puts "
+        "there."
     )
     rows = tuple(_truth(row, comparison.period) for row in comparison.rows[1:])
     return Table(head, rows, frozenset({0}), "How true it is", note)
@@ -62,8 +63,6 @@ def _truth(row: Row, period: float) -> tuple[str, ...]:
     differ = "–"
     if row.statistics is not None:
         differ = f"{row.statistics.different} of {len(row.statistics.items)} (chance: {_chance(row)})"
-        if row.statistics.wandering:
-            differ += f"; {', '.join(row.statistics.wandering)}: wandering, undecided"
     return (
         row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
         _count(row.cost.events), _count(crossings.missed), _count(crossings.invented), _number(crossings.largest),
@@ -76,8 +75,8 @@ def _chance(row: Row) -> str:
 
 
 def statistics_tables(comparison: Comparison) -> Iterator[Table]:
-    """One table a contender: the statistics that differ by more than sampling error."""
-    head = ("quantity", "of", "reference", "given", "measure", "value", "by chance between")
+    """One table a contender: the statistics that lie outside those of all exact motions."""
+    head = ("quantity", "of", "exact, mean", "given", "measure", "value", "exact between")
     for row in comparison.rows[1:]:
         items = [] if row.statistics is None else [i for i in row.statistics.items if i.verdict == "different"]
         if items:

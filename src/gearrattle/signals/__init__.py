@@ -9,11 +9,8 @@ Takes trajectories and plain arrays; gives plain arrays to the criteria, plots a
 
 from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
-from gearrattle.signals.batches import batch_mean, difference
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
-from gearrattle.signals.densities import DensityDistance, density_distance, segment_densities
-from gearrattle.signals.distributions import DistributionDistance, distribution_distance
-from gearrattle.signals.exchange import Exchange, exchange
+from gearrattle.signals.ensembles import density_distances, distribution_distances, number_distances, rank
 from gearrattle.signals.impact_sums import ImpactSummary, add_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
@@ -39,9 +36,6 @@ __all__ = [
     "Alignment",
     "ChanceCoherence",
     "Coherence",
-    "DensityDistance",
-    "DistributionDistance",
-    "Exchange",
     "ImpactSummary",
     "Impacts",
     "Line",
@@ -52,31 +46,29 @@ __all__ = [
     "align",
     "amplitudes_from",
     "band_rms",
-    "batch_mean",
     "by_chance",
     "centre",
     "coherence_at_harmonics",
     "contact_share",
-    "density_distance",
-    "difference",
-    "distribution_distance",
+    "density_distances",
+    "distribution_distances",
     "dwell_times",
-    "exchange",
     "find_impacts",
     "harmonics",
     "in_contact",
     "last_cycles",
+    "number_distances",
     "order_sums",
     "outside",
     "peak_to_peak",
     "psd",
+    "rank",
     "regime",
     "regime_of",
     "region_at",
     "region_shares",
     "resolved",
     "rms",
-    "segment_densities",
     "sides_crossed",
     "steady",
     "strongest",
