@@ -6,6 +6,7 @@ The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Ro
     rest    = gr.equilibrium(model)          where it rests under its mean loads
     modes   = gr.modes(model)                how it would vibrate without clearances
     small   = gr.reduce(model, "75 Hz")      a smaller model that is as good up to 75 Hz, and how good
+    advice  = gr.advise(model)               what to expect of a run, and on what evidence
     run     = gr.simulate(model)             its motion, every impact found
     verdict = gr.criteria(run)               does it rattle, where, how badly
 
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, ModelError, Problem
 
 if TYPE_CHECKING:
+    from gearrattle.advice import Advice, advise
     from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.judge import criteria
@@ -62,6 +64,8 @@ _HOME = {
     "Run": "results",
     "open_run": "results",
     "compare": "comparison.compare",
+    "advise": "advice",
+    "Advice": "advice",
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
@@ -69,6 +73,7 @@ _HOME = {
 
 __version__ = _version("gearrattle")
 __all__ = [
+    "Advice",
     "Cancelled",
     "Condensed",
     "ConvergenceError",
@@ -84,6 +89,7 @@ __all__ = [
     "Stiffness",
     "Stream",
     "Verdict",
+    "advise",
     "compare",
     "condense",
     "contact_ratio",

@@ -1,13 +1,15 @@
 """The whole procedure on one page: from a driveline to a rattle verdict.
 
 This is Fig. 1 of C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle
-Analysis", ASME J. Mech. Design 117 (1995) 185-192, as a program: linear eigensolution, nonlinear simulation,
-evaluation. The engineer closes the loop, by changing the model and running again.
+Analysis", ASME J. Mech. Design 117 (1995) 185-192, as a program: linear eigensolution, pre-processing, nonlinear
+simulation, evaluation. The engineer closes the loop, by changing the model and running again.
 
     1. where the driveline rests       equilibrium: static deflections, and which clearances are closed
     2. how it would vibrate            modes: about that rest, and with every clearance closed
-    3. what it really does             simulate: every crossing of every corner
-    4. whether it rattles              criteria: a verdict with its rule, worst part first
+    3. what to expect                  advise: lumping, scaling, stiffness, regimes, algorithm, cost
+    4. what it really does             simulate: every crossing of every corner
+    5. whether it rattles              criteria: a verdict with its rule, worst part first
+    6. whether we knew                 scores: every forecast against the run
 
 Takes a checked Model; gives Findings, which plots and reports draw and the command line prints.
 """
@@ -16,9 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.errors import ConvergenceError
 
 if TYPE_CHECKING:
+    from gearrattle.advice import Advice, Score
     from gearrattle.calls.statics import Equilibrium, Modes
     from gearrattle.criteria import Verdict
     from gearrattle.model import Model
@@ -36,6 +41,8 @@ class Findings:
         modes_contact: the same with every clearance in full contact.
         run: the motion, its events, notes and cost.
         verdict: the judgement.
+        advice: what was advised before the run; None if its pilot failed.
+        scores: what became of its forecasts.
     """
 
     model: Model
@@ -44,6 +51,8 @@ class Findings:
     modes_contact: Modes
     run: Run
     verdict: Verdict
+    advice: Advice | None = None
+    scores: tuple[Score, ...] = ()
 
 
 def run(
@@ -57,6 +66,7 @@ def run(
     step: float | str | None = None,
     initial: str | Mapping[str, Sequence[float]] | None = None,
     progress: Callable[[float], None] | None = None,
+    phase: Callable[[str], None] | None = None,
 ) -> Findings:
     """Carry out the whole procedure.
 
@@ -65,6 +75,7 @@ def run(
         algorithm, cycles, samples_per_cycle, discard, tolerance, step [s], initial: settings of the simulation; None
             leaves each to the model file, then to its default.
         progress: called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
+        phase: called with words as another part of the procedure begins.
 
     Returns:
         The findings.
@@ -80,15 +91,25 @@ def run(
     rest = equilibrium(model)
     at_rest = modes(model, region=rest.region)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
-    motion = simulate(
-        model,
-        algorithm=algorithm,
-        cycles=cycles,
-        samples_per_cycle=samples_per_cycle,
-        discard=discard,
-        tolerance=tolerance,
-        step=step,
-        initial=initial,
-        progress=progress,
-    )
-    return Findings(model, rest, at_rest, in_contact, motion, criteria(motion))
+    settings: dict[str, Any] = {
+        "algorithm": algorithm, "cycles": cycles, "samples_per_cycle": samples_per_cycle, "discard": discard,
+        "tolerance": tolerance, "step": step, "initial": initial,
+    }  # fmt: skip
+    if phase is not None:
+        phase("advising")
+    advice = _advice(model, settings, progress)
+    if phase is not None:
+        phase("simulating")
+    motion = simulate(model, **settings, progress=progress)
+    scores = () if advice is None else advice.scores(motion)
+    return Findings(model, rest, at_rest, in_contact, motion, criteria(motion), advice, scores)
+
+
+def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
+    """Advice on the run planned; None where its pilot fails, which the run itself may not."""
+    from gearrattle.advice import advise
+
+    try:
+        return advise(model, **settings, progress=progress)
+    except ConvergenceError:
+        return None

@@ -57,3 +57,12 @@ def test_stiffness_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_wrong_ratio_is_refused(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stiffness", CASE, "--contact-ratio", word]) == 2
     assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_stiffness_of_the_regions_visited(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["stiffness", CASE, "--visited", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sum(region["share"] for region in found["regions"]) == pytest.approx(1.0)
+    assert len(found["regions"]) > 8  # coast sides among them
+    assert main(["stiffness", CASE, "--visited"]) == 0
+    assert "share of time" in capsys.readouterr().out

@@ -15,6 +15,8 @@ from gearrattle.linear.conditioning import conditions
 from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass
 from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
 from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.signals import dwell_of_regions
 from gearrattle.system.characteristic import characteristic
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Layout
@@ -102,10 +104,17 @@ def r_lambda_over(
 
 @dataclass(frozen=True)
 class RegionStiffness:
-    """One region: its label for every clearance, and its eigenvalues."""
+    """One region.
+
+    Attributes:
+        labels: its label for every clearance.
+        eigenvalues: of motion in it.
+        share: of the time a run spends in it, 0 to 1; NaN where no run is behind it.
+    """
 
     labels: dict[str, int]
     eigenvalues: Eigenvalues
+    share: float = float("nan")
 
 
 def regions(model: Model) -> tuple[list[RegionStiffness], str]:
@@ -128,15 +137,38 @@ def regions(model: Model) -> tuple[list[RegionStiffness], str]:
         one = [(*at_rest[:k], p, *at_rest[k + 1 :]) for k, kind in enumerate(kinds) for p in kind[1:]]
         chosen = [at_rest, *one, tuple(kind[-1] for kind in kinds)]
         note = f"more than {MOST_REGIONS} regions: only those with one clearance outside its centre, none or all"
+    return [_region(system, names, pieces) for pieces in chosen], note
+
+
+def _region(
+    system: PiecewiseSystem, names: Sequence[str], pieces: Sequence[int], share: float = float("nan")
+) -> RegionStiffness:
+    slope, damping = (
+        np.array([getattr(law, name)[p] for law, p in zip(system.laws, pieces, strict=True)])
+        for name in ("stiffness", "damping")
+    )
+    labels = {names[k]: pieces[k] + system.laws[k].first_label for k in system.clearances}
+    return RegionStiffness(labels, eigenvalues_of(system, slope, damping), share)
+
+
+def regions_visited(run: Run) -> list[RegionStiffness]:
+    """Eigenvalues of the regions that a run visits after the discarded cycles, longest dwell first.
+
+    Args:
+        run: the motion; times are those of its crossings, exact to their accuracy.
+
+    Raises:
+        ModelError: no cycle left after the discarded ones.
+    """
+    system, names, dwell = assemble(run.model), element_names(run.model), dwell_of_regions(run.trajectory)
+    total, first = sum(dwell.values()), [law.first_label for law in system.laws]
     found = []
-    for pieces in chosen:
-        slope, damping = (
-            np.array([getattr(law, name)[p] for law, p in zip(system.laws, pieces, strict=True)])
-            for name in ("stiffness", "damping")
-        )
-        labels = {names[k]: pieces[k] + system.laws[k].first_label for k in system.clearances}
-        found.append(RegionStiffness(labels, eigenvalues_of(system, slope, damping)))
-    return found, note
+    for labels, time in sorted(dwell.items(), key=lambda item: -item[1]):
+        pieces = [0] * len(names)
+        for k, label in zip(system.clearances, labels, strict=True):
+            pieces[k] = label - first[k]
+        found.append(_region(system, names, pieces, time / total))
+    return found
 
 
 def _kinds(system: PiecewiseSystem, element: int) -> list[int]:

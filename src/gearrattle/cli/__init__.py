@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "run": ("gearrattle.cli.run:run", "The whole procedure: check, modes, simulate, judge, report."),
     "check": ("gearrattle.cli.check:check", "Is this a model, and can it bear its loads?"),
+    "advise": ("gearrattle.cli.advise:advise", "What to do before simulating, and what a run will show."),
     "modes": ("gearrattle.cli.modes:modes", "Natural frequencies, damping ratios and shapes."),
     "scale": ("gearrattle.cli.scale:scale", "The model without dimensions: coefficients, conditioning."),
     "stiffness": ("gearrattle.cli.stiffness:stiffness", "Eigenvalues, R_lambda, and which fixed steps are stable."),

@@ -46,7 +46,7 @@ def run(
     def work(watch: Watch) -> Findings:
         from gearrattle import pipeline, report
 
-        findings = pipeline.run(driveline, **settings.arguments(), progress=watch)
+        findings = pipeline.run(driveline, **settings.arguments(), progress=watch, phase=watch.enter)
         watch.enter("writing the report")
         report.fill(findings, staging.path)
         return findings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -14,6 +15,7 @@ from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+    from gearrattle.model import Model
 
 RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Contact ratios over which R_lambda is told."""
@@ -25,6 +27,7 @@ def stiffness(
     *,
     contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
     step: str | None = None,
+    visited: bool = False,
     json: Json = False,
 ) -> None:
     """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
@@ -37,6 +40,8 @@ def stiffness(
         NAME=RATIO: the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     step
         Step of the fixed-step algorithms: seconds, or e.g. "20 us". Without it the file's, else each one's own.
+    visited
+        Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays.
     """
     import gearrattle
     from gearrattle.calls.statics import element_names
@@ -49,7 +54,7 @@ def stiffness(
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
     found = gearrattle.stiffness(driveline, contact_ratio=ratios)
-    met, note = regions(driveline)
+    met, note = (_visited(driveline), "") if visited else regions(driveline)
     moving = [name for name in element_names(driveline) if name in met[0].labels]
     grid = {name: r_lambda_over(driveline, name, RATIOS, ratios).tolist() for name in moving}
     limits = step_limits(driveline, met, number_or_text(step))
@@ -65,8 +70,7 @@ def stiffness(
     print(columns(("eigenvalue [1/s]", "magnitude"), rows))
     table = [(f"{ratio:g}", *(f"{grid[name][j]:.5g}" for name in moving)) for j, ratio in enumerate(RATIOS)]
     print("\n" + columns(("R_lambda over contact ratio", *moving), table))
-    head = (*moving, "R_lambda", "class", "largest [1/s]")
-    print("\n" + columns(head, [_row(region) for region in met]))
+    print("\n" + columns(*_regions_table(moving, met)))
     lines = [
         (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
     ]
@@ -77,6 +81,19 @@ def stiffness(
             print(f"note: {x.algorithm}: a step multiplies a mode by {factor}: unstable", file=sys.stderr)
 
 
+def _visited(driveline: Model) -> list[RegionStiffness]:
+    from gearrattle.calls.simulate import simulate
+    from gearrattle.calls.stiffness import regions_visited
+    from gearrattle.cli.background import watched
+
+    return regions_visited(watched(lambda watch: simulate(driveline, algorithm="exact", audit=False, progress=watch)))
+
+
+def _regions_table(moving: Sequence[str], met: Sequence[RegionStiffness]) -> tuple[tuple[str, ...], list[Any]]:
+    shares = ["share of time [%]"] if not math.isnan(met[0].share) else []
+    return (*moving, "R_lambda", "class", "largest [1/s]", *shares), [_row(region) for region in met]
+
+
 def _row(region: RegionStiffness) -> tuple[str, ...]:
     values = region.eigenvalues
     return (
@@ -84,6 +101,7 @@ def _row(region: RegionStiffness) -> tuple[str, ...]:
         f"{values.r_lambda:.5g}",
         values.stiffness_class,
         f"{values.fastest:.5g}",
+        *([] if math.isnan(region.share) else [f"{100.0 * region.share:.4g}"]),
     )
 
 
@@ -107,6 +125,7 @@ def _regions(met: Sequence[RegionStiffness]) -> list[dict[str, Any]]:
             "labels": region.labels,
             "r_lambda": region.eigenvalues.r_lambda,
             "stiffness_class": region.eigenvalues.stiffness_class,
+            "share": region.share,
             "eigenvalues": _complex(region.eigenvalues.elastic),
             "rigid_eigenvalues": _complex(region.eigenvalues.rigid),
         }

@@ -22,6 +22,7 @@ from markupsafe import Markup
 from gearrattle.pipeline import Findings
 from gearrattle.plots import Chart, plotly_figure
 from gearrattle.plots.sketch import sketch
+from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.linear_tables import modes_tables, rest_table
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.provenance import now, versions
@@ -67,6 +68,8 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         headline=_HEADLINES[findings.verdict.verdict],
         tiles=tiles(findings),
         parts=parts_table(findings),
+        scored=scores_sentence(findings),
+        scores=scores_table(findings),
         sketch=_safe(sketch(findings)),
         sections=sections,
         rest=rest_table(findings),

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.advice.record import scores_dict
 from gearrattle.pipeline import Findings
 from gearrattle.report.provenance import now, versions
 
@@ -51,6 +52,8 @@ def summary(findings: Findings) -> dict[str, Any]:
         ),
         "modes": modes_dict(findings.modes),
         "modes_contact": modes_dict(findings.modes_contact),
+        "advice": None if findings.advice is None else findings.advice.to_dict(),
+        "scores": scores_dict(findings.scores),
         "versions": versions(),
         "created": now(),
     }

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import GearRattleError
-from gearrattle.signals.windows import Window
+from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
 Regime = Literal["quiet", "single-sided", "double-sided"]
@@ -98,6 +98,28 @@ def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array
     first = int(layout.region_of_first_piece[clearance])
     pieces = layout.stiffness_of_piece[clearance].size
     return np.bincount(region - first, weights=np.diff(bounds), minlength=pieces).astype(np.float64)
+
+
+def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
+    """Return the time that the steady part spends in every region, by the labels of all clearances [s].
+
+    Raises:
+        ModelError: no cycle left after the discarded ones.
+    """
+    window, log = steady(trajectory), trajectory.events
+    labels = [int(label) for label in trajectory.initial_region]
+    dwell: dict[tuple[int, ...], float] = {}
+    since = window.start
+    for time, k, region in zip(log.time.tolist(), log.clearance.tolist(), log.to_region.tolist(), strict=True):
+        until = min(max(time, window.start), window.end)
+        if until > since:
+            here = tuple(labels)
+            dwell[here] = dwell.get(here, 0.0) + (until - since)
+            since = until
+        labels[k] = region
+    if window.end > since:
+        dwell[tuple(labels)] = dwell.get(tuple(labels), 0.0) + (window.end - since)
+    return dwell
 
 
 def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:

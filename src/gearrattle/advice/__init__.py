@@ -1,0 +1,14 @@
+"""What to do before simulating: the first half of the 1995 paper's Fig. 1, run by the machine, which checks itself.
+
+Every line of an ``Advice`` says what to do and on what evidence; every forecast says by which route it came, and is
+scored against a run (``forecasts``). The evidence is linear algebra where that suffices, and a short exact run, the
+*pilot*, where it does not.
+
+Takes a Model; gives an Advice.
+"""
+
+from gearrattle.advice.advise import advise
+from gearrattle.advice.forecasts import Forecast, Score, scored
+from gearrattle.advice.record import Advice, Line
+
+__all__ = ["Advice", "Forecast", "Line", "Score", "advise", "scored"]

@@ -1,0 +1,95 @@
+"""The procedure of the paper's Fig. 1 before the integration, on one page.
+
+    1. lumping          which bodies move as one in the excited band                    (sec. 3)
+    2. scaling          what non-dimensional form does to the Jacobian                  (sec. 5)
+    3. stiffness        eigenvalues over the regions the motion visits                  (sec. 6)
+    4. clearances       which will open at this load: linear response, then a pilot     (sec. 6, Fig. 3)
+    5. contact ratios   the slopes that stand for them                                  (sec. 6, Fig. 4)
+    6. algorithm        which to use, and the step it may take                          (sec. 8)
+    7. cost             of the run planned
+    8. predictability   how long single instants mean anything
+
+The paper closes the loop by hand. Here the pilot does: a lumped model that moves otherwise than the full one is not
+advised.
+
+Takes a Model and the settings of the run planned; gives an Advice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from gearrattle.advice.clearances import clearances_line, contact_ratios_line, linear_forecasts
+from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
+from gearrattle.advice.linear import excursions
+from gearrattle.advice.lumping import lumping_line
+from gearrattle.advice.pilot import fly
+from gearrattle.advice.record import Advice
+from gearrattle.advice.stiffness import scaling_line, stiffness_line
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.calls.settings import settled
+from gearrattle.calls.statics import named_equilibrium
+from gearrattle.model import Model
+
+_STAGES = 4
+
+
+def advise(
+    model: Model,
+    *,
+    algorithm: str | None = None,
+    cycles: int | None = None,
+    discard: int | None = None,
+    samples_per_cycle: int | None = None,
+    tolerance: float | None = None,
+    step: float | str | None = None,
+    initial: Any = None,
+    up_to: float | str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Advice:
+    """Say what to do before simulating, and foretell what a run will show.
+
+    Args:
+        model: the driveline.
+        algorithm, cycles, discard, samples_per_cycle, tolerance, step, initial: of the run planned, as in
+            ``gearrattle.simulate``.
+        up_to: end of the band for lumping, as in ``gearrattle.reduce``; by default the highest order of any torque.
+        progress: called with the finished share; what it raises ends the work.
+
+    Returns:
+        Lines with their evidence, and forecasts; ``.scores(run)`` compares these with a run.
+
+    Raises:
+        ModelError: a bad setting, or a driveline that cannot bear its mean loads.
+        ConvergenceError: the exact pilot run failed.
+    """
+    planned = settled(
+        model,
+        {"algorithm": algorithm, "cycles": cycles, "discard": discard, "samples_per_cycle": samples_per_cycle,
+         "tolerance": tolerance, "step": step, "initial": initial},
+    )  # fmt: skip
+
+    def told(done: float) -> None:
+        if progress is not None:
+            progress(done / _STAGES)
+
+    system = assemble(model)
+    plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
+    pilot, response = fly(planned, planned.simulation.cycles or 1, told), excursions(system, rest)
+    lumping = lumping_line(planned, pilot, up_to)
+    told(2.0)
+    ratios = contact_ratios_line(model, pilot)
+    told(3.0)
+    lines = (
+        lumping,
+        scaling_line(model),
+        stiffness_line(model, pilot),
+        clearances_line(plate, response, pilot),
+        ratios,
+        algorithm_line(planned, pilot, quiet=response.inside),
+        cost_line(pilot),
+        predictability_line(pilot),
+    )
+    told(_STAGES)
+    return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(plate, response)))

@@ -1,0 +1,75 @@
+"""Which clearances will open, and the slopes that stand for them.
+
+Takes excursions, a pilot and a model; gives lines and forecasts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gearrattle.advice.forecasts import CROSSED, Forecast
+from gearrattle.advice.linear import Excursions
+from gearrattle.advice.pilot import Pilot
+from gearrattle.advice.record import Line
+from gearrattle.errors import ConvergenceError
+from gearrattle.model import Model
+from gearrattle.trajectory import Layout
+
+LINEAR = "linear response"
+
+
+def linear_forecasts(plate: Layout, found: Excursions) -> list[Forecast]:
+    """Whether the linear response crosses any corner of a clearance; on which sides, it knows badly."""
+    return [
+        Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
+        for name, used in zip(plate.clearance_names, found.used.tolist(), strict=True)
+    ]
+
+
+def clearances_line(plate: Layout, found: Excursions, pilot: Pilot) -> Line:
+    """Regimes as the pilot has them; the linear response beside."""
+    names, shown = plate.clearance_names, pilot.of("regime")
+    if not names:
+        return Line("clearances", "There are none: the driveline is linear.")
+    moving = {name: regime for name, regime in shown.items() if regime != "quiet"}
+    if moving:
+        words = ", ".join(f"{name} {regime}" for name, regime in moving.items())
+        quiet = [name for name in names if name not in moving]
+        words = f"Expect impacts: {words}{'; quiet: ' + ', '.join(quiet) if quiet else ''}."
+    else:
+        words = "No clearance opens."
+    evidence = [f"{pilot.name}, its second half: {', '.join(f'{n} {r}' for n, r in shown.items())}"]
+    if found.inside:
+        least = int(np.argmax(found.used))
+        evidence.append(
+            "the steady linear response about rest reaches no corner, so it is an exact motion of the driveline; "
+            f"nearest to one: {names[least]}, whose oscillation takes {100.0 * found.used[least]:.3g} % of its room"
+        )
+        if moving:
+            evidence.append("the pilot moves otherwise: there is more than one motion, or it has not settled yet")
+    else:
+        over = [name for name, used in zip(names, found.used, strict=True) if used >= 1.0]
+        evidence.append(f"the steady linear response about rest crosses corners of {', '.join(over)}")
+    return Line("clearances", words, tuple(evidence))
+
+
+def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
+    """Mean slopes of the pilot, and those of equivalent linearisation."""
+    from gearrattle.calls.contact_ratio import contact_ratio
+
+    slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
+    if not slopes:
+        return Line("contact ratios", "There are none.")
+    words = ", ".join(f"{name} {value:.3g}" for name, value in slopes.items())
+    try:
+        linearised = contact_ratio(model, "mean-slope")
+        count = len(linearised.attrs["fixed_points"])
+        points = f", the most visited of {count} fixed points" if count > 1 else ""
+        told = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)
+        off = max((abs(linearised[n] - v) for n, v in slopes.items() if not math.isnan(v)), default=0.0)
+        second = f"equivalent linearisation, without simulating{points}: {told}; up to {off:.2g} apart"
+    except ConvergenceError as error:
+        second = f"equivalent linearisation: {error}"
+    return Line("contact ratios", f"Mean slopes: {words}.", (f"of the {pilot.name}", second))

@@ -1,0 +1,144 @@
+"""Forecasts, and what became of them.
+
+A forecast is a number or a word about one thing, by one route, made before the run that settles it. When it counts as
+right is fixed here, once for all: regimes exactly, ratios within 0.1, counts and times within a factor of two.
+
+Takes forecasts and a Run; gives Scores.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gearrattle.contact_ratios import ROUTES
+from gearrattle.results import Run
+from gearrattle.signals import regime, steady
+
+RATIO_WITHIN, FACTOR = 0.1, 2.0
+CROSSED = ("not crossed", "crossed")
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """One thing foretold.
+
+    Attributes:
+        quantity: a key of ``QUANTITIES``.
+        subject: of which clearance; empty for the whole run.
+        by: the route, in words.
+        value: number [unit] or word.
+        unit: of it.
+    """
+
+    quantity: str
+    subject: str
+    by: str
+    value: float | str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Score:
+    """A forecast and what happened.
+
+    Attributes:
+        forecast: what was foretold.
+        happened: the same quantity of the run.
+        right: whether that counts as right.
+        rule: when it does, in words.
+    """
+
+    forecast: Forecast
+    happened: float | str
+    right: bool
+    rule: str
+
+
+def _regimes(run: Run) -> dict[str, float | str]:
+    t = run.trajectory
+    window = steady(t)
+    return {name: regime(t, k, window) for k, name in enumerate(t.layout.clearance_names)}
+
+
+def _crossed(run: Run) -> dict[str, float | str]:
+    return {name: CROSSED[word != "quiet"] for name, word in _regimes(run).items()}
+
+
+def _ratios(run: Run) -> dict[str, float | str]:
+    found = ROUTES["mean-slope"](run.trajectory).value
+    return dict(zip(run.trajectory.layout.clearance_names, found.tolist(), strict=True))
+
+
+def _crossings(run: Run) -> dict[str, float | str]:
+    t = run.trajectory
+    window = steady(t)
+    return {"": float((t.events.time >= window.start).sum()) / window.cycles}
+
+
+def _calls(run: Run) -> dict[str, float | str]:
+    return {"": float(run.cost.function_calls)} if run.cost.algorithm == "exact" else {}
+
+
+def _wall_time(run: Run) -> dict[str, float | str]:
+    return {"": run.cost.wall_time} if run.cost.algorithm == "exact" else {}
+
+
+def _horizon(run: Run) -> dict[str, float | str]:
+    t = run.trajectory
+    until = float(run.predictability_horizon)
+    return {"": until / t.layout.period if until < t.end else math.inf}
+
+
+def _same(told: Any, happened: Any) -> bool:
+    return bool(told == happened)
+
+
+def _near(told: Any, happened: Any) -> bool:
+    return abs(told - happened) <= RATIO_WITHIN or (math.isnan(told) and math.isnan(happened))
+
+
+def _within_factor(told: Any, happened: Any) -> bool:
+    if told == happened:
+        return True
+    least, most = sorted((float(told), float(happened)))
+    return least > 0.0 and most <= FACTOR * least
+
+
+_TWICE = f"within a factor of {FACTOR:g}"
+QUANTITIES: Mapping[str, tuple[Callable[[Run], Mapping[str, float | str]], Callable[[Any, Any], bool], str]] = {
+    "regime": (_regimes, _same, "the same"),
+    "corners": (_crossed, _same, "the same"),
+    "mean slope": (_ratios, _near, f"within {RATIO_WITHIN:g}"),
+    "crossings a cycle": (_crossings, _within_factor, _TWICE),
+    "function calls": (_calls, _within_factor, _TWICE),
+    "computing time": (_wall_time, _within_factor, _TWICE),
+    "predictable cycles": (_horizon, _within_factor, _TWICE + ", or both to the end"),
+}
+"""What can be foretold: how a run tells it by subject, when a forecast counts as right, and that in words."""
+
+
+def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
+    """Return the forecasts that this run settles, each with what happened.
+
+    Costs of ``exact`` are not settled by a run of another algorithm.
+
+    Args:
+        forecasts: made for the model of the run.
+        run: the run.
+
+    Raises:
+        ModelError: no cycle left after the discarded ones.
+    """
+    happened: dict[str, Mapping[str, float | str]] = {}
+    found = []
+    for each in forecasts:
+        tell, right, rule = QUANTITIES[each.quantity]
+        if each.quantity not in happened:
+            happened[each.quantity] = tell(run)
+        if each.subject in happened[each.quantity]:
+            value = happened[each.quantity][each.subject]
+            found.append(Score(each, value, right(each.value, value), rule))
+    return tuple(found)

@@ -1,0 +1,60 @@
+"""Which clearances the linear driveline would open: the steady response about rest, against the corners.
+
+While it stays inside the pieces that the driveline rests in, it is an exact periodic motion of the driveline, and no
+clearance opens in it. Where it does not, the excursion tells only roughly which corners are crossed.
+
+Takes a system and its rest; gives excursions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.linear.equilibrium import Equilibrium
+from gearrattle.linear.response import steady_deflections, steady_extremes
+from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Array
+
+
+@dataclass(frozen=True)
+class Excursions:
+    """How far every clearance moves in the steady linear response about rest.
+
+    Attributes:
+        low, high: (K,) between these deflections [rad or m].
+        floor, ceiling: (K,) corners of the piece it rests in; infinite where there is none.
+    """
+
+    low: Array
+    high: Array
+    floor: Array
+    ceiling: Array
+
+    @property
+    def inside(self) -> bool:
+        """Whether no corner is reached: then this is an exact motion of the driveline."""
+        return bool(np.all((self.low > self.floor) & (self.high < self.ceiling)))
+
+    @property
+    def used(self) -> Array:
+        """(K,) the oscillation's reach as a share of the way to the nearer corner; 1 and more where it crosses."""
+        middle = 0.5 * (self.low + self.high)
+        room = np.maximum(np.minimum(self.ceiling - middle, middle - self.floor), np.finfo(float).tiny)
+        return np.asarray(0.5 * (self.high - self.low) / room)
+
+
+def excursions(system: PiecewiseSystem, rest: Equilibrium) -> Excursions:
+    """Return the steady linear response of every clearance, its elements in the pieces they rest in."""
+    slope, damping = (
+        np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])
+        for name in ("stiffness", "damping")
+    )
+    low, high = steady_extremes(system, steady_deflections(system, slope, damping))
+    mine = list(system.clearances)
+    low, high = rest.deflection[mine] + low[mine], rest.deflection[mine] + high[mine]
+    bounds = [np.concatenate([[-np.inf], system.laws[k].corners, [np.inf]]) for k in mine]
+    floor = np.array([edges[rest.pieces[k]] for k, edges in zip(mine, bounds, strict=True)])
+    ceiling = np.array([edges[rest.pieces[k] + 1] for k, edges in zip(mine, bounds, strict=True)])
+    return Excursions(low, high, floor, ceiling)

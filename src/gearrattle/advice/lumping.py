@@ -1,0 +1,78 @@
+"""What to lump: bodies that move as one in the excited band, unless the pilot of the smaller model moves otherwise.
+
+Takes a Model and its pilot; gives a line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.advice.pilot import Pilot, fly
+from gearrattle.advice.record import Line
+from gearrattle.calls.reduce import band_end, reduce
+from gearrattle.calls.reduction import Reduction
+from gearrattle.errors import ModelError
+from gearrattle.model import Model
+
+TOPIC = "lumping"
+_COMPARED = 0.1  # difference of mean slopes that counts
+
+
+def lumping_line(model: Model, pilot: Pilot, up_to: float | str | None = None) -> Line:
+    """Try the lumping for a band, by default that of the torques' orders, and fly the smaller model too."""
+    plate = pilot.run.trajectory.layout
+    why, end = _band(model, plate.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
+    band_end(model, end)
+    try:
+        found = reduce(model, end)
+    except ModelError as error:
+        return Line(TOPIC, "Keep every body: none can be lumped within the error allowed.", (*why, str(error)))
+    if not found.groups:
+        return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
+    merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in found.groups.items())
+    bodies = f"{len(plate.inertia_names)} bodies become {len(found.model.inertias)}"
+    off = found.error
+    why = (
+        *why,
+        f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
+        f"({100.0 * off.limit:g} % allowed)",
+    )
+    apart = _apart(found, pilot)
+    if apart:
+        words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
+        return Line(TOPIC, words, (*why, *apart))
+    same = f"a pilot of the lumped model shows the same regimes, and mean slopes within {_COMPARED:g}"
+    return Line(TOPIC, f"Lump {merged}: {bodies}.", (*why, same))
+
+
+def _band(model: Model, omega: float) -> tuple[tuple[str, ...], float]:
+    """End of the band that torques excite, in the unit of ``reduce``, and why; errors may lie beyond it."""
+    torques = [h.order for torque in model.torques for h in torque.harmonics if h.amplitude != 0.0]
+    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error if h.amplitude != 0.0]
+    highest = max(torques or errors, default=1.0)
+    unit = 1.0 if model.units == "dimensionless" else 1.0 / (2.0 * np.pi)
+    end = highest * omega * unit
+    name = "torque" if torques else "transmission error" if errors else "speed"
+    why = [f"the band reaches to order {highest:g}, the highest of any {name}: {_told(end, model)}"]
+    if torques and errors and max(errors) > highest:
+        why.append(f"transmission errors excite beyond it, up to {_told(max(errors) * omega * unit, model)}")
+    return tuple(why), end
+
+
+def _told(end: float, model: Model) -> str:
+    return f"{end:.4g} Hz" if model.units == "SI" else f"{end:.4g}"
+
+
+def _apart(found: Reduction, pilot: Pilot) -> tuple[str, ...]:
+    """How the lumped model's pilot differs; empty where it does not."""
+    t = pilot.run.trajectory
+    other = fly(found.model, pilot.planned, cycles=t.cycles)
+    told = []
+    regimes, slopes = other.of("regime"), other.of("mean slope")
+    for name, regime in pilot.of("regime").items():
+        if name in regimes and regimes[name] != regime:
+            told.append(f"{name}: {regime}, but {regimes[name]} in the lumped model's pilot")
+    for name, slope in pilot.of("mean slope").items():
+        if name in slopes and abs(float(slopes[name]) - float(slope)) > _COMPARED:
+            told.append(f"{name}: mean slope {slope:.3g}, but {slopes[name]:.3g} in the lumped model's pilot")
+    return tuple(told)

@@ -1,0 +1,110 @@
+"""A short exact run that sounds the waters: regimes, costs a cycle, how fast perturbations grow.
+
+The exact solution of some thirty cycles costs less than most of the linear algebra about it, so what it shows is the
+first evidence on anything nonlinear. It cannot show what comes later: motions that settle slowly, other motions from
+other starts.
+
+Takes a Model; gives a Pilot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.advice.forecasts import QUANTITIES, Forecast
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.system.variation import GROWTH
+
+CYCLES = 32
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """A short exact run.
+
+    Attributes:
+        run: its first half is discarded.
+        planned: cycles of the run that is planned.
+    """
+
+    run: Run
+    planned: int
+
+    @property
+    def name(self) -> str:
+        """The route of its forecasts."""
+        return f"pilot of {self.run.trajectory.cycles} cycles"
+
+    def of(self, quantity: str) -> dict[str, float | str]:
+        """What the pilot itself shows of a quantity that can be foretold."""
+        return dict(QUANTITIES[quantity][0](self.run))
+
+    @property
+    def stretched(self) -> float:
+        """How many times longer the planned run is."""
+        return self.planned / self.run.trajectory.cycles
+
+    @property
+    def exponent(self) -> float:
+        """Largest Lyapunov exponent over the second half [1/s]."""
+        return float(self.run.lyapunov_exponents[0])
+
+    @property
+    def predictable_cycles(self) -> float:
+        """Cycles until a perturbation has grown by ``GROWTH``; infinite if that is beyond the planned end.
+
+        Where the pilot is too short, growth goes on from the largest power of ten it reached, at the rate of the
+        largest exponent.
+        """
+        t, variation = self.run.trajectory, self.run.variation
+        whole = round(math.log10(GROWTH))
+        for decades in range(whole, -1, -1):
+            reached = variation.horizon(10.0**decades) if decades else 0.0
+            if np.isfinite(reached):
+                break
+        left = (whole - decades) * math.log(10.0)
+        if left > 0.0:
+            rate = self.exponent
+            reached = max(reached, t.end) + left / rate if rate > 0.0 else math.inf
+        cycles = reached / t.layout.period
+        return cycles if cycles < self.planned else math.inf
+
+    def forecasts(self) -> list[Forecast]:
+        """Everything the pilot foretells of the planned run."""
+        found = [
+            Forecast(quantity, subject, self.name, value, "1" if quantity == "mean slope" else "")
+            for quantity in ("regime", "mean slope")
+            for subject, value in self.of(quantity).items()
+        ]
+        for quantity, unit in (("function calls", "1"), ("computing time", "s")):
+            value = self.of(quantity)[""]
+            assert isinstance(value, float)
+            found.append(Forecast(quantity, "", self.name, value * self.stretched, unit))
+        found.append(Forecast("crossings a cycle", "", self.name, self.of("crossings a cycle")[""], "1"))
+        found.append(Forecast("predictable cycles", "", self.name, self.predictable_cycles, "1"))
+        return found
+
+
+def fly(model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES) -> Pilot:
+    """Run a model exactly for some cycles, warm.
+
+    Args:
+        model: with the settings of the planned run.
+        planned: its cycles; a pilot is never longer.
+        progress: called with the finished share.
+        cycles: of the pilot.
+
+    Raises:
+        ModelError: no static equilibrium to start from.
+        ConvergenceError: the exact solution failed.
+    """
+    from gearrattle.calls.simulate import simulate
+
+    cycles = min(cycles, planned)
+    simulate(model, "exact", cycles=1, discard=0)
+    return Pilot(simulate(model, "exact", cycles=cycles, discard=cycles // 2, progress=progress), planned)

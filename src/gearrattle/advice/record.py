@@ -1,0 +1,87 @@
+"""What an advice is: lines with evidence, and forecasts that a run will settle.
+
+Takes text and forecasts; gives JSON types and text.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from gearrattle.advice.forecasts import Forecast, Score, scored
+from gearrattle.results import Run
+
+
+@dataclass(frozen=True)
+class Line:
+    """One piece of advice.
+
+    Attributes:
+        topic: "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost" or
+            "predictability".
+        words: what to do, in a sentence or two.
+        evidence: what it rests on, a sentence each.
+    """
+
+    topic: str
+    words: str
+    evidence: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What to do before simulating a driveline.
+
+    Attributes:
+        model: its name.
+        lines: in the order of the procedure.
+        forecasts: of what a run with the settings given will show.
+    """
+
+    model: str
+    lines: tuple[Line, ...]
+    forecasts: tuple[Forecast, ...]
+
+    def line(self, topic: str) -> Line:
+        """The line on a topic."""
+        return next(line for line in self.lines if line.topic == topic)
+
+    def scores(self, run: Run) -> tuple[Score, ...]:
+        """Return every forecast that a run settles, with what happened.
+
+        Raises:
+            ModelError: no cycle left after the discarded ones.
+        """
+        return scored(self.forecasts, run)
+
+    @property
+    def text(self) -> str:
+        """The whole in words."""
+        told: list[str] = []
+        for line in self.lines:
+            told.append(f"{line.topic}: {line.words}")
+            told += [f"  - {evidence}" for evidence in line.evidence]
+        return "\n".join(told)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the advice in JSON types."""
+        return {
+            "model": self.model,
+            "lines": [asdict(line) for line in self.lines],
+            "forecasts": [_plain(asdict(forecast)) for forecast in self.forecasts],
+        }
+
+
+def scores_dict(scores: Iterable[Score]) -> list[dict[str, Any]]:
+    """Return scores in JSON types: the forecast's fields, and happened, right, rule."""
+    return [
+        _plain({**asdict(score.forecast), "happened": score.happened, "right": score.right, "rule": score.rule})
+        for score in scores
+    ]
+
+
+def _plain(fields: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that are not finite become None."""
+    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in fields.items()}

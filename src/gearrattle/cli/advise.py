@@ -1,0 +1,47 @@
+"""``gearrattle advise``: what to do before simulating, and what a run will show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearrattle.cli.options import Json, Settings, number_or_text
+
+if TYPE_CHECKING:
+    from gearrattle.advice import Advice
+    from gearrattle.cli.background import Watch
+
+_DEFAULTS = Settings()
+
+
+def advise(
+    model: Path,
+    /,
+    *,
+    up_to: str | None = None,
+    settings: Settings = _DEFAULTS,
+    json: Json = False,
+) -> None:
+    """Say what to lump, how to scale, which clearances will open, which algorithm to use, what it will cost.
+
+    Every line comes with its evidence; "gearrattle run" scores the forecasts. Settings are those of the run planned.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML).
+    up_to
+        End of the band for lumping, e.g. "75 Hz"; default: the highest order of any torque.
+    """
+    import gearrattle
+    from gearrattle.cli.background import watched
+    from gearrattle.cli.columns import json_text
+
+    driveline = gearrattle.load(model)
+
+    def work(watch: Watch) -> Advice:
+        watch.enter("advising")
+        return gearrattle.advise(driveline, **settings.arguments(), up_to=number_or_text(up_to), progress=watch)
+
+    found = watched(work)
+    print(json_text(found.to_dict()) if json else found.text)

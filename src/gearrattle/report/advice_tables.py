@@ -1,0 +1,42 @@
+"""The advice given before the run, and what became of its forecasts.
+
+Takes Findings; gives a sentence and a Table to the page.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gearrattle.advice import Score
+from gearrattle.pipeline import Findings
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.tables import Table
+
+
+def scores_sentence(findings: Findings) -> str:
+    """Return how many forecasts came true, by route."""
+    routes = dict.fromkeys(score.forecast.by for score in findings.scores)
+    told = []
+    for route in routes:
+        mine = [score.right for score in findings.scores if score.forecast.by == route]
+        told.append(f"{sum(mine)} of {len(mine)} by {route}")
+    return f"Forecasts that came true: {', '.join(told)}." if told else ""
+
+
+def scores_table(findings: Findings) -> Table:
+    """Return every forecast beside what happened."""
+    rows = tuple(
+        (s.forecast.quantity, s.forecast.subject, s.forecast.by, _value(s, s.forecast.value), _value(s, s.happened),
+         "right" if s.right else "wrong", s.rule)
+        for s in findings.scores
+    )  # fmt: skip
+    head = ("foretold", "of", "by", "forecast", "happened", "", "right if")
+    return Table(head, rows, frozenset({0, 1, 2, 5, 6}))
+
+
+def _value(score: Score, value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    if math.isinf(value):
+        return "to the end"
+    return f"{numeral(value, 3)} {score.forecast.unit}".removesuffix(" 1").strip()
