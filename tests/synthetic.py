@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gearrattle.calls.statics import Modes
 from gearrattle.criteria import judge
 from gearrattle.model import Model, loads
 from gearrattle.pipeline import Findings
@@ -259,12 +260,13 @@ class StandInEquilibrium:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class StandInModes:
-    frequencies: Array
-    damping_ratios: Array
-    shapes: Array
-    inertia_names: tuple[str, ...]
+def stand_in_modes(frequencies: list[float], damping: list[float], shapes: Array) -> Modes:
+    """Return made-up modes whose energies follow from nothing."""
+    share = np.full((3, 4), 1.0 / 3.0)
+    return Modes(
+        np.array(frequencies), np.array(damping), shapes, NAMES, ("clutch", "spline", "gear"), np.ones(4), share,
+        np.full((4, 4), 0.25), np.full((4, 4), 0.5), ("torque on flywheel",), np.full((1, 4), 0.25),
+    )  # fmt: skip
 
 
 @cache
@@ -281,10 +283,8 @@ def findings(kind: str = "double-sided", *, units: str = "SI", **settings: int) 
             {"clutch": 0, "spline": 1, "gear": 0},
             np.zeros(4),
         ),
-        modes=StandInModes(np.array([0.0, 110.0, 5800.0, 0.0]), np.array([0.0, 0.02, 0.01, 0.0]), shapes, NAMES),
-        modes_contact=StandInModes(
-            np.array([0.0, 350.0, 5800.0, 37000.0]), np.array([0.0, 0.03, 0.01, 0.1]), shapes, NAMES
-        ),
+        modes=stand_in_modes([0.0, 110.0, 5800.0, 0.0], [0.0, 0.02, 0.01, 0.0], shapes),
+        modes_contact=stand_in_modes([0.0, 350.0, 5800.0, 37000.0], [0.0, 0.03, 0.01, 0.1], shapes),
         run=StandInRun(motion, model),
         verdict=judge(motion, units=units),
     )

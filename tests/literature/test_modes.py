@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from tests.architecture.places import EXAMPLES
 from tests.oracles.driveline import Body, Coupling, Driveline, Mesh
 
 
@@ -64,3 +65,12 @@ def test_eight_inertia_transmission():
     psi2, psi3 = modes.shapes[:, 1], modes.shapes[:, 2]
     assert psi2 / psi2[3] == pytest.approx([-0.01, 0.99, 1, 1, 1, 1, 1, 1], abs=0.0051)
     assert psi3 / psi3[1] == pytest.approx([0, 1, -0.02, -0.02, -0.29, -0.31, -0.50, -0.50], abs=0.0051)
+
+
+def test_the_paper_s_example_file_has_the_printed_frequencies():
+    """Padmanabhan et al. 1995, sec. 3, on the file a user runs; and its modes are where the paper says."""
+    modes = gr.modes(gr.load(EXAMPLES / "paper" / "eight_dof.toml"))
+    printed = [0, 346, 7412, 10134, 18526, 48442, 50869, 68632]
+    assert modes.frequencies == pytest.approx(printed, rel=1e-5, abs=0.5)
+    assert [next(iter(modes.works_in(mode))) for mode in (1, 2)] == ["clutch", "spline"]
+    assert [next(iter(modes.works_in(mode))) for mode in (5, 6, 7)] == ["mesh_56", "mesh_34", "mesh_78"]

@@ -12,7 +12,7 @@ from gearrattle.assembly import assemble, elements_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
-from gearrattle.model import Model
+from gearrattle.model import Mesh, Model
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -39,19 +39,76 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes.
+    """Natural modes, where their energy is, and what excites them.
+
+    A share in ``kinetic_energy`` reads two ways: down its column, where the mode moves; along its row, how the energy
+    of a blow on that inertia spreads over the modes. So does one in ``strain_energy``: along its row, how the energy
+    of a sudden step of transmission error in that element spreads. Of modes of one frequency only sums of shares mean
+    anything, as any combination of them is a mode too.
 
     Attributes:
         frequencies: (n,) [rad/s], ascending; 0 for rigid motion.
         damping_ratios: (n,); NaN for rigid motion.
         shapes: (n inertias, n modes), largest entry of each mode 1.
         inertia_names: (n,).
+        element_names: (m,) couplings, then meshes.
+        modal_inertia: (n,) phi^T J phi of these shapes [kg m^2].
+        strain_energy: (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
+            rigid motion, which stores none.
+        kinetic_energy: (n inertias, n modes) J_i phi_i^2 / (phi^T J phi); columns and rows add up to 1.
+        participation: (n inertias, n modes) phi_i^2 / (phi^T J phi), the modal constant of the acceleration of an
+            inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
+            [1/(kg m^2)].
+        sources: (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
+        excitation: (p, n modes) the share of a source's energy that goes into each mode: the row of
+            ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
     """
 
     frequencies: Array
     damping_ratios: Array
     shapes: Array
     inertia_names: tuple[str, ...]
+    element_names: tuple[str, ...]
+    modal_inertia: Array
+    strain_energy: Array
+    kinetic_energy: Array
+    participation: Array
+    sources: tuple[str, ...]
+    excitation: Array
+
+    def works_in(self, mode: int, least: float = 0.05) -> dict[str, float]:
+        """Elements with at least this share of a mode's strain energy, largest first; none for rigid motion.
+
+        Args:
+            mode: its column.
+            least: smallest share told; the largest is told anyway.
+        """
+        return _largest(self.element_names, self.strain_energy[:, mode], least)
+
+    def excited_by(self, mode: int, least: float = 0.001) -> dict[str, float]:
+        """Sources of which at least this share of energy goes into a mode, largest first.
+
+        Args:
+            mode: its column.
+            least: smallest share told.
+        """
+        shares = self.excitation[:, mode]
+        return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
+
+    def moves(self, mode: int, least: float = 0.05) -> dict[str, float]:
+        """Inertias with at least this share of a mode's kinetic energy, largest first.
+
+        Args:
+            mode: its column.
+            least: smallest share told; the largest is told anyway.
+        """
+        return _largest(self.inertia_names, self.kinetic_energy[:, mode], least)
+
+
+def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, float]:
+    """Names and shares from the largest down to the least one told."""
+    order = [k for k in np.argsort(-shares, kind="stable").tolist() if np.isfinite(shares[k])]
+    return {names[k]: float(shares[k]) for j, k in enumerate(order) if j == 0 or shares[k] >= least}
 
 
 def element_names(model: Model) -> list[str]:
@@ -105,7 +162,7 @@ def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibriu
 def modes(
     model: Model, contact_ratio: Mapping[str, float] | None = None, region: Mapping[str, int] | None = None
 ) -> Modes:
-    """Undamped natural frequencies, damping ratios and shapes.
+    """Undamped natural frequencies, damping ratios, shapes, and the elements, inertias and loads of every mode.
 
     Args:
         model: the driveline.
@@ -118,7 +175,42 @@ def modes(
     """
     system = assemble(model)
     data = modal.modes(system, *slopes(model, system, contact_ratio, region))
-    return Modes(data.frequencies, data.damping_ratios, data.shapes, tuple(i.name for i in model.inertias))
+    sources, excitation = _excitation(model, data)
+    return Modes(
+        frequencies=data.frequencies,
+        damping_ratios=data.damping_ratios,
+        shapes=data.shapes,
+        inertia_names=tuple(i.name for i in model.inertias),
+        element_names=tuple(element_names(model)),
+        modal_inertia=data.modal_inertia,
+        strain_energy=data.strain_energy,
+        kinetic_energy=data.kinetic_energy,
+        participation=data.kinetic_energy / system.inertia[:, None],
+        sources=sources,
+        excitation=excitation,
+    )
+
+
+def torque_source(name: str) -> str:
+    """What a harmonic torque on this inertia is called among the sources."""
+    return f"torque on {name}"
+
+
+def error_source(name: str) -> str:
+    """What the transmission error of this mesh is called among the sources."""
+    return f"transmission error of {name}"
+
+
+def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
+    """Sources in file order, and the share of each one's energy by mode."""
+    loaded = {torque.on for torque in model.torques if any(h.amplitude for h in torque.harmonics)}
+    shares = {
+        torque_source(body.name): data.kinetic_energy[i] for i, body in enumerate(model.inertias) if body.name in loaded
+    }
+    for k, element in enumerate(elements_of(model)):
+        if isinstance(element, Mesh) and any(h.amplitude for h in element.transmission_error):
+            shares[error_source(element.name)] = np.nan_to_num(data.strain_energy[k])
+    return tuple(shares), np.array(list(shares.values())).reshape(-1, len(model.inertias))
 
 
 def slopes(

@@ -66,15 +66,26 @@ def notes(findings: Findings) -> list[str]:
 
 
 def modes_dict(modes: Modes) -> dict[str, Any]:
-    """Return modes in JSON types: frequencies [rad/s], damping ratios, one shape a mode by inertia."""
+    """Return modes in JSON types: frequencies [rad/s], damping ratios; shapes and shares one mapping a mode."""
+    count = range(len(modes.frequencies))
+    by_inertia = {name: getattr(modes, name) for name in ("shapes", "kinetic_energy", "participation")}
     converted: dict[str, Any] = plain(
         {
             "frequencies": modes.frequencies,
             "damping_ratios": modes.damping_ratios,
-            "shapes": [dict(zip(modes.inertia_names, shape, strict=True)) for shape in modes.shapes.T.tolist()],
+            "modal_inertia": modes.modal_inertia,
+            **{name: _columns(modes.inertia_names, table) for name, table in by_inertia.items()},
+            "strain_energy": _columns(modes.element_names, modes.strain_energy),
+            "excitation": _columns(modes.sources, modes.excitation),
+            "works_in": [list(modes.works_in(mode)) for mode in count],
+            "excited_by": [list(modes.excited_by(mode)) for mode in count],
         }
     )
     return converted
+
+
+def _columns(names: tuple[str, ...], table: Any) -> list[dict[str, float]]:
+    return [dict(zip(names, column, strict=True)) for column in table.T.tolist()]
 
 
 def plain(value: Any) -> Any:
