@@ -25,6 +25,7 @@ from gearrattle.errors import Cancelled, ConvergenceError, GearRattleError, Mode
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice, advise
+    from gearrattle.calls.campbell import Campbell, campbell
     from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.contact_ratio import contact_ratio
     from gearrattle.calls.judge import criteria
@@ -50,6 +51,8 @@ _HOME = {
     "Equilibrium": "calls.statics",
     "modes": "calls.statics",
     "Modes": "calls.statics",
+    "campbell": "calls.campbell",
+    "Campbell": "calls.campbell",
     "contact_ratio": "calls.contact_ratio",
     "nondimensionalize": "calls.scaling",
     "Nondimensional": "calls.scaling",
@@ -74,6 +77,7 @@ _HOME = {
 __version__ = _version("gearrattle")
 __all__ = [
     "Advice",
+    "Campbell",
     "Cancelled",
     "Condensed",
     "ConvergenceError",
@@ -90,6 +94,7 @@ __all__ = [
     "Stream",
     "Verdict",
     "advise",
+    "campbell",
     "compare",
     "condense",
     "contact_ratio",
