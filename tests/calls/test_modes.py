@@ -161,6 +161,7 @@ def test_modes_of_equal_trains_do_not_mix() -> None:
     shafts = (Coupling("a", ("b0", "b1"), "10"), Coupling("b", ("b2", "b3"), "10"))
     found = gr.modes(gr.loads(Driveline("twins", bodies, shafts, speed="1").toml()))
     assert found.frequencies == pytest.approx([0, 0, np.sqrt(15), np.sqrt(15)], rel=1e-14)
+    assert found.repeated() == ((2, 3),)
     assert found.strain_energy[:, 2:].tolist() == [[1.0, 0.0], [0.0, 1.0]]
     assert found.kinetic_energy[:, 2] == pytest.approx([2 / 3, 1 / 3, 0, 0], rel=1e-14)
 
@@ -171,6 +172,7 @@ def test_shares_of_a_repeated_frequency_mean_something_as_a_sum() -> None:
     shafts = tuple(Coupling(f"s{i}", ("shaft", f"g{i}"), "1000") for i in range(3))
     found = gr.modes(gr.loads(Driveline("fork", bodies, shafts, speed="1").toml()))
     assert found.frequencies[1:] == pytest.approx([100, 100, 100 * np.sqrt(1.3)], rel=1e-14)
+    assert found.repeated() == ((1, 2),)
     assert found.strain_energy[:, 1:3].sum(axis=1) == pytest.approx(2 / 3, rel=1e-12)
     assert found.kinetic_energy[:, 1:3].sum(axis=1) == pytest.approx([0, 2 / 3, 2 / 3, 2 / 3], abs=1e-12)
     assert found.strain_energy[:, 3] == pytest.approx(1 / 3, rel=1e-12)

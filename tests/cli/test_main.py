@@ -125,10 +125,11 @@ def test_modes_agree_with_the_call(model: Path, capsys: pytest.CaptureFixture[st
     assert printed["frequencies"] == found.frequencies.tolist()
     assert printed["shapes"][1] == dict(zip(found.inertia_names, found.shapes[:, 1].tolist(), strict=True))
     assert main(["modes", str(model)]) == 0
-    table = capsys.readouterr().out.splitlines()
+    table, words = (part.splitlines() for part in capsys.readouterr().out.split("\n\n"))
     assert table[0].split() == ["mode", "frequency", "[Hz]", "damping", "[%]", *synthetic.NAMES]
     closed = gr.modes(gr.load(model)).frequencies / (2.0 * np.pi)
     assert [float(line.split()[1]) for line in table[1:]] == pytest.approx(closed, rel=1e-5)
+    assert [line.split(":")[0] for line in words] == [f"mode {mode}" for mode in range(1, 5)]
 
 
 def test_check_says_ok_and_what_is_there(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -204,6 +205,10 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
         (["modes", "train.toml", "--contact-ratio", "clutch=some"], "must be a number"),
         (["modes", "train.toml", "--contact-ratio", "cluch=0.5"], "cluch"),
         (["modes", "train.toml", "--region", "gear=7"], "gear"),
+        (["modes", "train.toml", "--over", "gear=0.1,x"], "must be a number"),
+        (["modes", "train.toml", "--speeds", "3000 rpm:800 rpm", "-o", "out"], "a lowest and a highest speed"),
+        (["modes", "train.toml", "--speeds", "20 Hz:30 Hz"], "angular velocity"),
+        (["modes", "train.toml", "-o", "train.toml"], "a file stands where a folder is needed"),
     ],
     ids=" ".join,
 )

@@ -95,6 +95,17 @@ class Modes:
         shares = self.excitation[:, mode]
         return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
 
+    def repeated(self) -> tuple[tuple[int, ...], ...]:
+        """Groups of modes, by column, that share one frequency to nine digits; rigid motions are none."""
+        groups: list[list[int]] = []
+        for mode in np.flatnonzero(self.frequencies > 0.0).tolist():
+            near = groups and self.frequencies[mode] <= self.frequencies[groups[-1][-1]] * (1.0 + 1e-9)
+            if near:
+                groups[-1].append(mode)
+            else:
+                groups.append([mode])
+        return tuple(tuple(group) for group in groups if len(group) > 1)
+
     def moves(self, mode: int, least: float = 0.05) -> dict[str, float]:
         """Inertias with at least this share of a mode's kinetic energy, largest first.
 

@@ -1,4 +1,4 @@
-"""Options of the form NAME=NUMBER, which may be repeated.
+"""Options of the form NAME=NUMBER or NAME=NUMBER,NUMBER,..., which may be repeated.
 
 Takes words; gives numbers by name.
 """
@@ -21,6 +21,19 @@ def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
         ModelError: a word of another form.
     """
     return {name: _number(option, text) for name, text in _pairs(option, given)}
+
+
+def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
+    """Return lists of numbers by name.
+
+    Args:
+        option: its name, for messages.
+        given: words of the form NAME=NUMBER,NUMBER,...
+
+    Raises:
+        ModelError: a word of another form.
+    """
+    return {name: [_number(option, each) for each in text.split(",")] for name, text in _pairs(option, given)}
 
 
 def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:

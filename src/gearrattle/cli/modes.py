@@ -1,15 +1,21 @@
-"""``gearrattle modes``: natural frequencies, damping ratios and shapes."""
+"""``gearrattle modes``: natural frequencies, shapes, what works in each mode and what shakes it; a Campbell diagram."""
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    from gearrattle.calls.campbell import Campbell
+    from gearrattle.calls.statics import Modes
+    from gearrattle.model import Model
 
 
 def modes(
@@ -18,9 +24,14 @@ def modes(
     *,
     contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
     region: Annotated[Sequence[str], Parameter(negative="")] = (),
+    speeds: str | None = None,
+    over: Annotated[Sequence[str], Parameter(negative="")] = (),
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
 ) -> None:
     """Print the natural modes; every clearance is closed unless told otherwise.
+
+    With -o, writes modes.html, modes.json and figures/ into a folder, all or nothing.
 
     Parameters
     ----------
@@ -31,19 +42,55 @@ def modes(
     region
         NAME=LABEL: the element is in this region: 0 the centre, 1, 2, ... drive side, -1, -2, ... coast. May be
         repeated.
+    speeds
+        Range of the Campbell diagram, e.g. "800 rpm:3000 rpm"; default: from 0 to twice the model's speed. Given, the
+        crossings are printed.
+    over
+        NAME=RATIO,RATIO,...: the Campbell diagram has lines for each of these contact ratios. May be repeated.
+    output
+        Folder for the page; default: the table on the terminal only.
     """
     import gearrattle
-    from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.columns import columns, json_text
-    from gearrattle.report.summary import modes_dict
+    from gearrattle.cli.assignments import lists, numbers
+    from gearrattle.cli.columns import json_text
+    from gearrattle.report.staging import Staging
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
     labels = {name: round(label) for name, label in numbers("--region", region).items()}
     found = gearrattle.modes(driveline, contact_ratio=ratios, region=labels)
+    grid: dict[str, float | Sequence[float]] = {**ratios, **lists("--over", over)}
+    diagram = gearrattle.campbell(driveline, speeds, contact_ratio=grid, region=labels)
+    if output is not None:
+        from gearrattle.report.modes import fill_modes
+
+        with Staging(output) as staging:
+            fill_modes(driveline, found, diagram, _setting(ratios, labels), staging.path)
+            staging.commit()
     if json:
-        print(json_text(modes_dict(found)))
-        return
+        from gearrattle.report.modes import modes_content
+
+        print(json_text(modes_content(driveline, found, diagram)))
+    else:
+        _tell(driveline, found, diagram, crossings=speeds is not None)
+    if output is not None:
+        print(f"page: {output / 'modes.html'}", file=sys.stderr if json else sys.stdout)
+
+
+def _setting(ratios: dict[str, float], labels: dict[str, int]) -> str:
+    """Say which slope every element has."""
+    told = [f"{name} counts with {ratio:g} of its stiffness" for name, ratio in ratios.items()]
+    told += [f"{name} is in region {label}" for name, label in labels.items()]
+    if not told:
+        return "Every element has the slope of its last drive stage: every clearance is closed."
+    return f"{'; '.join(told)}. Every other element has the slope of its last drive stage."
+
+
+def _tell(driveline: Model, found: Modes, diagram: Campbell, *, crossings: bool) -> None:
+    """Print the modes, what they are about and, if asked for, where orders meet them."""
+    from gearrattle.cli.columns import columns
+    from gearrattle.report.modes_tables import crossings_table, listed
+
     hertz = driveline.units == "SI"
     head = ("mode", "frequency [Hz]" if hertz else "frequency", "damping [%]", *found.inertia_names)
     rows = [
@@ -58,3 +105,13 @@ def modes(
         )
     ]
     print(columns(head, rows))
+    print()
+    for mode, frequency in enumerate(found.frequencies.tolist()):
+        works = "rigid motion" if frequency == 0.0 else f"works in {listed(found.works_in(mode))}"
+        print(f"mode {mode + 1}: {works}; excited by {listed(found.excited_by(mode)).replace('–', 'nothing')}")
+    for group in found.repeated():
+        numbers = " and ".join(str(mode + 1) for mode in group)
+        print(f"note: modes {numbers} have one frequency; only sums of their shares mean something", file=sys.stderr)
+    if crossings:
+        table = crossings_table(diagram, si=hertz)
+        print("\n" + (columns(table.head, table.rows) if table.rows else "no order meets a mode in this range"))

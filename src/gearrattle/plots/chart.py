@@ -84,6 +84,24 @@ class Rule:
 
 
 @dataclass(frozen=True)
+class Label:
+    """A few words beside a point of a panel.
+
+    Attributes:
+        x, y: the point, in the units of the axes.
+        words: plain text.
+        colour: ``"#rrggbb"``.
+        side: whether the words begin right of the point, or stand above it and end there.
+    """
+
+    x: float
+    y: float
+    words: str
+    colour: str = MUTED
+    side: Literal["above", "right"] = "right"
+
+
+@dataclass(frozen=True)
 class Panel:
     """One pair of axes.
 
@@ -91,7 +109,7 @@ class Panel:
         title: what is drawn, e.g. the name of the body.
         unit: unit of the upright axis, printed after the title.
         x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
-        lines, bars, bands, rules: what it holds, drawn from bands to lines.
+        lines, bars, bands, rules, labels: what it holds, drawn from bands to lines and labels.
         x_range, y_range: limits; None fits the data.
         x_log, y_log: whether the level, the upright axis is logarithmic.
         note: words to print in an empty panel.
@@ -104,6 +122,7 @@ class Panel:
     bars: tuple[Bars, ...] = ()
     bands: tuple[Band, ...] = ()
     rules: tuple[Rule, ...] = ()
+    labels: tuple[Label, ...] = ()
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     y_log: bool = False

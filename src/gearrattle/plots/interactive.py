@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.plots.chart import Bars, Chart, Line, Panel, Rule
+from gearrattle.plots.chart import Bars, Chart, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, tint
 from gearrattle.trajectory import Array
@@ -124,7 +124,7 @@ def _decades(low: float, high: float) -> dict[str, Any]:
 
 
 def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) -> None:
-    """Add the title, bands, rules and the note of one panel."""
+    """Add the title, bands, rules, labels and the note of one panel."""
     unit = f"  <span style='color:{MUTED}'>{panel.unit}</span>" if panel.unit else ""
     corner = {"xref": f"{x_name} domain", "yref": f"{y_name} domain", "showarrow": False}
     title = {"text": f"<b>{panel.title}</b>{unit}", "font": {"size": 12.5, "color": INK}}
@@ -143,6 +143,7 @@ def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) ->
         layout["shapes"].append({"type": "line", **_span(rule.along, x_name, y_name, rule.at, rule.at), **look})
         if rule.label:
             layout["annotations"].append(_rule_label(rule, x_name, y_name))
+    layout["annotations"] += [_label(label, x_name, y_name) for label in panel.labels]
 
 
 def _span(along: str, x_name: str, y_name: str, low: float | None, high: float | None) -> dict[str, Any]:
@@ -163,6 +164,15 @@ def _rule_label(rule: Rule, x_name: str, y_name: str) -> dict[str, Any]:
         return {**look, **place, "xshift": 2}
     place = {"xref": f"{x_name} domain", "yref": y_name, "x": 1, "y": rule.at, "yanchor": "top", "xanchor": "right"}
     return {**look, **place}
+
+
+def _label(label: Label, x_name: str, y_name: str) -> dict[str, Any]:
+    above = label.side == "above"
+    return {
+        "text": label.words, "showarrow": False, "font": {"size": 10.5, "color": label.colour}, "xref": x_name,
+        "yref": y_name, "x": label.x, "y": label.y, "xanchor": "right" if above else "left",
+        "yanchor": "bottom" if above else "middle", "xshift": -2 if above else 5,
+    }  # fmt: skip
 
 
 def _line(line: Line, index: int) -> dict[str, Any]:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.plots.axes import Axis, limits
-from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
+from gearrattle.plots.chart import Band, Bars, Chart, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.palette import FAINT, INK, MUTED
+from gearrattle.plots.palette import FAINT, INK, MUTED, PAPER
 from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
@@ -57,6 +57,7 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float, *
     inside += [_rule(rule, x, y) for rule in panel.rules]
     inside += [_bars(bars, x, y) for bars in panel.bars]
     inside += [_line(line, x, y) for line in panel.lines]
+    inside += [_label(label, x, y) for label in panel.labels]
     if panel.note:
         inside.append(
             f'<text x="{width / 2:.1f}" y="{height / 2:.1f}" text-anchor="middle">{escape(panel.note)}</text>'
@@ -101,6 +102,16 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
         place = f'x="{at + 3:.1f}" y="10"' if across else f'x="{x.end - 3:.1f}" y="{at + 11:.1f}" text-anchor="end"'
         drawn += f'<text {place} font-size="10.5" fill="{rule.colour}">{escape(rule.label)}</text>'
     return drawn
+
+
+def _label(label: Label, x: Axis, y: Axis) -> str:
+    left, base = float(x.at(np.array(label.x))), float(y.at(np.array(label.y)))
+    above = label.side == "above"
+    place = f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"' if above else (
+        f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"'
+    )  # fmt: skip
+    halo = f'stroke="{PAPER}" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
+    return f'<text {place} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
 
 
 def _line(line: Line, x: Axis, y: Axis) -> str:

@@ -79,6 +79,7 @@ def modes_dict(modes: Modes) -> dict[str, Any]:
             "excitation": _columns(modes.sources, modes.excitation),
             "works_in": [list(modes.works_in(mode)) for mode in count],
             "excited_by": [list(modes.excited_by(mode)) for mode in count],
+            "repeated": modes.repeated(),
         }
     )
     return converted

@@ -1,0 +1,142 @@
+"""Modes as one page: what each one works in and what shakes it, the Campbell diagram, shapes on the driveline.
+
+``fill_modes`` writes modes.html, modes.json and figures/ into a folder. The page has no script and loads nothing.
+
+Takes a model, its Modes and a Campbell.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.calls.campbell import Campbell, Crossing
+from gearrattle.calls.statics import Modes
+from gearrattle.model import Model
+from gearrattle.plots.campbell import campbell_chart
+from gearrattle.plots.mode_shapes import mode_sketch
+from gearrattle.plots.static import draw
+from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.summary import modes_dict, plain
+
+_HERE = Path(__file__).parent
+MOST_SHAPES = 24
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of the page: file name without suffix, words, SVG."""
+
+    key: str
+    words: str
+    svg: bytes
+
+    @property
+    def ink(self) -> str:
+        """The figure as a data address."""
+        return f"data:image/svg+xml;base64,{b64encode(self.svg).decode('ascii')}"
+
+
+def modes_content(model: Model, modes: Modes, found: Campbell) -> dict[str, Any]:
+    """Return everything for machines: modes, with frequencies in rad/s, and the Campbell diagram."""
+    return {
+        "model": {"name": model.name, "units": model.units},
+        **modes_dict(modes),
+        "campbell": plain(found.to_dict()),
+    }
+
+
+def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder: Path) -> None:
+    """Write all files into an existing folder.
+
+    Args:
+        model: the driveline.
+        modes: its modes in one contact state.
+        found: its Campbell diagram, perhaps in several.
+        setting: that contact state in words.
+        folder: where to.
+    """
+    si = model.units == "SI"
+    chart = campbell_chart(found, si=si)
+    diagram = Drawing(chart.key, chart.caption, draw(chart))
+    shapes = _shapes(model, modes, si)
+    (folder / "figures").mkdir()
+    for drawing in (diagram, *shapes):
+        (folder / "figures" / f"{drawing.key}.svg").write_bytes(drawing.svg)
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("modes.html.j2").render(
+        title=model.name or "driveline",
+        lead=_lead(modes, found, si),
+        setting=setting,
+        table=modes_in_words(modes, found.model_speed, si=si),
+        chart=chart,
+        diagram=diagram,
+        crossings=crossings_table(found, si=si),
+        shapes=shapes,
+        omitted=len(modes.frequencies) - len(shapes),
+        wide=len(modes.inertia_names) > 12,
+        energies=energy_tables(modes, si=si),
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+    )
+    (folder / "modes.html").write_text(page, encoding="utf-8")
+    text = json.dumps(modes_content(model, modes, found), indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "modes.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _shapes(model: Model, modes: Modes, si: bool) -> list[Drawing]:
+    """Draw the lowest modes on the driveline."""
+    layout = name_plate(model, assemble(model))
+    drawings = []
+    for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
+        told = "rigid motion" if frequency == 0.0 else rate(frequency, si=si)
+        words = f"mode {mode + 1}, {told}"
+        drawings.append(Drawing(f"mode-{mode + 1}", words, mode_sketch(layout, modes, mode, words)))
+    return drawings
+
+
+def _lead(modes: Modes, found: Campbell, si: bool) -> str:
+    """Say in two sentences what there is, and what is nearest to the model's speed."""
+    elastic = modes.frequencies[modes.frequencies > 0.0]
+    rigid = len(modes.frequencies) - len(elastic)
+    if not elastic.size:
+        return "Nothing swings: every motion is rigid."
+    ends = rate(float(elastic[0]), si=si), rate(float(elastic[-1]), si=si)
+    between = f"from {ends[0]} to {ends[1]}" if elastic.size > 1 else f"at {ends[0]}"
+    also = f", and {_counted(rigid, 'rigid motion')}" if rigid else ""
+    words = f"{_counted(elastic.size, 'mode')} {between}{also}. "
+    near = found.nearest()
+    low, high = (turning(speed, si=si) for speed in found.speeds)
+    if near is None:
+        return words + f"No order meets any of them between {low} and {high}."
+    return words + (
+        f"{_counted(len(found.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
+        f"speed of {turning(found.model_speed, si=si)}: {_nearest(found, near, si)}."
+    )
+
+
+def _nearest(found: Campbell, near: Crossing, si: bool) -> str:
+    ratio = near.speed / found.model_speed
+    away = "at it" if np.isclose(ratio, 1.0, rtol=5e-4) else (
+        f"{percent(abs(ratio - 1.0))} {'above' if ratio > 1.0 else 'below'}"
+    )  # fmt: skip
+    return (
+        f"order {near.order:g} meets mode {near.mode + 1} at {turning(near.speed, si=si)}, {away} "
+        f"({near.source}, {percent(near.share)} of its energy)"
+    )
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
