@@ -146,6 +146,47 @@ def test_nearby_starts_are_as_far_away_as_asked():
         assert moved.max() == pytest.approx(AWAY, rel=1e-9)
 
 
+HEAD = """
+schema = 1
+units = "SI"
+inertia = [{ name = "a", J = 1.0, drag = 0.1 }, { name = "b", J = 2.0 }, { name = "c", J = 1.0 }]
+excitation = { speed = 8.0 }
+torque = [{ on = "a", harmonics = [{ order = 1, amplitude = 30.0 }] }]
+coupling = [
+"""
+SPRINGS = """
+  { name = "shaft", between = ["a", "b"], stiffness = 100.0, damping = 0.5 },
+  { name = "far", between = ["b", "c"], stiffness = 100.0, damping = 0.5 },
+]
+"""
+GROUNDED = '{ name = "stop", between = ["ground", "a"], stiffness = 100.0, clearance = 0.1 },'
+ONE_SIDED = (
+    '{ name = "seat", between = ["ground", "a"], stages = [{ stiffness = 100.0, damping = 1.0 }], '
+    "coast_stages = [{ stiffness = 20.0, damping = 1.0 }] },"
+)
+
+
+@pytest.mark.parametrize("direction", [None, np.array([1.0, -2.0, 0.5])])
+@pytest.mark.parametrize("clearance", [GROUNDED, ONE_SIDED, ""])
+def test_nearby_starts_exist_with_ground_first_with_a_corner_at_zero_and_without_clearances(clearance, direction):
+    model = gr.loads(HEAD + clearance + SPRINGS)
+    motion = gr.simulate(model, cycles=2, samples_per_cycle=64).trajectory
+    start = nearby(motion, AWAY, direction)
+    shift = np.array(start["angle"]) - motion.angle[0]
+    turned = motion.angle @ np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]])  # of stop, shaft, far
+    moved = np.abs(shift @ np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]]))
+    largest = np.abs(turned).max(axis=0)
+    want = {GROUNDED: moved[0] / 0.1, ONE_SIDED: moved[0] / largest[0], "": (moved[1:] / largest[1:]).max()}[clearance]
+    assert want == pytest.approx(AWAY, rel=1e-9)
+    assert gr.simulate(model, cycles=1, initial=start).trajectory.angle[0] == pytest.approx(start["angle"])
+
+
+def test_nothing_that_could_differ_is_left_where_it_is():
+    free = gr.loads('schema = 1\nunits = "SI"\ninertia = [{ name = "a", J = 1.0 }]\nexcitation = { speed = 8.0 }')
+    motion = gr.simulate(free, cycles=2, samples_per_cycle=8).trajectory
+    assert nearby(motion, AWAY) == nearby(motion, AWAY, np.ones(1)) == {"angle": [0.0], "velocity": [0.0]}
+
+
 def test_exact_motions_are_told_from_wrong_ones_and_from_no_right_one():
     """Loaded case 3 wanders: by block means of one motion, right algorithms were once called different in ten items."""
     model, grid = case("case3_loaded"), {"cycles": 60, "discard": 30, "samples_per_cycle": 64}

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.comparison.pointwise import deflection_scale
 from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.model import Model
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 MANY = 21
 AWAY = 1e-3  # half-gaps
@@ -27,21 +28,34 @@ _SEED = 1995
 def nearby(motion: Trajectory, distance: float, direction: Array | None = None) -> dict[str, list[float]]:
     """Return a start from which some deflection differs by so many half-gaps.
 
+    A clearance whose only corner is at 0 is measured by its largest deflection, and so is every element of a driveline
+    without clearances. Where none of them ever moves the start is the motion's own.
+
     Args:
         motion: whose start is moved.
         distance: of the clearance that differs most, in half-gaps.
         direction: (n,) how the angles move against each other; None: the inertia at the widest gap alone.
     """
-    plate = motion.layout
-    half_gaps = np.array([np.abs(corners).max() for corners in plate.corners])
-    angle = motion.angle[0].copy()
+    plate, angle = motion.layout, motion.angle[0].copy()
+    elements = plate.clearance if plate.clearance.size else np.arange(len(plate.element_names))
+    size = deflection_scale(motion, motion.time.size)
+    if not plate.clearance.size:
+        size = np.max(np.abs(_deflections(plate, motion.angle)), axis=0)
     if direction is None:
         direction = np.zeros(angle.size)
-        direction[plate.between[plate.clearance[int(np.argmax(half_gaps))], 0]] = 1.0
-    ends, radii = plate.between[plate.clearance], plate.radii[plate.clearance]
-    moved = np.where(ends >= 0, direction[ends], 0.0) * radii
-    angle += direction * distance / np.max(np.abs(moved[:, 0] - moved[:, 1]) / half_gaps)
+        if elements.size:
+            direction[plate.between[elements[int(np.argmax(size))]].max()] = 1.0  # -1 is ground
+    moved = np.abs(_deflections(plate, direction)[elements])
+    largest = np.max(np.divide(moved, size, out=np.zeros_like(moved), where=size > 0.0), initial=0.0)
+    if largest > 0.0:
+        angle += direction * distance / largest
     return {"angle": angle.tolist(), "velocity": motion.velocity[0].tolist()}
+
+
+def _deflections(plate: Layout, angle: Array) -> Array:
+    """(..., m) of every element from angles (..., n), without transmission error [rad or m]."""
+    turned = np.where(plate.between >= 0, angle[..., plate.between], 0.0) * plate.radii
+    return np.asarray(turned[..., 0] - turned[..., 1])
 
 
 def exact_portraits(
