@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import gearrattle as gr
 from gearrattle.model.simulation import ALGORITHMS
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import SOLVERS, Extensible
@@ -41,6 +42,25 @@ def test_agrees_with_the_closed_form_of_a_driven_damped_oscillator(name: str) ->
     want = np.exp(root.real * t) * (c[0] * np.cos(root.imag * t) + c[1] * np.sin(root.imag * t))
     want += (forced * np.exp(1j * o * t)).imag
     assert np.abs(motion.angle[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_inertias_without_any_element_turn_by_themselves(name: str) -> None:
+    """J v' = sin(w t) - d v, from rest: v = [(d/J) sin w t - w cos w t + w exp(-d t/J)] / (J ((d/J)^2 + w^2))."""
+    text = """
+    schema = 1
+    units = "SI"
+    inertia = [{ name = "a", J = 2.0, drag = 0.5 }, { name = "b", J = 1.0 }]
+    excitation = { speed = 8.0 }
+    torque = [{ on = "a", harmonics = [{ order = 1, amplitude = 1.0 }] }]
+    """
+    step = 1e-3 if name in FIXED else None
+    tolerance = None if name in FIXED else TOLERANCE
+    run = gr.simulate(gr.loads(text), name, cycles=5, samples_per_cycle=16, step=step, tolerance=tolerance)
+    t, v, rate = run.trajectory.time, run.trajectory.velocity, 0.25
+    want = (rate * np.sin(8.0 * t) - 8.0 * np.cos(8.0 * t) + 8.0 * np.exp(-rate * t)) / (2.0 * (rate**2 + 64.0))
+    assert np.abs(v[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
+    assert not np.any(v[:, 1])
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.system.coordinates import RelativeCoordinates
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -26,10 +28,10 @@ def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field
         combination=coordinates.combination,
         references=np.array(coordinates.references, dtype=np.int64),
         first_piece=np.concatenate([[0], np.cumsum([law.pieces for law in laws])]).astype(np.int64),
-        upper_corner=np.concatenate([np.append(law.corners, np.inf) for law in laws]),
-        stiffness=np.concatenate([law.stiffness for law in laws]),
-        damping=np.concatenate([law.damping for law in laws]),
-        offset=np.concatenate([law.offset for law in laws]),
+        upper_corner=_joined([np.append(law.corners, np.inf) for law in laws]),
+        stiffness=_joined([law.stiffness for law in laws]),
+        damping=_joined([law.damping for law in laws]),
+        offset=_joined([law.offset for law in laws]),
         mean=inputs.mean,
         torque_sine=inputs.torque_sine,
         torque_cosine=inputs.torque_cosine,
@@ -38,3 +40,8 @@ def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field
         cycles=inputs.cycles,
         period=inputs.period,
     )
+
+
+def _joined(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """All behind one another; nothing for a driveline without elements."""
+    return np.concatenate([np.zeros(0), *parts])
