@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import gearrattle as gr
 from gearrattle.comparison import error_history, pointwise
 from gearrattle.errors import ModelError
 from tests import synthetic
@@ -68,6 +69,27 @@ def test_a_drift_does_not_flatter_and_a_constant_velocity_is_no_scale():
     np.testing.assert_allclose(found.velocity, 0.3 / REFERENCE.velocity.std(axis=0), rtol=1e-9)
     still = replace(REFERENCE, velocity=np.full_like(REFERENCE.velocity, 0.1))
     assert np.all(np.isinf(pointwise(replace(still, velocity=still.velocity + 1e-3), still).velocity))
+
+
+def test_without_clearances_the_error_is_that_of_velocities():
+    text = """
+    schema = 1
+    units = "SI"
+    inertia = [{ name = "a", J = 1.0 }, { name = "b", J = 1e3 }]
+    coupling = [{ name = "s", between = ["a", "b"], stiffness = 100.0, damping = 0.1 }]
+    excitation = { speed = 8.0 }
+    torque = [{ on = "a", harmonics = [{ order = 1, amplitude = 30.0 }] }]
+    """
+    model, grid = gr.loads(text), {"cycles": 4, "discard": 0, "samples_per_cycle": 64}
+    truth = gr.simulate(model, **grid).trajectory
+    rough = gr.simulate(model, algorithm="rk2", step=0.02, **grid).trajectory
+    found = pointwise(rough, truth)
+    level = truth.velocity.std(axis=0).max()
+    assert found.unit == "of the rms velocity"
+    assert found.worst == pytest.approx(np.abs(rough.velocity - truth.velocity).max() / level)
+    assert found.worst > 1e-3
+    assert pointwise(truth, truth).worst == 0.0
+    assert np.isfinite(found.passed[1])
 
 
 def test_not_a_number_is_no_small_error():

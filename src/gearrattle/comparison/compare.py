@@ -19,7 +19,7 @@ from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
 from gearrattle.comparison.peers import exact_portraits, nearby
-from gearrattle.comparison.pointwise import deflection_scale, envelope, error_history, pointwise
+from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
 from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.recommendation import recommendation
 from gearrattle.comparison.rows import Comparison, Row
@@ -166,9 +166,7 @@ def judged(
         statistics=compare_statistics(portrait(given, start), peers) if peers and len(peers) > 1 else None,
         transmissibility=compare_transmissibility(given, reference),
         coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
-        history=envelope(
-            reference.time, error_history(given, reference, deflection_scale(reference, reference.time.size))
-        ),
+        history=envelope(reference.time, worst_history(given, reference, reference.time.size)),
         notes=given.notes,
     )
 

@@ -7,6 +7,9 @@ rms value of v_i,ref about its mean, so that a steady drift does not flatter. Th
 eye and by coherence (Padmanabhan et al. 1995, sec. 9); with an exact reference the error itself can be said, but only
 while a difference in the sixteenth digit has not grown to the size of the motion.
 
+A driveline without clearances has no half-gap to measure by: its error is that of the velocities, over the largest rms
+value of any.
+
 Takes two Trajectories; gives a PointwiseError.
 """
 
@@ -15,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.comparison.pair import same_grid, samples_until
 from gearrattle.comparison.record import Record
@@ -36,8 +40,10 @@ class PointwiseError(Record):
         velocity_scale: (n,) rms of the reference's velocity about its mean, in the window [rad/s].
         velocity: (n,) largest error of the velocity [scales].
         thresholds: errors in deflection [scales], ascending.
-        passed: (thresholds,) time at which the worst clearance's error first exceeds each, over the whole motion [s];
-            infinite where it never does.
+        passed: (thresholds,) time at which the worst error first exceeds each, over the whole motion [s]; infinite
+            where it never does.
+        worst: the largest error inside the window: of any deflection, or of any velocity without clearances.
+        unit: of ``thresholds`` and ``worst``, in words: "half-gaps" or "of the rms velocity".
     """
 
     horizon: float
@@ -50,11 +56,8 @@ class PointwiseError(Record):
     velocity: Array
     thresholds: tuple[float, ...]
     passed: Array
-
-    @property
-    def worst(self) -> float:
-        """Return the largest error of any deflection [scales]; 0 without clearances."""
-        return float(np.max(self.deflection, initial=0.0))
+    worst: float
+    unit: str
 
 
 def pointwise(
@@ -81,7 +84,7 @@ def pointwise(
     velocity = reference.velocity[:samples]
     level = np.std(velocity, axis=0)
     level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # a constant is rounded, not moving
-    worst = np.max(history, axis=1, initial=0.0)
+    worst = worst_history(given, reference, samples)
     return PointwiseError(
         horizon=float(reference.time[samples - 1]),
         samples=samples,
@@ -93,7 +96,27 @@ def pointwise(
         velocity=np.max(_relative(given.velocity[:samples] - velocity, level), axis=0),
         thresholds=thresholds,
         passed=np.array([_first(reference.time, worst > each) for each in thresholds]),
+        worst=float(np.max(worst[:samples])),
+        unit="half-gaps" if reference.layout.clearance.size else "of the rms velocity",
     )
+
+
+def worst_history(given: Trajectory, reference: Trajectory, samples: int) -> Array:
+    """Return (Nt,) the worst error at every sample, of deflections or, without clearances, of velocities.
+
+    Args:
+        given, reference: on the same output grid.
+        samples: of how many samples of the reference the scales are.
+    """
+    if reference.layout.clearance.size:
+        history = error_history(given, reference, deflection_scale(reference, samples))
+    else:
+        velocity = reference.velocity[:samples]
+        level = float(np.max(np.std(velocity, axis=0)))
+        steady = float(np.max(np.abs(velocity)))
+        scale = level if level > 1e-14 * steady else steady
+        history = _relative(given.velocity - reference.velocity, np.full(velocity.shape[1], scale))
+    return np.asarray(np.max(history, axis=1))
 
 
 def deflection_scale(reference: Trajectory, samples: int) -> Array:
@@ -113,15 +136,14 @@ def error_history(given: Trajectory, reference: Trajectory, scale: Array) -> Arr
     return _relative(given.deflection - reference.deflection, scale)
 
 
-def envelope(time: Array, history: Array, points: int = 400) -> tuple[Array, Array]:
-    """Return at most ``points`` times, evenly spaced, and the worst error of any clearance since the time before.
+def envelope(time: Array, worst: Array, points: int = 400) -> tuple[Array, Array]:
+    """Return at most ``points`` times, evenly spaced, and the worst error since the time before.
 
     Args:
         time: (Nt,) [s].
-        history: (Nt, K) errors.
+        worst: (Nt,) errors.
         points: at most so many.
     """
-    worst = np.max(history, axis=1, initial=0.0)
     edges = np.unique(np.linspace(0, time.size, min(points, time.size) + 1).astype(np.int64))
     return time[edges[1:] - 1], np.maximum.reduceat(worst, edges[:-1])
 
@@ -133,6 +155,6 @@ def _relative(error: Array, scale: Array) -> Array:
     return np.where(np.isnan(ratio), np.inf, ratio)
 
 
-def _first(time: Array, passed: Array) -> float:
+def _first(time: Array, passed: NDArray[np.bool_]) -> float:
     at = np.flatnonzero(passed)
     return float(time[at[0]]) if at.size else float("inf")

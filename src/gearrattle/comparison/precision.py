@@ -32,7 +32,7 @@ _SAMPLES = 256
 
 @dataclass(frozen=True)
 class Point(Record):
-    """One run: its tolerance or step, largest error of a deflection [half-gaps], function calls, time [s]."""
+    """One run: tolerance or step, largest error [``WorkPrecision.unit``], function calls, time [s]."""
 
     setting: float
     error: float
@@ -58,12 +58,14 @@ class WorkPrecision(Record):
         cycles: length of every run in periods.
         exact: the one point of the exact solution; its error is bounded by rounding, grown ``GROWTH``-fold.
         curves: one an algorithm.
+        unit: of errors, in words.
     """
 
     window: float
     cycles: int
     exact: Point
     curves: tuple[Curve, ...]
+    unit: str = "half-gaps"
 
 
 def work_precision(
@@ -100,7 +102,8 @@ def work_precision(
             progress(number / len(algorithms))
         curves.append(_curve(model, name, grid, (truth, window), budget))
     point = Point(float("nan"), GROWTH * float(np.finfo(float).eps), truth.cost.function_calls, truth.cost.wall_time)
-    return WorkPrecision(window, cycles, point, tuple(curves))
+    unit = pointwise(truth.trajectory, truth.trajectory, window).unit
+    return WorkPrecision(window, cycles, point, tuple(curves), unit)
 
 
 def _must(result: Result) -> Run:

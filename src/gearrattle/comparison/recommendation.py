@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from gearrattle.comparison.rows import Comparison, Row
 
-SOUND = 1e-2  # half-gaps
+SOUND = 1e-2  # half-gaps, or of the rms velocity without clearances
 _STABLE = 1.0 + 1e-9
 
 
@@ -43,7 +43,7 @@ def _use(comparison: Comparison) -> Iterator[str]:
     than = f"{ratio:.3g} times as long" if ratio >= 1.0 else f"1/{1 / ratio:.3g} of the time"
     yield (
         f"Use {judge.label}. Of the algorithms that step, {best.label} is the cheapest sound one: it takes {than} "
-        f"for an error of {best.error.worst:.1g} half-gaps."
+        f"for an error of {best.error.worst:.1g} {best.error.unit}."
     )
 
 
@@ -57,7 +57,7 @@ def _warnings(comparison: Comparison) -> Iterator[str]:
             yield f"{row.label} lies outside its stability region (a mode grows by {row.growth:.4g} a step){invented}."
         elif not is_sound(row):
             impacts = row.impacts.total
-            parts = [f"an error of {row.error.worst:.1g} half-gaps"] if row.error.worst > SOUND else []
+            parts = [f"an error of {row.error.worst:.1g} {row.error.unit}"] if row.error.worst > SOUND else []
             parts += [f"{_count(impacts.missed, 'impact')} missed"] if impacts.missed else []
             parts += [f"{_count(impacts.invented, 'impact')} invented"] if impacts.invented else []
             yield f"{row.label}: {', '.join(parts)} while the motion can still be predicted."

@@ -30,7 +30,7 @@ class Row(Record):
         statistics: beyond the horizon; None where no whole cycle lies there.
         transmissibility: of the last cycles.
         coherence: of every inertia's acceleration; empty where the run is too short for it.
-        history: times [s] and the worst error of any deflection since the one before [half-gaps], to the end.
+        history: times [s] and the worst error since the one before [``error.unit``], to the end.
         growths: of a mode a step, in every region the reference visits; empty where steps are chosen.
         notes: of the run.
     """

@@ -46,7 +46,8 @@ COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
     "different_by_chance": ("1", lambda row: NAN if row.statistics is None else row.statistics.different_by_chance),
     "coherence": ("1", coherence),
 }  # fmt: skip
-"""Name -> (unit, how it is read off a row). ``error`` is the largest of any deflection inside the window; from
+"""Name -> (unit, how it is read off a row). ``error`` is the largest of any deflection inside the window (without
+clearances: of any velocity, over its rms); from
 ``wrong_from`` on it is more than a tenth; ``growth`` above 1: a step outside the stability region; ``coherence`` is the
 least kappa of any inertia."""
 

@@ -37,7 +37,7 @@ def colours(labels: list[str]) -> dict[str, str]:
 
 
 def growth_of_errors(comparison: Comparison) -> Chart:
-    """Draw the worst error of any deflection over time, every contender and exact begun 1e-12 half-gaps away."""
+    """Draw the worst error over time, every contender and exact begun 1e-12 half-gaps away."""
     *others, away = comparison.rows[1:]
     colour = {**colours([row.label for row in others]), away.label: INK}
     lines = tuple(
@@ -50,12 +50,13 @@ def growth_of_errors(comparison: Comparison) -> Chart:
     if comparison.horizon < end * comparison.period:
         rules.append(Rule(comparison.horizon / comparison.period, "x", MUTED, label="horizon"))
     largest = max([1.0, *(float(np.max(line.y[np.isfinite(line.y)], initial=0.0)) for line in lines)])
+    unit = next((row.error.unit for row in comparison.rows if row.error is not None), "")
     panel = Panel(
-        "Largest error of any deflection", "half-gaps", "cycles, t / T", lines, rules=tuple(rules),
+        "Largest error", unit, "cycles, t / T", lines, rules=tuple(rules),
         bands=(Band(0.1, None, CENTRE),), x_range=(0.0, float(end)), y_range=(1e-16, 10.0 * largest), y_log=True,
     )  # fmt: skip
     caption = (
-        "How far each motion is from the exact one; shaded: wrong by more than a tenth of a half-gap. Black: the exact "
+        "How far each motion is from the exact one; shaded: wrong by more than a tenth. Black: the exact "
         "motion begun 1e-12 half-gaps away, which no algorithm can be expected to beat. Errors are compared within the "
         "window; beyond the horizon only statistics are."
     )
@@ -73,7 +74,7 @@ def work_precision_chart(found: WorkPrecision, labels: list[str]) -> Chart:
         for quantity, title in (("function_calls", "function calls"), ("wall_time", "computing time, s"))
     )
     caption = (
-        f"Largest error of any deflection over the first {found.cycles} cycles (errors up to the window's end), for "
+        f"Largest error over the first {found.cycles} cycles (errors up to the window's end), for "
         "tolerances from 1e-3 to 1e-11, or steps from four times the default down. Down and to the left is better. "
         "The exact solution has nothing to choose: one point."
     )
@@ -95,7 +96,7 @@ def _panel(found: WorkPrecision, curves: list[Curve], colour: dict[str, str], qu
     xs, ys = (np.concatenate([line.x for line in lines]), np.concatenate([line.y for line in lines]))
     ys = ys[np.isfinite(ys)]
     return Panel(
-        "Error", "half-gaps", title, tuple(lines), x_range=_decades(xs), y_range=_decades(ys), x_log=True, y_log=True
+        "Error", found.unit, title, tuple(lines), x_range=_decades(xs), y_range=_decades(ys), x_log=True, y_log=True
     )
 
 

@@ -42,8 +42,9 @@ def cost_table(comparison: Comparison) -> Table:
 
 def truth_table(comparison: Comparison) -> Table:
     """True errors inside the window, and where each motion goes wrong."""
+    unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")
     head = (
-        "algorithm", "error, half-gaps", "wrong by a tenth from cycle", "crossings", "missed", "invented",
+        "algorithm", f"error, {unit}", "wrong by a tenth from cycle", "crossings", "missed", "invented",
         "time error, s", "impacts missed", "invented", "statistics that differ",
     )  # fmt: skip
     note = (
