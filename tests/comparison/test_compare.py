@@ -128,6 +128,35 @@ def test_an_unknown_algorithm_is_refused_before_anything_runs() -> None:
         gr.compare(case("case1_loaded"), ["rk4", "rk5"], cycles=10**6)
 
 
+@pytest.mark.parametrize(
+    ("algorithms", "said"),
+    [
+        ([], "algorithms: must name at least one"),
+        ({}, "algorithms: must name at least one"),
+        (["rk4", "rkv", "rk4"], r'algorithms: found "rk4" twice; every label once \(a mapping lets'),
+        ([["rk4"]], "must be one of exact"),
+        ({"rk4": None}, "algorithms.rk4: found None; must be a mapping of settings"),
+        ({"rk4": {"tol": 1e-3}}, 'algorithms.rk4: found "tol"; settings are algorithm, tolerance, step'),
+        ({"rk4": {"cycles": 9}}, 'algorithms.rk4: found "cycles"'),
+        ({"mine": {}}, 'algorithms: found "mine"; must be one of exact'),
+        ({CEILING: {"algorithm": "rk4"}}, "label is taken"),
+    ],
+)
+def test_contenders_that_make_no_sense_are_refused(algorithms: object, said: str) -> None:
+    with pytest.raises(gr.ModelError, match=said):
+        gr.compare(case("case1_loaded"), algorithms, cycles=10**6)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("budget", [0.0, -1.0, math.nan])
+def test_a_budget_is_a_time(budget: float) -> None:
+    with pytest.raises(gr.ModelError, match=r"budget: found .*must be greater than zero"):
+        gr.compare(case("case1_loaded"), ["rk4"], cycles=10**6, budget=budget)
+
+
+def test_one_name_is_a_list_of_one() -> None:
+    assert contenders("rk4") == contenders(["rk4"])
+
+
 def test_the_papers_seven_are_asked_for_by_name() -> None:
     assert {"rk2", "rk4", "rkf", "rkv", "bulirsch-stoer"} <= set(PAPER) & set(SOLVERS)
     assert len(PAPER) == 7

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.calls.settings import settled
 from gearrattle.comparison.coherence import compare_coherence
-from gearrattle.comparison.contest import PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
+from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
 from gearrattle.comparison.peers import exact_portraits, nearby
 from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
@@ -24,7 +24,7 @@ from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.comparison.recommendation import recommendation
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.statistics import compare_statistics
-from gearrattle.comparison.steps import check_names, growths_of, has_fixed_step
+from gearrattle.comparison.steps import check_budget, check_names, growths_of, has_fixed_step
 from gearrattle.comparison.table import table_of
 from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.errors import ConvergenceError, ModelError
@@ -34,7 +34,6 @@ from gearrattle.results import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-CEILING = "exact, 1e-12 away"
 _AWAY = 1e-12  # half-gaps
 _STILL_SMALL = 1e-3
 
@@ -57,8 +56,8 @@ def compare(
 
     Args:
         model: the driveline.
-        algorithms: names; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so that one
-            algorithm can take part twice.
+        algorithms: names, each once; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so that
+            one algorithm can take part twice.
         reference: the judge, an algorithm's name. The 1995 paper's coherences are against "rk2".
         cycles, discard, samples_per_cycle, initial: as in ``gearrattle.simulate``.
         tolerance: of the algorithms that choose their steps.
@@ -97,6 +96,7 @@ def side_by_side(
     """The same, as a Comparison; ``grid`` holds cycles, discard, samples_per_cycle and initial."""
     everyone = contenders(algorithms)
     check_names([reference, *(contender.algorithm for contender in everyone)])
+    check_budget(budget)
     shared = {key: value for key, value in grid.items() if value is not None}
     settled(model, {**shared, "tolerance": tolerance, "step": step})
     told = _Share(progress, len(everyone) + 3)

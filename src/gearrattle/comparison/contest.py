@@ -6,22 +6,26 @@ Takes a Model and settings; gives a Result for every contender, with its run if 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from gearrattle.errors import ConvergenceError, NotInstalled
+from gearrattle.errors import ConvergenceError, ModelError, NotInstalled, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
 
 PAPER = ("rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer")
 """The seven algorithms of Padmanabhan et al. 1995, sec. 8, in the order of its Table 3."""
 
+CEILING = "exact, 1e-12 away"
+"""Label of the exact motion begun nearby, which no algorithm can be expected to beat."""
+
+_SETTINGS = ("algorithm", "tolerance", "step")
 _AGAIN, _SHORT = 3, 0.3
 """A run shorter than this [s] is timed so many times; the fastest counts."""
 
 Progress = Callable[[float], None]
-Algorithms = Sequence[str] | Mapping[str, Mapping[str, Any]]
+Algorithms = str | Sequence[str] | Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -61,13 +65,43 @@ class _Spent(Exception):
 
 
 def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
-    """Contenders from names, or from labels with settings that name the algorithm where it is not the label."""
+    """Contenders from names, or from labels with settings that name the algorithm where it is not the label.
+
+    Raises:
+        ModelError: nobody, a label twice, or settings other than algorithm, tolerance and step.
+    """
     if not isinstance(algorithms, Mapping):
-        return tuple(Contender(name, name) for name in algorithms)
-    return tuple(
-        Contender(label, given.get("algorithm", label), {k: v for k, v in given.items() if k != "algorithm"})
-        for label, given in algorithms.items()
-    )
+        names = [algorithms] if isinstance(algorithms, str) else list(algorithms)
+        found = tuple(Contender(name, name) for name in names)
+    else:
+        wrong = [problem for label, given in algorithms.items() for problem in _wrong_settings(label, given)]
+        if wrong:
+            raise ModelError(wrong)
+        found = tuple(
+            Contender(label, given.get("algorithm", label), {k: v for k, v in given.items() if k != "algorithm"})
+            for label, given in algorithms.items()
+        )
+    if not found:
+        raise ModelError(Problem("algorithms", "", "must name at least one"))
+    labels = [each.label for each in found]
+    twice = dict.fromkeys(label for label in labels if labels.count(label) > 1)
+    remedy = 'a mapping lets one algorithm take part twice, such as {"coarse": {"algorithm": "rk4", "step": 1e-4}}'
+    if twice:
+        raise ModelError([Problem("algorithms", f'"{label}" twice', "every label once", remedy) for label in twice])
+    return found
+
+
+def _wrong_settings(label: str, given: Any) -> Iterator[Problem]:
+    """Problems of one entry of a mapping."""
+    place = f"algorithms.{label}"
+    if label == CEILING:
+        yield Problem(place, "", "this label is taken by the exact motion from nearby", "choose another")
+    if not isinstance(given, Mapping):
+        yield Problem(place, repr(given), "must be a mapping of settings, {} for none")
+        return
+    for key in given:
+        if key not in _SETTINGS:
+            yield Problem(place, f'"{key}"', f"settings are {', '.join(_SETTINGS)}", "all share the others")
 
 
 def run_one(

@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, run_one
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.comparison.record import Record
-from gearrattle.comparison.steps import check_names, fixed_step_of
+from gearrattle.comparison.steps import check_budget, check_names, fixed_step_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.results import Run
@@ -90,6 +90,7 @@ def work_precision(
         ConvergenceError: the exact solution failed.
     """
     check_names(algorithms)
+    check_budget(budget)
     grid: dict[str, Any] = {"samples_per_cycle": _SAMPLES, "discard": 0}
     truth = _must(run_one(model, Contender("exact", "exact"), {**grid, "cycles": most_cycles}, float("inf")))
     window = min(float(truth.variation.horizon(GROWTH)), truth.trajectory.end)

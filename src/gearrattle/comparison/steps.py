@@ -26,10 +26,21 @@ def check_names(algorithms: Iterable[str]) -> None:
     Raises:
         ModelError: one does not.
     """
-    unknown = [name for name in algorithms if name not in SOLVERS]
+    known = tuple(SOLVERS)
+    unknown = [name for name in algorithms if name not in known]
     if unknown:
         rule = f"must be one of {', '.join(SOLVERS)}"
         raise ModelError([Problem("algorithms", f'"{name}"', rule) for name in unknown])
+
+
+def check_budget(budget: float) -> None:
+    """Check that a time is one.
+
+    Raises:
+        ModelError: it is not positive, or no number.
+    """
+    if not budget > 0.0:
+        raise ModelError(Problem("budget", f"{budget:g}", "must be greater than zero", "seconds for each contender"))
 
 
 def has_fixed_step(algorithm: str) -> bool:
