@@ -119,6 +119,15 @@ def test_another_reference_and_progress() -> None:
     assert found.rows[0].label == "rk2"
     assert found.rows[0].cost is not None
     assert found.rows[0].cost.algorithm == "rk2"
+    own = found.rows[-1].error
+    assert own is not None
+    exact = side_by_side(case("case1_loaded"), ["rk2"], step=0.002 / 150, cycles=2, samples_per_cycle=64)
+    error = exact.row("rk2").error
+    assert error is not None
+    assert own.worst == pytest.approx(error.worst, rel=1e-6)
+    words = f"Errors are told against rk2, which is itself wrong by {own.worst:.1g} half-gaps"
+    assert found.recommendation.startswith(words)
+    assert "Use" not in found.recommendation
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0, abs=0.05)
 
@@ -151,6 +160,11 @@ def test_contenders_that_make_no_sense_are_refused(algorithms: object, said: str
 def test_a_budget_is_a_time(budget: float) -> None:
     with pytest.raises(gr.ModelError, match=r"budget: found .*must be greater than zero"):
         gr.compare(case("case1_loaded"), ["rk4"], cycles=10**6, budget=budget)
+
+
+def test_nothing_is_said_of_algorithms_that_took_no_part() -> None:
+    found = side_by_side(case("case1_loaded"), ["exact"], cycles=2, samples_per_cycle=64)
+    assert found.recommendation.startswith("Use exact. The motion is predictable to its end")
 
 
 def test_one_name_is_a_list_of_one() -> None:

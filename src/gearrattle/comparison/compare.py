@@ -56,8 +56,8 @@ def compare(
 
     Args:
         model: the driveline.
-        algorithms: names, each once; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so that
-            one algorithm can take part twice.
+        algorithms: names, each once; or a mapping from label to settings (``algorithm``, ``tolerance``, ``step``), so
+            that one algorithm can take part twice.
         reference: the judge, an algorithm's name. The 1995 paper's coherences are against "rk2".
         cycles, discard, samples_per_cycle, initial: as in ``gearrattle.simulate``.
         tolerance: of the algorithms that choose their steps.

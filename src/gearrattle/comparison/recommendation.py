@@ -2,6 +2,7 @@
 
 An algorithm is *sound* here if it came to an end, its error inside the window stays below ``SOUND``, no step lies
 outside its stability region, and it missed and invented no impact. The cheapest sound one is recommended next to exact.
+Against a reference that is itself wrong nobody is called sound or unsound.
 
 Takes a Comparison; gives sentences.
 """
@@ -32,10 +33,14 @@ def recommendation(comparison: Comparison) -> str:
 
 def _use(comparison: Comparison) -> Iterator[str]:
     judge, *others = comparison.rows[:-1]
-    sound = [row for row in others if is_sound(row) and row.algorithm != comparison.reference]
+    stepping = [row for row in others if row.algorithm != "exact"]
+    sound = [row for row in stepping if is_sound(row)]
     assert judge.cost is not None
+    if comparison.reference != "exact":
+        yield from _of_the_judge(comparison)
+        return
     if not sound:
-        yield f"Use {judge.label}: of the algorithms that step, none is sound here."
+        yield f"Use {judge.label}{': of the algorithms that step, none is sound here' if stepping else ''}."
         return
     best = min(sound, key=lambda row: row.cost.wall_time if row.cost else float("inf"))
     assert best.cost is not None and best.error is not None  # noqa: PT018 - a sound row has both
@@ -47,6 +52,13 @@ def _use(comparison: Comparison) -> Iterator[str]:
     )
 
 
+def _of_the_judge(comparison: Comparison) -> Iterator[str]:
+    """What a reference other than exact is worth: exact, from nearby, is as far from it as it is from the truth."""
+    label, away = comparison.reference, comparison.rows[-1]
+    own = "" if away.error is None else f", which is itself wrong by {away.error.worst:.1g} {away.error.unit}"
+    yield f"Errors are told against {label}{own}: which algorithm to use, only reference = exact can tell."
+
+
 def _warnings(comparison: Comparison) -> Iterator[str]:
     for row in comparison.rows[1:-1]:
         if row.error is None or row.impacts is None or row.crossings is None:
@@ -55,7 +67,7 @@ def _warnings(comparison: Comparison) -> Iterator[str]:
             impacts = row.impacts.total
             invented = f" and invents {_count(impacts.invented, 'impact')}" if impacts.invented else ""
             yield f"{row.label} lies outside its stability region (a mode grows by {row.growth:.4g} a step){invented}."
-        elif not is_sound(row):
+        elif not is_sound(row) and comparison.reference == "exact":
             impacts = row.impacts.total
             parts = [f"an error of {row.error.worst:.1g} {row.error.unit}"] if row.error.worst > SOUND else []
             parts += [f"{_count(impacts.missed, 'impact')} missed"] if impacts.missed else []
@@ -65,12 +77,13 @@ def _warnings(comparison: Comparison) -> Iterator[str]:
 
 def _limits(comparison: Comparison) -> Iterator[str]:
     if comparison.horizon == float("inf"):
-        yield "The motion is predictable to its end: differences are errors of the algorithms."
+        own = ": differences are errors of the algorithms" if comparison.reference == "exact" else ""
+        yield f"The motion is predictable to its end{own}."
         return
     cycles, away = comparison.horizon / comparison.period, comparison.rows[-1]
     yield f"Within {cycles:.3g} cycles some perturbation grows ten-million-fold: beyond, compare statistics."
     wrong = float("inf") if away.error is None else float(away.error.passed[-1])
-    if wrong < float("inf"):
+    if wrong < float("inf") and comparison.reference == "exact":
         yield (
             f"Even exact, begun 1e-12 half-gaps away, is off by a tenth after {wrong / comparison.period:.3g} cycles: "
             "no algorithm can do better."
