@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.comparison.compare import CEILING, Comparison, side_by_side
+from gearrattle.comparison.compare import CEILING, Comparison, side_by_side, window_of
 from gearrattle.comparison.contest import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation
@@ -92,6 +92,33 @@ def test_the_table_has_a_line_a_row_and_the_comparison_hangs_on_it() -> None:
     found = table.attrs["comparison"]
     assert isinstance(found, Comparison)
     json.dumps(found.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize(("tolerance", "growth"), [(1.0, 1e3), (1e-2, 1e3), (1e-6, 1e3), (1e-8, 1e5), (1e-13, 1e7)])
+def test_the_window_is_no_shorter_for_a_coarse_tolerance_and_ends_at_the_horizon(
+    tolerance: float, growth: float
+) -> None:
+    run = gr.simulate(case("case2_loaded"), cycles=12, samples_per_cycle=32)
+    assert window_of(run, tolerance) == min(run.variation.horizon(growth), run.trajectory.end)
+    assert window_of(run, tolerance) <= run.predictability_horizon
+
+
+def test_an_unsound_algorithm_is_none_the_sounder_for_a_coarse_tolerance_of_others() -> None:
+    """The default step of RK4 is wrong by a fifteenth of a half-gap here; only the other's tolerance is changed."""
+    model = gr.loads("""
+    schema = 1
+    units = "SI"
+    inertia = [{ name = "a", J = 1.0, drag = 0.1 }, { name = "b", J = 2.0 }]
+    coupling = [{ name = "s", between = ["a", "b"], stiffness = 100.0, damping = 0.5, clearance = 0.1 }]
+    excitation = { speed = 8.0 }
+    torque = [{ on = "a", mean = -5.0, harmonics = [{ order = 1, amplitude = 30.0 }] }, { on = "b", mean = 5.0 }]
+    """)
+    for tolerance in (1e-2, 1e-6):
+        found = side_by_side(model, ["rk4", "rkv"], tolerance=tolerance, cycles=8, discard=2, samples_per_cycle=32)
+        error = found.row("rk4").error
+        assert error is not None
+        assert error.worst == pytest.approx(0.067, abs=2e-3)
+        assert not is_sound(found.row("rk4"))
 
 
 def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:

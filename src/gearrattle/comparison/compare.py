@@ -1,8 +1,8 @@
 """Algorithms side by side on one model, judged by the exact solution: the paper's Tables 3 and 4, and the truth beside.
 
 Every contender runs the same model from the same start on the same output grid. Up to the *window*, where errors of
-the size of the tolerance have grown to a thousandth at most, its error is told sample by sample and crossing by
-crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
+1e-6, or of the tolerance if finer, have grown to a thousandth at most, its error is told sample by sample and crossing
+by crossing; beyond the predictability horizon only its statistics are. The same is done with the exact motion begun
 1e-12 half-gaps away: no algorithm can be expected to do better than that.
 
 Takes a Model; gives a Comparison, and the table of it.
@@ -30,12 +30,13 @@ from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model
 from gearrattle.results import Run
+from gearrattle.system.variation import GROWTH
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _AWAY = 1e-12  # half-gaps
-_STILL_SMALL = 1e-3
+_STILL_SMALL, _COARSE = 1e-3, 1e-6
 
 
 def compare(
@@ -106,7 +107,7 @@ def side_by_side(
         raise ConvergenceError(f"the reference, {reference}: {result.status}", remedy='reference = "exact"')
     truth = result.run
     horizon = float(truth.predictability_horizon)
-    window = min(float(truth.variation.horizon(_STILL_SMALL / tolerance)), truth.trajectory.end)
+    window = window_of(truth, tolerance)
     start = horizon if horizon < truth.trajectory.end else None  # all is predictable: from the steady part on
     peers = _where_there_is_enough(
         lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=told.next())
@@ -126,6 +127,19 @@ def side_by_side(
         t.samples_per_cycle, budget,
     )  # fmt: skip
     return replace(comparison, recommendation=recommendation(comparison))
+
+
+def window_of(truth: Run, tolerance: float) -> float:
+    """Up to where errors are told sample by sample [s]: where 1e-6, or the tolerance if finer, has grown to 1e-3.
+
+    A coarse tolerance is no reason to look away sooner, and a fine one none to look beyond the horizon.
+
+    Args:
+        truth: the reference's run.
+        tolerance: of the contenders who choose their steps.
+    """
+    growth = min(_STILL_SMALL / min(tolerance, _COARSE), GROWTH)
+    return min(float(truth.variation.horizon(growth)), truth.trajectory.end)
 
 
 class _Share:

@@ -49,9 +49,9 @@ def truth_table(comparison: Comparison) -> Table:
     )  # fmt: skip
     note = (
         f"Errors, crossings and impacts: up to the window's end, {comparison.window / comparison.period:.3g} cycles, "
-        "where errors of the size of the tolerance have grown to a thousandth at most. Statistics: of the cycles "
-        "beyond the predictability horizon, those outside all exact motions begun nearby, with how many chance puts "
-        "there."
+        "where errors of 1e-6, or of the tolerance if finer, have grown to a thousandth at most. Statistics: of the "
+        "cycles beyond the predictability horizon, those outside all exact motions begun nearby, with how many chance "
+        "puts there."
     )
     rows = tuple(_truth(row, comparison.period) for row in comparison.rows[1:])
     return Table(head, rows, frozenset({0}), "How true it is", note)
