@@ -127,6 +127,20 @@ def test_cycles_before_the_start_do_not_count():
         portrait(given, np.inf)
 
 
+def test_levels_are_over_whole_cycles():
+    """A sine plus its mean: rms^2 = m^2 + a^2 / 2, however few the samples."""
+    t = np.arange(2 * 8 + 1) / 8
+    noise = drawn(3, cycles=2)
+    wave = 3.0 + 2.0 * np.sin(2.0 * np.pi * t)
+    few = replace(
+        noise, time=t, cycles=2, samples_per_cycle=8, acceleration=np.stack([wave, wave], axis=1),
+        deflection=wave[:, None],
+    )  # fmt: skip
+    told = portrait(few)
+    assert told.acceleration == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
+    assert told.deflection == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
+
+
 def test_too_little_to_tell_is_undecided():
     few = [portrait(drawn(seed, cycles=2)) for seed in range(MANY)]
     found = compare_statistics(portrait(drawn(99, cycles=2)), few)

@@ -59,7 +59,7 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
         ModelError: no whole cycle left, or too few samples in one for a spectrum.
     """
     plate, window = trajectory.layout, cycles_beyond(trajectory, start)
-    acceleration = window.periodic(trajectory.acceleration)
+    acceleration = window.closed(trajectory.acceleration)
     impacts = find_impacts(trajectory)
     found = [impacts.of(k).within(window) for k in range(len(plate.corners))]
     ratio = ratios(trajectory, min(CYCLES, window.cycles))
@@ -69,9 +69,9 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
         start=window.start,
         end=window.end,
         cycles=window.cycles,
-        deflection=rms(window.periodic(trajectory.deflection)),
+        deflection=rms(window.closed(trajectory.deflection)),
         acceleration=rms(acceleration),
-        density=psd(acceleration, plate.period, trajectory.samples_per_cycle).density.T,
+        density=psd(window.periodic(trajectory.acceleration), plate.period, trajectory.samples_per_cycle).density.T,
         rate=np.array([each.time.size / window.cycles for each in found]),
         impulses=tuple(np.sort(impulse) for impulse in known),
         tr_rms=ratio.rms,
