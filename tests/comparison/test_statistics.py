@@ -195,6 +195,42 @@ def test_nearby_starts_exist_with_ground_first_with_a_corner_at_zero_and_without
     assert gr.simulate(model, cycles=1, initial=start).trajectory.angle[0] == pytest.approx(start["angle"])
 
 
+def of_two(simulation, torques=""):
+    """Two inertias and a clearance, light damping."""
+    return gr.loads(f"""
+    schema = 1
+    units = "SI"
+    inertia = [{{ name = "a", J = 1.0 }}, {{ name = "b", J = 2.0 }}]
+    coupling = [{{ name = "s", between = ["a", "b"], stiffness = 100.0, damping = 2.0, clearance = 0.1 }}]
+    excitation = {{ speed = 8.0 }}
+    {torques}
+    [simulation]
+    {simulation}
+    """)
+
+
+COME_TO_REST = of_two("initial = { angle = [1.0, 0.0], velocity = [0.0, 0.0] }")
+AT_REST = of_two('initial = "static"', 'torque = [{ on = "a", mean = 5.0 }, { on = "b", mean = -5.0 }]')
+
+
+@pytest.mark.parametrize("model", [COME_TO_REST, AT_REST])
+def test_what_is_left_at_rest_is_not_different(model):
+    grid = {"cycles": 40, "discard": 10, "samples_per_cycle": 32}
+    motion = gr.simulate(model, **grid).trajectory
+    exact = exact_portraits(model, motion, grid, None)
+    assert compare_statistics(portrait(motion), exact).different == 0
+    for algorithm in ("rkv-events", "rk4"):
+        step = 2e-3 if algorithm == "rk4" else None
+        given = gr.simulate(model, algorithm=algorithm, step=step, **grid).trajectory
+        assert compare_statistics(portrait(given), exact).different == 0
+        rings = 1e-2 * np.abs(motion.acceleration).max() + 1e-2
+        noise = rings * np.sin(2.0 * np.pi * 5.0 * given.time / given.layout.period)[:, None]
+        ringing = replace(given, acceleration=given.acceleration + noise)
+        found = compare_statistics(portrait(ringing), exact)
+        for quantity in ("rms acceleration", "PSD distance"):
+            assert found.of(quantity, "a").verdict == found.of(quantity, "b").verdict == "different"
+
+
 def test_nothing_that_could_differ_is_left_where_it_is():
     free = gr.loads('schema = 1\nunits = "SI"\ninertia = [{ name = "a", J = 1.0 }]\nexcitation = { speed = 8.0 }')
     motion = gr.simulate(free, cycles=2, samples_per_cycle=8).trajectory

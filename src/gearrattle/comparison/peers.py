@@ -1,8 +1,9 @@
 """Exact motions from nearby: what no algorithm can be blamed for.
 
 A motion begun a thousandth of a half-gap away is as true as the one asked for; where it comes to differ in its
-statistics, rounding or a tolerance may lead as well. Twenty and the exact motion itself are the fewest against
-which another can be told apart in fewer than 5 of 100 cases (``signals.ensembles``).
+statistics, rounding or a tolerance may lead as well. Twenty of them and the exact motion itself are the fewest against
+which another can be told apart in fewer than 5 of 100 cases (``signals.ensembles``). The motion itself is one of them
+because a motion may be singular among its neighbours: it rests where they swing to rest.
 
 Takes a Model and a Run of it; gives starts, and Portraits.
 """
@@ -67,7 +68,7 @@ def exact_portraits(
     budget: float = float("inf"),
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Portrait, ...]:
-    """Return portraits of exact motions begun within a thousandth of a half-gap of a motion's start, ``MANY`` of them.
+    """Return ``MANY`` portraits: of the exact motion, and of others begun within a thousandth of a half-gap of it.
 
     Args:
         model: the driveline.
@@ -87,7 +88,7 @@ def exact_portraits(
     shared = {**settings, "algorithm": "exact", "audit": False}
     for i in range(MANY):
         direction = np.asarray(random.standard_normal(motion.angle.shape[1]))
-        away = nearby(motion, AWAY * random.random(), direction)
+        away = nearby(motion, AWAY * random.random() if i else 0.0, direction)
         found.append(portrait(simulate(model, **{**shared, "initial": away}).trajectory, start))
         if progress is not None:
             progress((i + 1) / MANY)

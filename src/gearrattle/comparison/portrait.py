@@ -17,6 +17,9 @@ from gearrattle.comparison.transmissibility import CYCLES, ratios
 from gearrattle.signals import find_impacts, psd, rms
 from gearrattle.trajectory import Array, Layout, Trajectory
 
+ROUNDING = 1e-9
+"""Accelerations this small beside those of the elements' torques, which cancel at rest, are rounding."""
+
 
 @dataclass(frozen=True)
 class Portrait:
@@ -29,6 +32,9 @@ class Portrait:
         deflection: (K,) rms of every clearance's deflection [rad or m].
         acceleration: (n,) rms of every inertia's [rad/s^2].
         density: (n, f) one-sided power spectral density of every acceleration.
+        resolution: its bin width [Hz].
+        largest_deflection, largest_acceleration: (K,), (n,) rms in the loudest cycle of the whole motion, start-up
+            included; for accelerations no less than ``ROUNDING`` times what the elements' torques alone would give.
         rate: (K,) impacts a cycle.
         impulses: K arrays (I_k,) of every impact that is known whole, ascending [N m s or N s].
         tr_rms, tr_peak: (n,) transmissibilities of the last eight cycles [1]; NaN where the reference inertia rests.
@@ -41,6 +47,9 @@ class Portrait:
     deflection: Array
     acceleration: Array
     density: Array
+    resolution: float
+    largest_deflection: Array
+    largest_acceleration: Array
     rate: Array
     impulses: tuple[Array, ...]
     tr_rms: Array
@@ -64,6 +73,7 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
     found = [impacts.of(k).within(window) for k in range(len(plate.corners))]
     ratio = ratios(trajectory, min(CYCLES, window.cycles))
     known = [each.impulse[~each.censored & np.isfinite(each.impulse)] for each in found]
+    spectrum = psd(window.periodic(trajectory.acceleration), plate.period, trajectory.samples_per_cycle)
     return Portrait(
         layout=plate,
         start=window.start,
@@ -71,9 +81,32 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
         cycles=window.cycles,
         deflection=rms(window.closed(trajectory.deflection)),
         acceleration=rms(acceleration),
-        density=psd(window.periodic(trajectory.acceleration), plate.period, trajectory.samples_per_cycle).density.T,
+        density=spectrum.density.T,
+        resolution=spectrum.resolution,
+        largest_deflection=_loudest(trajectory, trajectory.deflection),
+        largest_acceleration=np.maximum(_loudest(trajectory, trajectory.acceleration), ROUNDING * _strain(trajectory)),
         rate=np.array([each.time.size / window.cycles for each in found]),
         impulses=tuple(np.sort(impulse) for impulse in known),
         tr_rms=ratio.rms,
         tr_peak=ratio.peak,
     )
+
+
+def _loudest(trajectory: Trajectory, signal: Array) -> Array:
+    """The largest rms within a cycle."""
+    length = trajectory.samples_per_cycle
+    cycles = [rms(signal[i : i + length + 1]) for i in range(0, signal.shape[0] - 1, length)]
+    return np.asarray(np.max(cycles, axis=0))
+
+
+def _strain(trajectory: Trajectory) -> Array:
+    """(n,) the largest sum of the magnitudes of the elements' torques on each inertia, over J [rad/s^2]."""
+    plate, torque = trajectory.layout, np.zeros(trajectory.acceleration.shape[1])
+    for (one, other), (near, far), own in zip(
+        plate.between, plate.radii, np.max(np.abs(trajectory.element_torque), axis=0, initial=0.0), strict=True
+    ):
+        if one >= 0:
+            torque[one] += own
+        if other >= 0:
+            torque[other] += own * far / near
+    return np.asarray(torque / plate.inertia)

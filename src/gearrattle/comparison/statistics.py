@@ -6,7 +6,9 @@ half-gap of the same start (``peers``), show what a correct motion may come to. 
 twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come in bursts, and levels wander.
 
 Nothing is called different, however certain, if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``): motions
-that repeat themselves have no scatter. With many items some are called different by chance; how many is told.
+that repeat themselves have no scatter. Nor if it is by less than ``NEGLIGIBLE`` of the loudest cycle of the whole
+motion, start-up included: what is left when a motion has come to rest is rounding and tolerance. With many items some
+are called different by chance; how many is told.
 
 Takes Portraits; gives a StatisticalComparison.
 """
@@ -99,20 +101,35 @@ def compare_statistics(given: Portrait, exact: Sequence[Portrait]) -> Statistica
     metres = [plate.is_mesh[element] for element in plate.clearance]
     rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
     clearances, inertias = plate.clearance_names, plate.inertia_names
+    accelerations = np.array([each.acceleration for each in everyone])
+    moved = NEGLIGIBLE * np.max([each.largest_deflection for each in exact], axis=0)
+    shaken = NEGLIGIBLE * np.max([each.largest_acceleration for each in exact], axis=0)
+    rms, swing = _referred(shaken, exact, plate.reference)
     items = (
-        *_numbers("rms deflection", clearances, rad, np.array([each.deflection for each in everyone])),
-        *_numbers("rms acceleration", inertias, ["rad/s^2"] * len(inertias),
-                  np.array([each.acceleration for each in everyone])),
-        *_densities(inertias, np.array([each.density for each in everyone])),
+        *_numbers("rms deflection", clearances, rad, np.array([each.deflection for each in everyone]), moved),
+        *_numbers("rms acceleration", inertias, ["rad/s^2"] * len(inertias), accelerations, shaken),
+        *_densities(inertias, np.array([each.density for each in everyone]), shaken / np.sqrt(given.resolution)),
         *_numbers("impact rate", clearances, ["1/cycle"] * len(clearances), np.array([each.rate for each in everyone])),
         *_impulses(clearances, impulse, everyone),
-        *_ratios("TR rms", plate.reference, inertias, np.array([each.tr_rms for each in everyone])),
-        *_ratios("TR peak", plate.reference, inertias, np.array([each.tr_peak for each in everyone])),
+        *_ratios("TR rms", plate.reference, inertias, np.array([each.tr_rms for each in everyone]), rms),
+        *_ratios("TR peak", plate.reference, inertias, np.array([each.tr_peak for each in everyone]), swing),
     )  # fmt: skip
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = decided / len(everyone)
     return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, different, by_chance)
+
+
+def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[Array, Array]:
+    """(n,) what is negligible in TR rms and in TR peak: ``least`` over the reference's rms, mean included and without.
+
+    Infinite where that one rests: a ratio to rest says nothing.
+    """
+    with_mean = float(np.mean([each.acceleration[reference] for each in exact]))
+    power = float(np.mean([np.sum(each.density[reference]) * each.resolution for each in exact]))
+    bases = with_mean, float(np.sqrt(power))
+    rms, swing = (least / base if base > least[reference] else np.full(least.size, np.inf) for base in bases)
+    return rms, swing
 
 
 def _judged(distances: Array, *, large: bool) -> tuple[float, Verdict]:
@@ -123,31 +140,39 @@ def _judged(distances: Array, *, large: bool) -> tuple[float, Verdict]:
     return p, "different" if p < SIGNIFICANT and large else SAME
 
 
-def _numbers(quantity: str, names: Sequence[str], units: Sequence[str], values: Array) -> Iterator[Item]:
-    """Statistics (m, k) that are numbers: the first one's over the mean of the others."""
-    for name, unit, column in zip(names, units, values.T, strict=True):
+def _numbers(
+    quantity: str, names: Sequence[str], units: Sequence[str], values: Array, least: Array | None = None
+) -> Iterator[Item]:
+    """Statistics (m, k) that are numbers: the first one's over the mean of the others.
+
+    ``least`` (k,): if the squares of both are no farther apart than its square, they are not different.
+    """
+    least = np.zeros(len(names)) if least is None else least
+    for name, unit, column, floor in zip(names, units, values.T, least, strict=True):
         mine, others = float(column[0]), column[1:]
         mean = float(np.mean(others))
         distances = number_distances(column)
-        p, verdict = _judged(distances, large=bool(distances[0] > NEGLIGIBLE * abs(mean)))
+        large = distances[0] > NEGLIGIBLE * abs(mean) and distances[0] * (abs(mine) + abs(mean)) > floor**2
+        p, verdict = _judged(distances, large=bool(large))
         scale = mean if mean != 0.0 else float("nan")
         low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
         measure = "ratio to the mean of exact motions"
         yield Item(quantity, name, mine, mean, unit, measure, mine / scale, low, high, p, verdict)
 
 
-def _ratios(quantity: str, reference: int, names: Sequence[str], values: Array) -> Iterator[Item]:
+def _ratios(quantity: str, reference: int, names: Sequence[str], values: Array, least: Array) -> Iterator[Item]:
     """Transmissibilities: numbers, but for the reference inertia's own."""
     others = [i for i in range(len(names)) if i != reference]
-    yield from _numbers(quantity, [names[i] for i in others], ["1"] * len(others), values[:, others])
+    yield from _numbers(quantity, [names[i] for i in others], ["1"] * len(others), values[:, others], least[others])
 
 
-def _densities(names: Sequence[str], densities: Array) -> Iterator[Item]:
-    """(m, n, f)."""
+def _densities(names: Sequence[str], densities: Array, least: Array) -> Iterator[Item]:
+    """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
     nan = float("nan")
     for i, name in enumerate(names):
         far, share = density_distances(densities[:, i])
-        large = bool(far[0] > NEGLIGIBLE_DB)
+        apart = np.sum(np.abs(densities[0, i] - np.mean(densities[1:, i], axis=0)))
+        large = bool(far[0] > NEGLIGIBLE_DB and apart > least[i] ** 2)
         chance = 2.0 / len(densities)
         for quantity, measure, distances in (
             (

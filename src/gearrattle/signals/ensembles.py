@@ -23,7 +23,7 @@ import numpy as np
 from gearrattle.trajectory import Array
 
 FLOOR = 1e-10  # bins below this share of the largest density hold leakage and rounding
-_EQUAL = 1e-12
+_EQUAL = 1e-9  # distances this near, relatively, are a rounding apart
 
 
 def rank(distances: Array) -> float:
@@ -55,20 +55,21 @@ def density_distances(densities: Array) -> tuple[Array, Array]:
     """Return (m,) the log-spectral distance sqrt(mean (10 lg S_i/S_others)^2) [dB], and (m,) the share of extreme bins.
 
     A bin of a motion is extreme if its density alone is the largest or the least of all. Bins count whose mean lies
-    above the floor; not the two lowest (the mean is removed), nor the last. NaN where no bin holds power.
+    above the floor, to which lower densities are raised; not the two lowest (the mean is removed), nor the last. NaN
+    where no bin holds power.
 
     Args:
         densities: (m, f) one-sided spectral densities.
     """
     pooled = densities.mean(axis=0)
-    chosen = pooled > FLOOR * pooled.max()
+    floor = FLOOR * pooled.max()
+    chosen = pooled > floor
     chosen[:2] = chosen[-1] = False
     if not chosen.any():
         nothing = np.full(len(densities), np.nan)
         return nothing, nothing
-    tiny = np.finfo(np.float64).tiny
-    found = np.maximum(densities[:, chosen], tiny)
-    decibel = 10.0 * np.log10(found / np.maximum(mean_of_others(densities)[:, chosen], tiny))
+    found = np.maximum(densities[:, chosen], floor)
+    decibel = 10.0 * np.log10(found / np.maximum(mean_of_others(densities)[:, chosen], floor))
     ordered = np.sort(found, axis=0)
     alone = (found < ordered[1]) | (found > ordered[-2])
     return np.sqrt(np.mean(decibel**2, axis=1)), np.mean(alone, axis=1)
