@@ -15,6 +15,7 @@ from gearrattle.comparison.contest import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation
 from gearrattle.comparison.table import COLUMNS
+from gearrattle.report.comparison import on_statistics
 from gearrattle.solvers import SOLVERS
 from tests.comparison.cases import case
 
@@ -128,6 +129,19 @@ def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:
     assert row.status == "stopped after 0.2 s"
     assert row.cost is None
     assert "rk4: stopped after 0.2 s." in found.recommendation
+
+
+def test_statistics_that_were_not_compared_are_not_said_to_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, grid = case("case1_loaded"), {"cycles": 4, "discard": 1, "samples_per_cycle": 32}
+    monkeypatch.setattr("gearrattle.comparison.peers.MANY", 12)  # as where time runs out
+    table = gr.compare(model, ["rkf"], **grid)  # type: ignore[arg-type]
+    found = table.attrs["comparison"]
+    assert found.row("rkf").statistics.motions == 12
+    assert found.row("rkf").statistics.decided == 0
+    assert math.isnan(table.loc["rkf", "statistics_different"])
+    assert on_statistics(found, found=False).startswith("Nothing can be said of statistics: time allowed for 12 exact")
+    brief = gr.compare(model, ["rkf"], cycles=1, samples_per_cycle=2).attrs["comparison"]
+    assert "the runs are too short" in on_statistics(brief, found=False)
 
 
 def test_a_failure_is_a_row_with_time_and_remedy() -> None:

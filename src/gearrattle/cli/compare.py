@@ -125,8 +125,8 @@ def _table(comparison: Comparison) -> str:
             rows.append((row.label, *["-"] * 7, row.status))
             continue
         impacts, off = row.impacts.total, "-"
-        if row.statistics is not None:
-            off = f"{row.statistics.different}/{len(row.statistics.items)}"
+        if row.statistics is not None and row.statistics.decided:
+            off = f"{row.statistics.different}/{row.statistics.decided}"
         unstable = row.growth is not None and row.growth > 1.0 + 1e-9
         rows.append(
             (row.label, f"{row.cost.steps}", f"{row.cost.function_calls}", f"{row.cost.wall_time:.3g}",

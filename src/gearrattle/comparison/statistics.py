@@ -72,6 +72,7 @@ class StatisticalComparison(Record):
         cycles: how many.
         motions: number of exact motions.
         items: in the order levels, spectra, rates, impulses, transmissibilities.
+        decided: of how many items is known whether they differ.
         different: how many are called different.
         different_by_chance: how many of the decided ones would be of a correct motion, on average.
     """
@@ -81,6 +82,7 @@ class StatisticalComparison(Record):
     cycles: int
     motions: int
     items: tuple[Item, ...]
+    decided: int
     different: int
     different_by_chance: float
 
@@ -117,7 +119,7 @@ def compare_statistics(given: Portrait, exact: Sequence[Portrait]) -> Statistica
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = decided / len(everyone)
-    return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, different, by_chance)
+    return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, decided, different, by_chance)
 
 
 def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[Array, Array]:

@@ -22,6 +22,11 @@ def coherence(row: Row) -> float:
     return min((each.mean for each in (row.coherence or {}).values() if not math.isnan(each.mean)), default=NAN)
 
 
+def _decided(row: Row, count: str) -> float:
+    """A count of statistics; NaN where nothing was decided, which is not the same as no difference."""
+    return getattr(row.statistics, count) if row.statistics is not None and row.statistics.decided else NAN
+
+
 COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
     "status": ("", lambda row: row.status),
     "average_step": ("s", lambda row: NAN if row.cost is None else row.cost.average_step),
@@ -42,8 +47,8 @@ COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
     "invented_crossings": ("1", lambda row: NAN if row.crossings is None else row.crossings.total.invented),
     "missed_impacts": ("1", lambda row: NAN if row.impacts is None else row.impacts.total.missed),
     "invented_impacts": ("1", lambda row: NAN if row.impacts is None else row.impacts.total.invented),
-    "statistics_different": ("1", lambda row: NAN if row.statistics is None else row.statistics.different),
-    "different_by_chance": ("1", lambda row: NAN if row.statistics is None else row.statistics.different_by_chance),
+    "statistics_different": ("1", lambda row: _decided(row, "different")),
+    "different_by_chance": ("1", lambda row: _decided(row, "different_by_chance")),
     "coherence": ("1", coherence),
 }  # fmt: skip
 """Name -> (unit, how it is read off a row). ``error`` is the largest of any deflection inside the window (without

@@ -86,22 +86,35 @@ def _setting(comparison: Comparison) -> str:
     )
 
 
+def on_statistics(comparison: Comparison, *, found: bool) -> str:
+    """What is known of statistics, and of how many contenders; nothing is said to agree that was not compared."""
+    told = [row.statistics for row in comparison.rows[1:-1] if row.statistics is not None]
+    motions = max((each.motions for each in told), default=0)
+    if not any(each.decided for each in told):
+        why = (
+            f"time allowed for {motions} exact motions of {MANY}"
+            if motions
+            else "the runs are too short, or none ended"
+        )
+        return f"Nothing can be said of statistics: {why}."
+    if found:
+        return (
+            "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
+            f"{motions} exact motions begun within a thousandth of a half-gap show what a right one may come to; these "
+            "lie outside:"
+        )
+    return f"No statistic that was compared lies outside those of {motions} exact motions begun nearby."
+
+
 def _sections(comparison: Comparison) -> list[Section]:
     different = tuple(statistics_tables(comparison))
-    words = (
-        "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
-        f"{MANY} exact motions begun within a thousandth of a half-gap show what a right one may come to; these lie "
-        "outside:"
-        if different
-        else f"No statistic of any contender lies outside those of {MANY} exact motions begun nearby."
-    )
     stability = stability_table(comparison)
     words_on_steps = (
         "Fixed steps can lie outside the method's stability region; chosen steps are kept inside by their error test."
     )
     return [
         *([Section("stability", "Stability", words_on_steps, (stability,))] if stability.rows else []),
-        Section("statistics", "Statistics", words, different),
+        Section("statistics", "Statistics", on_statistics(comparison, found=bool(different)), different),
         Section(
             "transmissibility", "Transmissibility",
             "How accuracy falls off away from the driving point.", (transmissibility_table(comparison),),

@@ -62,8 +62,8 @@ def _truth(row: Row, period: float) -> tuple[str, ...]:
         return (row.label, *["–"] * 9)
     crossings, impacts, wrong = row.crossings.total, row.impacts.total, float(row.error.passed[-1])
     differ = "–"
-    if row.statistics is not None:
-        differ = f"{row.statistics.different} of {len(row.statistics.items)} (chance: {_chance(row)})"
+    if row.statistics is not None and row.statistics.decided:
+        differ = f"{row.statistics.different} of {row.statistics.decided} (chance: {_chance(row)})"
     return (
         row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
         _count(row.cost.events), _count(crossings.missed), _count(crossings.invented), _number(crossings.largest),
