@@ -244,3 +244,13 @@ def test_precision_costs_work_and_restarting_costs_less() -> None:
     for blind, held in zip(curves["rkv"][2:], curves["rkv-events"][2:], strict=True):
         assert held.error < 0.2 * blind.error
         assert held.function_calls < 1.5 * blind.function_calls
+
+
+def test_work_and_precision_are_of_the_motion_compared() -> None:
+    """From zero under a mean torque the first cycle is another motion than from rest."""
+    model = case("case1_loaded")
+    still = {"angle": [0.0] * 4, "velocity": [0.0] * 4}
+    asked = [work_precision(model, ["rk4", "exact"], most_cycles=1, initial=i) for i in (None, "zero", still)]
+    assert [curve.algorithm for curve in asked[0].curves] == ["rk4"]
+    errors = [[point.error for point in found.curves[0].points] for found in asked]
+    assert errors[1] == errors[2] != errors[0]

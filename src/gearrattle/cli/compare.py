@@ -109,7 +109,9 @@ def _work(
     curves = None
     if wanted:
         watch.enter("work and precision")
-        curves = work_precision(driveline, names, budget=min(contest.budget, 10.0), progress=watch)
+        curves = work_precision(
+            driveline, names, budget=min(contest.budget, 10.0), progress=watch, initial=contest.initial
+        )
     watch.enter("writing the page")
     fill_comparison(found, curves, folder)
     return found

@@ -75,15 +75,17 @@ def work_precision(
     budget: float = 10.0,
     progress: Progress | None = None,
     most_cycles: int = 8,
+    initial: Any = None,
 ) -> WorkPrecision:
     """Run every algorithm over its tolerances or steps.
 
     Args:
         model: the driveline.
-        algorithms: names.
+        algorithms: names; ``exact`` is there in any case.
         budget: a curve ends with the first run that takes longer [s].
         progress: called with the finished share.
         most_cycles: length of the runs, if errors stay small (grow less than ``GROWTH``) for so long.
+        initial: where they start, as in ``gearrattle.simulate``.
 
     Raises:
         ModelError: an unknown algorithm.
@@ -91,7 +93,8 @@ def work_precision(
     """
     check_names(algorithms)
     check_budget(budget)
-    grid: dict[str, Any] = {"samples_per_cycle": _SAMPLES, "discard": 0}
+    grid: dict[str, Any] = {"samples_per_cycle": _SAMPLES, "discard": 0, "initial": initial}
+    algorithms = [name for name in algorithms if name != "exact"]
     truth = _must(run_one(model, Contender("exact", "exact"), {**grid, "cycles": most_cycles}, float("inf")))
     window = min(float(truth.variation.horizon(GROWTH)), truth.trajectory.end)
     cycles = max(1, ceil(window / truth.trajectory.layout.period * (1.0 - 1e-9)))
