@@ -101,3 +101,20 @@ def test_refusals() -> None:
         gr.nondimensionalize(model, length=-1.0)
     with pytest.raises(gr.ModelError, match="a run of this dimensionless model"):
         scaled.restore(gr.simulate(model, cycles=1))
+
+
+def test_contact_ratios_may_multiply_the_damping_too() -> None:
+    """Two bodies: s^2 + Gamma c s / m + Gamma k / m = 0, m the reduced inertia."""
+    train = """
+    schema = 1
+    inertia = [ { name = "a", J = 2.0 }, { name = "b", J = 3.0 } ]
+    coupling = [ { name = "s", between = ["a", "b"], stiffness = 600.0, damping = 2.4, clearance = 0.1 } ]
+    excitation = { speed = 1.0 }
+    """
+    reduced, ratio = 2.0 * 3.0 / 5.0, 0.25
+    for both, factor in ((False, 1.0), (True, ratio)):
+        found = gr.stiffness(gr.loads(train), {"s": ratio}, with_damping=both).eigenvalues
+        roots = np.roots([1.0, factor * 2.4 / reduced, ratio * 600.0 / reduced])
+        np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(roots), rtol=1e-12)
+        damped = gr.modes(gr.loads(train), {"s": ratio}, with_damping=both).damping_ratios[1]
+        assert damped == pytest.approx(-roots[0].real / abs(roots[0]), rel=1e-12)

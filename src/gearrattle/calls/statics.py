@@ -171,21 +171,26 @@ def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibriu
 
 
 def modes(
-    model: Model, contact_ratio: Mapping[str, float] | None = None, region: Mapping[str, int] | None = None
+    model: Model,
+    contact_ratio: Mapping[str, float] | None = None,
+    region: Mapping[str, int] | None = None,
+    *,
+    with_damping: bool = False,
 ) -> Modes:
     """Undamped natural frequencies, damping ratios, shapes, and the elements, inertias and loads of every mode.
 
     Args:
         model: the driveline.
-        contact_ratio: Gamma by element name: the slope becomes Gamma K, K the slope of the last drive stage (it
-            multiplies stiffness only; sec. 6 of Padmanabhan et al. 1995).
+        contact_ratio: Gamma by element name: the slope becomes Gamma K, K the slope of the last drive stage (sec. 6 of
+            Padmanabhan et al. 1995).
         region: region label by element name; elements in neither mapping are in their last drive stage.
+        with_damping: whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
 
     Raises:
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
     system = assemble(model)
-    data = modal.modes(system, *slopes(model, system, contact_ratio, region))
+    data = modal.modes(system, *slopes(model, system, contact_ratio, region, with_damping=with_damping))
     sources, excitation = _excitation(model, data)
     return Modes(
         frequencies=data.frequencies,
@@ -229,6 +234,8 @@ def slopes(
     system: PiecewiseSystem,
     contact_ratio: Mapping[str, float] | None,
     region: Mapping[str, int] | None,
+    *,
+    with_damping: bool = False,
 ) -> tuple[Array, Array]:
     """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
     names = element_names(model)
@@ -251,7 +258,8 @@ def slopes(
             labels = f"{law.first_label} ... {law.first_label + law.pieces - 1}"
             problems.append(Problem(f"region: {name}", str(region[name]), f"must be one of {labels}"))
             continue
-        stiffness[k], damping[k] = law.stiffness[piece] * contact_ratio.get(name, 1.0), law.damping[piece]
+        ratio = contact_ratio.get(name, 1.0)
+        stiffness[k], damping[k] = ratio * law.stiffness[piece], (ratio if with_damping else 1.0) * law.damping[piece]
     if problems:
         raise ModelError(problems)
     return stiffness, damping

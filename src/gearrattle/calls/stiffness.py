@@ -48,20 +48,25 @@ class Stiffness:
 
 
 def stiffness(
-    model: Model, contact_ratio: Mapping[str, float] | None = None, region: Mapping[str, int] | None = None
+    model: Model,
+    contact_ratio: Mapping[str, float] | None = None,
+    region: Mapping[str, int] | None = None,
+    *,
+    with_damping: bool = False,
 ) -> Stiffness:
     """Eigenvalues, their ratio R_lambda with its class, and condition numbers (Padmanabhan et al. 1995, sec. 6).
 
     Args:
         model: the driveline.
-        contact_ratio: Gamma by element name: the slope becomes Gamma K; damping stays that of the last drive stage.
+        contact_ratio: Gamma by element name: the slope becomes Gamma K.
         region: region label by element name; elements in neither mapping are in their last drive stage.
+        with_damping: whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
 
     Raises:
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
     system = assemble(model)
-    slope, damping = slopes(model, system, contact_ratio, region)
+    slope, damping = slopes(model, system, contact_ratio, region, with_damping=with_damping)
     found = eigenvalues_of(system, slope, damping)
     condition = conditions(system, slope, damping, _formulations(system, name_plate(model, system)))
     return Stiffness(found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition)
@@ -84,7 +89,12 @@ def _formulations(system: PiecewiseSystem, plate: Layout) -> dict[str, tuple[Arr
 
 
 def r_lambda_over(
-    model: Model, element: str, ratios: Sequence[float], contact_ratio: Mapping[str, float] | None = None
+    model: Model,
+    element: str,
+    ratios: Sequence[float],
+    contact_ratio: Mapping[str, float] | None = None,
+    *,
+    with_damping: bool = False,
 ) -> Array:
     """(len(ratios),) R_lambda against the contact ratio of one element, as in the paper's Fig. 6.
 
@@ -93,13 +103,14 @@ def r_lambda_over(
         element: whose ratio is varied.
         ratios: its values, 0 to 1.
         contact_ratio: those of other elements.
+        with_damping: as of ``stiffness``.
 
     Raises:
         ModelError: as ``stiffness``.
     """
     system, fixed = assemble(model), dict(contact_ratio or {})
-    found = [eigenvalues_of(system, *slopes(model, system, {**fixed, element: r}, None)).r_lambda for r in ratios]
-    return np.array(found)
+    states = [slopes(model, system, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
+    return np.array([eigenvalues_of(system, *state).r_lambda for state in states])
 
 
 @dataclass(frozen=True)

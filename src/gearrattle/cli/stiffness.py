@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
+    from gearrattle.calls.steps import StepLimit
     from gearrattle.calls.stiffness import RegionStiffness, Stiffness
     from gearrattle.model import Model
 
@@ -27,7 +28,8 @@ def stiffness(
     *,
     contact_ratio: Annotated[Sequence[str], Parameter(negative="")] = (),
     step: str | None = None,
-    visited: bool = False,
+    with_damping: Annotated[bool, Parameter(negative="")] = False,
+    visited: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
 ) -> None:
     """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
@@ -40,6 +42,8 @@ def stiffness(
         NAME=RATIO: the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     step
         Step of the fixed-step algorithms: seconds, or e.g. "20 us". Without it the file's, else each one's own.
+    with_damping
+        Let contact ratios multiply the damping too, not the stiffness alone as in the paper.
     visited
         Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays.
     """
@@ -48,15 +52,15 @@ def stiffness(
     from gearrattle.calls.steps import step_limits
     from gearrattle.calls.stiffness import r_lambda_over, regions
     from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import json_text
     from gearrattle.report.summary import plain
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
-    found = gearrattle.stiffness(driveline, contact_ratio=ratios)
+    found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
     met, note = (_visited(driveline), "") if visited else regions(driveline)
     moving = [name for name in element_names(driveline) if name in met[0].labels]
-    grid = {name: r_lambda_over(driveline, name, RATIOS, ratios).tolist() for name in moving}
+    grid = {n: r_lambda_over(driveline, n, RATIOS, ratios, with_damping=with_damping).tolist() for n in moving}
     limits = step_limits(driveline, met, number_or_text(step))
     if note:
         print(f"note: {note}", file=sys.stderr)
@@ -65,12 +69,24 @@ def stiffness(
         over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
         print(json_text(plain({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
         return
+    _tell(found, met, grid)
+    _tell_steps(limits)
+
+
+def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list[float]]) -> None:
+    from gearrattle.cli.columns import columns
+
     print(f"R_lambda {found.r_lambda:.6g} ({found.stiffness_class}), rigid motions left out\n")
     rows = [(f"{x.real:.6g} {x.imag:+.6g}i", f"{abs(x):.6g}") for x in found.eigenvalues.tolist() if x.imag >= 0.0]
     print(columns(("eigenvalue [1/s]", "magnitude"), rows))
-    table = [(f"{ratio:g}", *(f"{grid[name][j]:.5g}" for name in moving)) for j, ratio in enumerate(RATIOS)]
-    print("\n" + columns(("R_lambda over contact ratio", *moving), table))
-    print("\n" + columns(*_regions_table(moving, met)))
+    table = [(f"{ratio:g}", *(f"{values[j]:.5g}" for values in grid.values())) for j, ratio in enumerate(RATIOS)]
+    print("\n" + columns(("R_lambda over contact ratio", *grid), table))
+    print("\n" + columns(*_regions_table(list(grid), met)))
+
+
+def _tell_steps(limits: Sequence[StepLimit]) -> None:
+    from gearrattle.cli.columns import columns
+
     lines = [
         (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
     ]
