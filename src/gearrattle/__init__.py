@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from gearrattle.calls.store import open_stream
     from gearrattle.calls.stream import Stream, stream
     from gearrattle.criteria import Verdict
+    from gearrattle.identification.fit import fit
+    from gearrattle.identification.fitted import Fit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
 
@@ -69,6 +71,8 @@ _HOME = {
     "compare": "comparison.compare",
     "advise": "advice",
     "Advice": "advice",
+    "fit": "identification.fit",
+    "Fit": "identification.fitted",
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
@@ -82,6 +86,7 @@ __all__ = [
     "Condensed",
     "ConvergenceError",
     "Equilibrium",
+    "Fit",
     "GearRattleError",
     "Model",
     "ModelError",
@@ -100,6 +105,7 @@ __all__ = [
     "contact_ratio",
     "criteria",
     "equilibrium",
+    "fit",
     "json_schema",
     "load",
     "loads",

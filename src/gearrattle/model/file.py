@@ -3,7 +3,8 @@
 Nothing in a file is evaluated: TOML is data, units go through ``units``. A file is refused by size before it is
 parsed, so that a wrong path (a result file, a disk image) is answered at once.
 
-Takes ``Model`` from ``model`` and line numbers from ``positions``; gives ``load`` and ``loads`` to everyone.
+Takes ``Model`` from ``model`` and line numbers from ``positions``; gives ``load`` and ``loads`` to everyone, and the
+reading of other TOML files to those who have some.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ from gearrattle.model.positions import NestingError, key_lines
 from gearrattle.model.problems import Positions
 
 LARGEST = 1_000_000
-_SIZE_RULE = "a model file has at most 1 MB"
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -36,26 +36,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     Raises:
         ModelError: the file is missing, unreadable or no model; carries all problems found, with line numbers.
     """
-    name = os.fspath(path)
-    try:
-        if os.path.isdir(name):
-            raise ModelError(Problem(name, "a folder", "must be a TOML file", _models_in(name)))
-        with open(name, "rb") as stream:
-            content = stream.read(LARGEST + 1)
-    except FileNotFoundError:
-        raise ModelError(Problem(name, "", "no such file", _neighbour(name))) from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise ModelError(Problem(shown_name(name), "", f"cannot be read: {(reason or str(error)).lower()}")) from None
-    if len(content) > LARGEST:
-        raise ModelError(Problem(name, "more than 1 MB", _SIZE_RULE, "is this really a model file?"))
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        rule = "must be a text in UTF-8"
-        raise ModelError(Problem(f"{name}:{line}", f"byte 0x{content[error.start]:02x}", rule)) from None
-    return loads(text, name)
+    return loads(read_text(path), os.fspath(path))
 
 
 def loads(text: str, name: str = "<text>") -> Model:
@@ -71,13 +52,65 @@ def loads(text: str, name: str = "<text>") -> Model:
     Raises:
         ModelError: the text is no model; carries all problems found, with line numbers.
     """
+    return Model.from_tables(*read_tables(text, name))
+
+
+def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
+    """Read a TOML file as text.
+
+    Args:
+        path: the file, UTF-8, at most 1 MB.
+        kind: what messages call such a file.
+
+    Raises:
+        ModelError: the file is missing, unreadable, too large or no text.
+    """
+    name = os.fspath(path)
+    try:
+        if os.path.isdir(name):
+            raise ModelError(Problem(name, "a folder", "must be a TOML file", _models_in(name)))
+        with open(name, "rb") as stream:
+            content = stream.read(LARGEST + 1)
+    except FileNotFoundError:
+        raise ModelError(Problem(name, "", "no such file", _neighbour(name))) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else None
+        raise ModelError(Problem(shown_name(name), "", f"cannot be read: {(reason or str(error)).lower()}")) from None
+    if len(content) > LARGEST:
+        raise ModelError(Problem(name, "more than 1 MB", _size_rule(kind), f"is this really a {kind}?"))
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        rule = "must be a text in UTF-8"
+        raise ModelError(Problem(f"{name}:{line}", f"byte 0x{content[error.start]:02x}", rule)) from None
+
+
+def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[str, Any], Positions]:
+    """Parse TOML text.
+
+    Args:
+        text: the content of a file.
+        name: what messages call it.
+        kind: what messages call such a file.
+
+    Returns:
+        The tables, and where each key stands.
+
+    Raises:
+        ModelError: the text is too long, nested too deeply, or no valid TOML.
+    """
     if len(text) > LARGEST:
-        raise ModelError(Problem(name, f"{len(text)} characters", _SIZE_RULE))
+        raise ModelError(Problem(name, f"{len(text)} characters", _size_rule(kind)))
     try:
         lines = key_lines(text)
     except NestingError as error:
         raise ModelError(Problem(f"{name}:{error.line}", "", "arrays, tables or keys are nested too deeply")) from None
-    return Model.from_tables(_parse(text, name), Positions(name, lines))
+    return _parse(text, name), Positions(name, lines)
+
+
+def _size_rule(kind: str) -> str:
+    return f"a {kind} has at most 1 MB"
 
 
 def shown_name(name: str) -> str:

@@ -51,6 +51,24 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     return fresh
 
 
+def value_at(tables: Mapping[str, Any], path: str) -> Any:
+    """Return the value at a path; None where a key may stand but does not.
+
+    Raises:
+        ModelError: the path leads nowhere.
+    """
+    parts = path.split(".")
+    node: Any = _thawed(tables)
+    try:
+        for depth, part in enumerate(parts[:-1]):
+            node = _child(node, part, parts[:depth])
+        if isinstance(node, dict):
+            return node.get(parts[-1])
+        return _child(node, parts[-1], parts[:-1])
+    except _NoPathError as error:
+        raise ModelError(Problem(f"path {path}", "", error.rule, error.remedy)) from None
+
+
 def path_names(tables: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the path of every value in the tables."""
     return tuple(_leaves(tables, ""))

@@ -1,0 +1,169 @@
+"""What the data do not determine.
+
+At the solution the residuals change with the logarithms of the parameters as J dx. Two kinds of open directions:
+
+structural
+    directions in the null space of J: no datum notices them. The rank is that of J with rows of unit length, so it does
+    not depend on the standard errors. Frequencies and shapes alone always have one: all inertias and stiffnesses times
+    the same factor. A basis with many zeros (reduced row echelon form) puts it in words.
+weak
+    directions v of the singular value decomposition J = U diag(s) V^T whose standard error 1/s exceeds ``WEAK``: the
+    data bound them, but not to within a factor of e.
+
+The covariance of the others is (J^T J)^+ (Bard, Nonlinear Parameter Estimation, 1974, ch. 7); a parameter with a
+part in a structural direction has no standard error.
+
+Takes Jacobians in standard errors; gives directions with words, and covariances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+WEAK = 1.0
+"""Standard error of a logarithm from which a direction counts as weak: a factor of e."""
+RANK = 1e-9
+"""Singular values of the Jacobian with unit rows below this part of the largest are zero."""
+
+_SHOWN = 0.1
+_WHOLE = 1e-5
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A combination of parameters that the data leave open.
+
+    Attributes:
+        exponents: by path: with any factor s, each parameter times s**exponent; the largest is 1.
+        structural: no datum notices it at all; else the data bound it, weakly.
+        factor: the standard error of s as a factor: it is known to within times or divided by this; inf if structural.
+        words: the same in a sentence.
+    """
+
+    exponents: Mapping[str, float]
+    structural: bool
+    factor: float
+    words: str
+
+
+def null_space(jacobian: Array) -> Array:
+    """(P, q) an orthonormal basis of what no row of a Jacobian (N, P) notices."""
+    length = np.linalg.norm(jacobian, axis=1)
+    rows = jacobian[length > 0.0] / length[length > 0.0][:, None]
+    if not len(rows):
+        return np.eye(jacobian.shape[1])
+    values, vectors = np.linalg.svd(rows, full_matrices=True)[1:]
+    rank = int(np.count_nonzero(values > RANK * values[0]))
+    return np.asarray(vectors[rank:].T)
+
+
+def covariance(jacobian: Array, null: Array) -> Array:
+    """(P, P) covariance of the logarithms; inf on the diagonal of those with a part in the null space.
+
+    Args:
+        jacobian: (N, P) in standard errors, a prior's rows included.
+        null: (P, q) directions without information.
+    """
+    count = jacobian.shape[1]
+    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
+    if not kept.shape[1]:
+        return np.diag(np.full(count, np.inf))
+    values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
+    root = kept @ (vectors.T / values)
+    found = root @ root.T
+    open_ones = np.any(np.abs(null) > _WHOLE, axis=1)
+    found[open_ones] = found[:, open_ones] = np.nan
+    found[open_ones, open_ones] = np.inf
+    return np.asarray(found)
+
+
+def undetermined(paths: Sequence[str], jacobian: Array, null: Array, scale: float) -> tuple[Combination, ...]:
+    """Put open directions in words, structural ones first.
+
+    Args:
+        paths: the parameters.
+        jacobian: (N, P) in standard errors.
+        null: (P, q) structural directions.
+        scale: factor on the standard errors.
+    """
+    found = [_structural(paths, row) for row in _echelon(null.T)]
+    count = len(paths)
+    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
+    if kept.shape[1]:
+        values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
+        for value, direction in zip(values[::-1], vectors[::-1] @ kept.T, strict=True):
+            spread = scale / value
+            if spread > WEAK:
+                found.append(_weak(paths, direction, spread))
+    return tuple(found)
+
+
+def _echelon(rows: Array) -> Array:
+    """Return the reduced row echelon form, pivots by size: the same span with many zeros."""
+    work, done = rows.copy(), 0
+    for _ in range(len(work)):
+        rest = np.abs(work[done:])
+        row, column = np.unravel_index(int(np.argmax(rest)), rest.shape)
+        work[[done, done + row]] = work[[done + row, done]]
+        work[done] /= work[done, column]
+        for other in range(len(work)):
+            if other != done:
+                work[other] -= work[other, column] * work[done]
+        work[np.abs(work) < _WHOLE] = 0.0
+        done += 1
+    return work
+
+
+def _structural(paths: Sequence[str], row: Array) -> Combination:
+    largest = row[int(np.argmax(np.abs(row) > np.abs(row).max() - _WHOLE))]
+    exponents = {path: _neat(value / largest) for path, value in zip(paths, row.tolist(), strict=True) if value}
+    return Combination(exponents, True, float("inf"), _words(exponents))
+
+
+def _neat(value: float) -> float:
+    """Return a simple fraction if the value is one to the accuracy it was found with."""
+    for denominator in (1, 2, 3, 4):
+        near = round(value * denominator) / denominator
+        if abs(value - near) < _WHOLE:
+            return near
+    return value
+
+
+def _words(exponents: Mapping[str, float]) -> str:
+    """Say what may change unnoticed."""
+    if len(exponents) == 1:
+        return f"{next(iter(exponents))}: no datum depends on it"
+    up = [path for path, value in exponents.items() if value == 1.0]
+    down = [path for path, value in exponents.items() if value == -1.0]
+    if len(up) + len(down) < len(exponents):
+        product = ", ".join(f"{path} by s^{value:.4g}" for path, value in exponents.items())
+        return f"multiplying {product}, with any s, changes nothing"
+    if not down:
+        return f"multiplying {_listed(up)} by the same factor changes nothing: only their ratios are determined"
+    return (
+        f"multiplying {_listed(up)} by a factor and dividing {_listed(down)} by it changes nothing: "
+        "only their products are determined"
+    )
+
+
+def _listed(paths: Sequence[str]) -> str:
+    return paths[0] if len(paths) == 1 else f"{', '.join(paths[:-1])} and {paths[-1]}"
+
+
+def _weak(paths: Sequence[str], direction: Array, spread: float) -> Combination:
+    direction = direction / direction[int(np.argmax(np.abs(direction)))]
+    spread = spread / float(np.linalg.norm(direction))
+    exponents = {p: v for p, v in zip(paths, direction.tolist(), strict=True) if abs(v) >= _SHOWN}
+    factor = float(np.exp(min(spread, 700.0)))
+    names = ", ".join(f"{path} by s^{value:.2g}" for path, value in exponents.items())
+    known = f"s is known only to within a factor of {factor:.3g}" if factor < 1e3 else "s is hardly known"
+    if len(exponents) == 1:
+        known = known.replace("s is", "is", 1)
+        return Combination(exponents, False, factor, f"{next(iter(exponents))} {known}")
+    return Combination(exponents, False, factor, f"the data hardly notice multiplying {names}: {known}")

@@ -1,0 +1,99 @@
+"""What was measured, in SI: modes and frequency responses, each in the state the driveline was in.
+
+A *state* says which slope every element has (contact ratios, regions) and which elements counted as rigid: published
+frequencies of a lumped model are data of the full one with some elements rigid.
+
+Takes and gives plain values; ``data_file`` reads them, ``problem`` compares them with a model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+QUANTITIES = ("angle", "velocity", "acceleration")
+"""What a response may be, per torque; the index is the number of derivatives in time."""
+
+
+@dataclass(frozen=True)
+class State:
+    """The state a driveline was in.
+
+    Attributes:
+        contact_ratio: factor on the slope of the last drive stage, by element.
+        region: region by element; elements in neither are in their last drive stage.
+        rigid: elements that may not deflect.
+    """
+
+    contact_ratio: tuple[tuple[str, float], ...] = ()
+    region: tuple[tuple[str, int], ...] = ()
+    rigid: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MeasuredMode:
+    """One mode: its frequency, its shape, or both.
+
+    Attributes:
+        label: what it is called, e.g. ``"mode 2"``.
+        number: from 1 in ascending order, rigid motions counted; None: matched by its shape.
+        omega: natural frequency [rad/s]; None if not measured.
+        omega_error: its standard error [rad/s].
+        inertias: names of the inertias in the shape; empty if it was not measured.
+        shape: (s,) their amplitudes, scale and sign free.
+        shape_error: (s,) standard errors, in the unit of ``shape``.
+        state: in which it was measured.
+    """
+
+    label: str
+    number: int | None
+    omega: float | None
+    omega_error: float
+    inertias: tuple[str, ...]
+    shape: Array
+    shape_error: Array
+    state: State
+
+
+@dataclass(frozen=True)
+class MeasuredResponse:
+    """One frequency response: the motion of an inertia by a torque.
+
+    Attributes:
+        label: what it is called, e.g. ``"response 1, hub by flywheel"``.
+        at: inertia that moves.
+        torque_on: inertia on which the torque acts.
+        derivatives: 0 angle, 1 velocity, 2 acceleration.
+        omega: (F,) angular frequencies [rad/s].
+        value: (F,) complex, in rad, rad/s or rad/s^2 per N m, for exp(+i omega t).
+        error: (F,) standard error of the real and of the imaginary part.
+        state: in which it was measured.
+    """
+
+    label: str
+    at: str
+    torque_on: str
+    derivatives: int
+    omega: Array
+    value: ComplexArray
+    error: Array
+    state: State
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """All data of one fit.
+
+    Attributes:
+        modes, responses: as measured, in the order of the file.
+        assumed: what had no standard error of its own, in words: the covariance is then scaled by the residuals.
+    """
+
+    modes: tuple[MeasuredMode, ...]
+    responses: tuple[MeasuredResponse, ...]
+    assumed: tuple[str, ...] = ()
