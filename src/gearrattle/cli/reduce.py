@@ -53,8 +53,9 @@ def reduce(
     import gearrattle
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
+    from gearrattle.cli.model_output import check_output, save_model
 
-    _check_output(output)
+    check_output(output)
     driveline = gearrattle.load(model)
     band = number_or_text(up_to)
 
@@ -66,29 +67,10 @@ def reduce(
 
     found = watched(work)
     if output is not None:
-        _save(found, output)
+        save_model(found.model, output)
     if json:
         print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
         return
     print(found.report)
     if output is not None:
         print(f"saved: {output}")
-
-
-def _check_output(output: Path | None) -> None:
-    """Refuse a place that cannot hold the model, before anything is computed."""
-    from gearrattle.errors import ModelError, Problem
-
-    if output is not None and output.suffix != ".toml":
-        raise ModelError(Problem("-o", f'"{output}"', "must end in .toml"))
-    if output is not None and output.is_dir():
-        raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
-
-
-def _save(found: Reduction, output: Path) -> None:
-    """Write the reduced model, whole or not at all."""
-    from gearrattle.report.staging import Staging
-
-    with Staging(output.parent) as staging:
-        (staging.path / output.name).write_text(found.model.to_toml(), encoding="utf-8")
-        staging.commit()

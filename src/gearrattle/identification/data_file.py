@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -113,7 +114,7 @@ def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
             numbered.setdefault(_state(row, State()), []).append((row.number, omega, index))
     for group in numbered.values():
         group.sort()
-        for (number, omega, _), (next_number, next_omega, index) in zip(group, group[1:], strict=False):
+        for (number, omega, _), (next_number, next_omega, index) in pairwise(group):
             if number < next_number and omega > next_omega:
                 rule = f"the data are inconsistent: mode {next_number} lies below mode {number} ({omega:.6g} rad/s)"
                 yield Breach(("mode", index), f"{next_omega:.6g} rad/s", rule, "modes count upwards in frequency")

@@ -77,7 +77,7 @@ def fit(
     measured = read_data(data, model, default)
     states = {
         state: coefficients(model, parameters, state)
-        for state in dict.fromkeys(item.state for item in (*measured.modes, *measured.responses))
+        for state in dict.fromkeys([m.state for m in measured.modes] + [r.state for r in measured.responses])
     }
     idle = unused(parameters, list(states.values()))
     if idle:
@@ -88,7 +88,7 @@ def fit(
     problem = FitProblem(measured, names, states, len(parameters.paths), prior, model.units == "SI")
     check_modes(problem)
     minima, failed = search(problem.residuals, parameters.box, starts, seed, progress)
-    return _told(model, problem, parameters, (minima, starts, failed), profile, progress)
+    return _told(model, problem, parameters, (minima, starts, failed), profile=profile, progress=progress)
 
 
 def _check_settings(starts: int, seed: int, prior: float | None) -> None:
@@ -108,6 +108,7 @@ def _told(
     problem: FitProblem,
     parameters: Parameters,
     searched: tuple[tuple[Minimum, ...], int, int],
+    *,
     profile: bool,
     progress: Progress | None,
 ) -> Fit:
@@ -125,7 +126,7 @@ def _told(
     spread = np.sqrt(np.diag(found))
     ends: list[tuple[float, float] | None] = [None] * problem.count
     if profile:
-        ends = _profiles(problem, parameters, best, spread, scale, progress)
+        ends = _profiles(problem, parameters, best.x, (spread, scale), progress)
     values = parameters.values(best.x)
     words = {-1: "lower", 0: "", 1: "upper"}
     table = [
@@ -144,7 +145,9 @@ def _told(
         degrees_of_freedom=freedom,
         covariance=found,
         minima=tuple(
-            LocalMinimum(m.chi_square, dict(zip(parameters.paths, parameters.values(m.x).tolist(), strict=True)), m.times)
+            LocalMinimum(
+                m.chi_square, dict(zip(parameters.paths, parameters.values(m.x).tolist(), strict=True)), m.times
+            )
             for m in minima
         ),
         starts=starts,
@@ -167,22 +170,23 @@ def _covariance(problem: FitProblem, best: Minimum, null: Array) -> Array:
 
 
 def _profiles(
-    problem: FitProblem, parameters: Parameters, best: Minimum, spread: Array, scale: float, progress: Progress | None
+    problem: FitProblem, parameters: Parameters, x: Array, errors: tuple[Array, float], progress: Progress | None
 ) -> list[tuple[float, float] | None]:
     """Return the 95 % interval of every parameter, in SI; 0 or inf where the bound comes first."""
 
-    def residuals(x: Array) -> tuple[Array, Array]:
+    def residuals(y: Array) -> tuple[Array, Array]:
         if progress is not None:
             progress(share)
-        return problem.residuals(x)
+        return problem.residuals(y)
 
+    spread, scale = errors
     found: list[tuple[float, float] | None] = []
     for p, start in enumerate(parameters.start.tolist()):
         share = p / problem.count
         if math.isinf(spread[p]):
             found.append((0.0, math.inf))
             continue
-        low, high = profile_of(residuals, best.x, p, parameters.box, float(spread[p]), scale)
+        low, high = profile_of(residuals, x, p, parameters.box, errors=(float(spread[p]), scale))
         found.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
     return found
 
@@ -215,21 +219,17 @@ def _notes(
     rivals = [m for m in minima[1:] if m.chi_square - minima[0].chi_square < RIVAL * scale**2]
     if rivals:
         notes.append(
-            f"{len(rivals)} other sets of parameters fit as well (chi-square within {RIVAL * scale**2:.3g}); they are in "
-            "minima: the data do not tell them apart."
+            f"sets of parameters far from this one that fit as well (chi-square within {RIVAL * scale**2:.3g}): "
+            f"{len(rivals)}; they are in minima, and the data do not tell them apart."
         )
     if failed:
-        notes.append(f"{failed} starts did not converge.")
+        notes.append(f"{failed} of the starts did not converge.")
     if any(m for m in minima[0].at_bound):
         paths = [path for path, at in zip(parameters.paths, minima[0].at_bound.tolist(), strict=True) if at]
         notes.append(f"on a bound: {', '.join(paths)}; widen it, unless it is known to hold.")
-    if _only_scale_free(problem) and any(c.structural and len(c.exponents) > 1 for c in open_ones):
+    if not problem.data.responses and any(c.structural and len(c.exponents) > 1 for c in open_ones):
         notes.append(
-            "frequencies and shapes fix no absolute inertia or stiffness: leave one known inertia out of free, or add a "
-            "frequency response, whose unit holds a torque. What is open keeps the start's value."
+            "frequencies and shapes fix no absolute inertia or stiffness: leave one known inertia out of free, or add "
+            "a frequency response, whose unit holds a torque. What is open keeps the start's value."
         )
     return notes
-
-
-def _only_scale_free(problem: FitProblem) -> bool:
-    return not problem.data.responses

@@ -98,7 +98,9 @@ class Fit:
     @property
     def report(self) -> str:
         """The whole in words."""
-        return "\n".join([*self._parameters(), "", *self._residuals(), "", *self._open(), *self._minima(), *self._notes()])
+        return "\n".join(
+            [*self._parameters(), "", *self._residuals(), "", *self._open(), *self._minima(), *self._notes()]
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the record in JSON types; numbers that are not finite are null."""
@@ -138,7 +140,9 @@ class Fit:
                 continue
             numbers = (r.measured, r.fitted) if r.unit else (round(r.measured, 6), round(r.fitted, 6))
             unit = f" {r.unit}" if r.unit else ""
-            rows.append([r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}"])
+            rows.append(
+                [r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}"]
+            )
         lines = _table(rows) if len(rows) > 1 else []
         for label, samples in responses.items():
             squares = np.array([r.residual for r in samples]) ** 2
@@ -159,9 +163,8 @@ class Fit:
     def _minima(self) -> list[str]:
         first = self.minima[0]
         lines = [f"best minimum reached from {first.times} of {self.starts} starts; {len(self.minima)} distinct minima"]
-        for minimum in self.minima[1:4]:
-            lines.append(f"  another: chi-square {minimum.chi_square:.4g}, from {minimum.times}")
-        return lines
+        others = (f"  another: chi-square {m.chi_square:.4g}, from {m.times}" for m in self.minima[1:4])
+        return [*lines, *others]
 
     def _notes(self) -> list[str]:
         return [f"note: {note}" for note in self.notes]
@@ -177,7 +180,9 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows as lines of aligned columns, the first to the left."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return [
-        "  ".join(c.ljust(w) if k == 0 else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))).rstrip()
+        "  ".join(
+            c.ljust(w) if k == 0 else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
         for row in rows
     ]
 

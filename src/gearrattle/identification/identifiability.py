@@ -33,6 +33,8 @@ RANK = 1e-9
 
 _SHOWN = 0.1
 _WHOLE = 1e-5
+_HARDLY = 1e3
+_MOST = 5
 
 
 @dataclass(frozen=True)
@@ -106,24 +108,23 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Array, scale: floa
 
 def _echelon(rows: Array) -> Array:
     """Return the reduced row echelon form, pivots by size: the same span with many zeros."""
-    work, done = rows.copy(), 0
-    for _ in range(len(work)):
+    work = rows.copy()
+    for done in range(len(work)):
         rest = np.abs(work[done:])
-        row, column = np.unravel_index(int(np.argmax(rest)), rest.shape)
+        row, column = divmod(int(np.argmax(rest)), rest.shape[1])
         work[[done, done + row]] = work[[done + row, done]]
         work[done] /= work[done, column]
         for other in range(len(work)):
             if other != done:
                 work[other] -= work[other, column] * work[done]
         work[np.abs(work) < _WHOLE] = 0.0
-        done += 1
     return work
 
 
 def _structural(paths: Sequence[str], row: Array) -> Combination:
     largest = row[int(np.argmax(np.abs(row) > np.abs(row).max() - _WHOLE))]
     exponents = {path: _neat(value / largest) for path, value in zip(paths, row.tolist(), strict=True) if value}
-    return Combination(exponents, True, float("inf"), _words(exponents))
+    return Combination(exponents, True, float("inf"), _words(exponents, paths))
 
 
 def _neat(value: float) -> float:
@@ -135,7 +136,7 @@ def _neat(value: float) -> float:
     return value
 
 
-def _words(exponents: Mapping[str, float]) -> str:
+def _words(exponents: Mapping[str, float], paths: Sequence[str]) -> str:
     """Say what may change unnoticed."""
     if len(exponents) == 1:
         return f"{next(iter(exponents))}: no datum depends on it"
@@ -145,15 +146,28 @@ def _words(exponents: Mapping[str, float]) -> str:
         product = ", ".join(f"{path} by s^{value:.4g}" for path, value in exponents.items())
         return f"multiplying {product}, with any s, changes nothing"
     if not down:
-        return f"multiplying {_listed(up)} by the same factor changes nothing: only their ratios are determined"
+        return f"multiplying {_listed(up, paths)} by the same factor changes nothing: only their ratios are determined"
     return (
-        f"multiplying {_listed(up)} by a factor and dividing {_listed(down)} by it changes nothing: "
+        f"multiplying {_listed(up, paths)} by a factor and dividing {_listed(down, paths)} by it changes nothing: "
         "only their products are determined"
     )
 
 
-def _listed(paths: Sequence[str]) -> str:
-    return paths[0] if len(paths) == 1 else f"{', '.join(paths[:-1])} and {paths[-1]}"
+def _listed(chosen: Sequence[str], paths: Sequence[str]) -> str:
+    """Join paths; a kind of which all free ones are meant is said in one."""
+    words: dict[str, None] = {}
+    for path in chosen:
+        kind = _kind(path)
+        alike = [other for other in paths if _kind(other) == kind]
+        words[f"all {kind} that are free" if len(alike) > 1 and set(alike) <= set(chosen) else path] = None
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def _kind(path: str) -> str:
+    """Return ``coupling.*.stiffness`` for ``coupling.clutch.stiffness``."""
+    head, _, *tail = path.split(".")
+    return ".".join([head, "*", *tail])
 
 
 def _weak(paths: Sequence[str], direction: Array, spread: float) -> Combination:
@@ -161,9 +175,11 @@ def _weak(paths: Sequence[str], direction: Array, spread: float) -> Combination:
     spread = spread / float(np.linalg.norm(direction))
     exponents = {p: v for p, v in zip(paths, direction.tolist(), strict=True) if abs(v) >= _SHOWN}
     factor = float(np.exp(min(spread, 700.0)))
-    names = ", ".join(f"{path} by s^{value:.2g}" for path, value in exponents.items())
-    known = f"s is known only to within a factor of {factor:.3g}" if factor < 1e3 else "s is hardly known"
+    known = f"known only to within a factor of {factor:.3g}" if factor < _HARDLY else "hardly known at all"
     if len(exponents) == 1:
-        known = known.replace("s is", "is", 1)
-        return Combination(exponents, False, factor, f"{next(iter(exponents))} {known}")
-    return Combination(exponents, False, factor, f"the data hardly notice multiplying {names}: {known}")
+        return Combination(exponents, False, factor, f"{next(iter(exponents))} is {known}")
+    first = sorted(exponents.items(), key=lambda item: -abs(item[1]))
+    names = ", ".join(f"{path} by s^{value:.2g}" for path, value in first[:_MOST])
+    rest = len(first) - _MOST
+    names += f" and {rest} other{'s' if rest > 1 else ''} by powers of s" if rest > 0 else ""
+    return Combination(exponents, False, factor, f"the data hardly notice multiplying {names}: s is {known}")

@@ -148,12 +148,15 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
             rule = "must be a factor of inertias, stiffnesses, dampings or drags; this is none"
             raise ModelError(Problem(f"free: {path}", f"{value:g}", rule, "leave it out of free"))
         exponents.append(found)
-    stacked = [np.column_stack([row[k] for row in exponents]) for k in range(4)]
+    by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
     names = element_names(model)
     held = [names.index(name) for name in state.rigid]
     stiffness, damping = base[2].copy(), base[3].copy()
     stiffness[held] = damping[held] = 0.0
-    return Coefficients(base[0], base[1], stiffness, damping, base[4], *stacked, _left_free(base[4][held], state))
+    return Coefficients(
+        base[0], base[1], stiffness, damping, base[4],
+        by_inertia, by_drag, by_stiffness, by_damping, _left_free(base[4][held], state),
+    )  # fmt: skip
 
 
 def unused(parameters: Parameters, states: Sequence[Coefficients]) -> list[str]:

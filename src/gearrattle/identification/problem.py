@@ -1,7 +1,7 @@
 """The least-squares problem: residuals in standard errors, and their exact Jacobian.
 
     frequency   r = (omega_model - omega) / sigma
-    shape       r = P (y / sigma),  P = 1 - u u^T / u^T u,  u = phi / sigma: what no multiple of the model's shape explains
+    shape       r = -P (y / sigma),  P = 1 - u u^T / u^T u,  u = phi / sigma: what no multiple of phi explains
     response    r = (Re H_model - Re H) / sigma,  (Im H_model - Im H) / sigma
     prior       r = x / spread, if asked for: ln(parameter / start) as if it had been measured
 
@@ -126,7 +126,7 @@ class FitProblem:
         shapes = spectrum.shapes[self._at(mode)]
         norm = (mode.shape @ mode.shape) * np.einsum("ij,ij->j", shapes, shapes)
         squares = (mode.shape @ shapes) ** 2
-        return np.divide(squares, norm, out=np.zeros_like(norm), where=norm > 0.0)
+        return np.asarray(np.divide(squares, norm, out=np.zeros_like(norm), where=norm > 0.0))
 
     def _frequency(
         self, mode: MeasuredMode, measured: float, spectrum: Spectrum, index: int

@@ -24,7 +24,7 @@ LEVEL = 3.841458820694124
 
 
 def profile(
-    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], spread: float, scale: float
+    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], errors: tuple[float, float]
 ) -> tuple[float, float]:
     """Return the ends of the interval as logarithms; -inf or inf where the bound comes first.
 
@@ -33,9 +33,9 @@ def profile(
         x: (P,) the minimum.
         parameter: its index p.
         box: (P,) lowest and highest x.
-        spread: standard error of x[p], for the first step; need not be finite.
-        scale: factor on the standard errors of the data.
+        errors: standard error of x[p], for the first step (need not be finite); factor on those of the data.
     """
+    spread, scale = errors
     rows = residuals(x)[0]
     target = float(rows @ rows) + LEVEL * scale**2
     ends = []

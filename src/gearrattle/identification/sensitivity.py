@@ -3,7 +3,8 @@
 Coefficients scale as k_k = k_k(start) exp(S_kp x_p), so dk_k/dx_p = S_kp k_k, and likewise J, d, c. With modal mass 1,
 
     d ln omega_j = phi_j^T (dK - omega_j^2 dJ) phi_j / (2 omega_j^2)
-    d phi_j      = sum_{i != j} phi_i phi_i^T (dK - omega_j^2 dJ) phi_j / (omega_j^2 - omega_i^2) - phi_j phi_j^T dJ phi_j / 2
+    d phi_j      = sum_{i != j} phi_i phi_i^T (dK - omega_j^2 dJ) phi_j / (omega_j^2 - omega_i^2)
+                   - phi_j phi_j^T dJ phi_j / 2
     dH           = -s^r h^T (dK - omega^2 dJ + i omega dC) g,     Z g = f, Z h = v, Z symmetric, s = i omega
 
 (Fox and Kapoor, AIAA J. 6 (1968) 2426, with all modes, so exact; Nelson, AIAA J. 14 (1976) 1201, needs one mode only.)
@@ -123,4 +124,4 @@ class Spectrum:
             + s**2 * (both @ (c.of_inertia * self.inertia[:, None]))
         )
         factor = s**derivatives
-        return factor[:, 0] * g[:, at], -factor * change
+        return np.asarray(factor[:, 0] * g[:, at]), np.asarray(-factor * change)

@@ -1,0 +1,113 @@
+"""``gearrattle fit``: parameters from measured modes and frequency responses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json, number_or_text
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.identification.fitted import Fit
+
+_Words = Annotated[Sequence[str], Parameter(negative="")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Search:
+    """How the fit is done."""
+
+    bounds: Annotated[_Words, Parameter(help="PATH=LOW..HIGH, values as in a model file. May be repeated.")] = ()
+    factor: Annotated[float, Parameter(help="Bounds of the others: start divided and multiplied by this.")] = 3.0
+    contact_ratio: Annotated[_Words, Parameter(help="NAME=RATIO, for data without a state. May be repeated.")] = ()
+    region: Annotated[_Words, Parameter(help="NAME=LABEL, for data without a state. May be repeated.")] = ()
+    starts: Annotated[int, Parameter(help="Searches: from the model, then from all over the bounds.")] = 16
+    seed: Annotated[int, Parameter(help="Of the starts.")] = 0
+    prior: Annotated[float | None, Parameter(help="Standard deviation of ln(parameter/start); default: none.")] = None
+    profile: Annotated[bool, Parameter(negative="", help="Also 95 % profile-likelihood intervals.")] = False
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the settings as keyword arguments of ``fit``."""
+        from gearrattle.cli.assignments import numbers
+
+        return {
+            "bounds": _bounds(self.bounds),
+            "factor": self.factor,
+            "contact_ratio": numbers("--contact-ratio", self.contact_ratio),
+            "region": {name: round(label) for name, label in numbers("--region", self.region).items()},
+            "starts": self.starts,
+            "seed": self.seed,
+            "prior": self.prior,
+            "profile": self.profile,
+        }
+
+
+_DEFAULTS = Search()
+
+
+def fit(
+    model: Path,
+    data: Path,
+    /,
+    *,
+    free: _Words = (),
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    search: Search = _DEFAULTS,
+    json: Json = False,
+) -> None:
+    """Fit parameters to measured frequencies, shapes and responses, and say which the data leave open.
+
+    Parameters
+    ----------
+    model
+        Model file (TOML): the rough start.
+    data
+        Data file (TOML) with [[mode]] and [[response]] tables.
+    free
+        Path of a parameter to fit, e.g. coupling.clutch.stiffness; "inertia.*.J" frees all that match. May be repeated.
+    output
+        File for the fitted model, ending in .toml; default: the report alone.
+    """
+    import gearrattle
+    from gearrattle.cli.background import watched
+    from gearrattle.cli.columns import json_text
+    from gearrattle.cli.model_output import check_output, save_model
+
+    check_output(output, model, data)
+    start, arguments = gearrattle.load(model), search.arguments()
+
+    def work(watch: Watch) -> Fit:
+        watch.enter("fitting")
+        return gearrattle.fit(start, data, free, progress=watch, **arguments)
+
+    found = watched(work)
+    if output is not None:
+        save_model(found.model, output)
+    if json:
+        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
+        return
+    print(found.report)
+    if output is not None:
+        print(f"saved: {output}")
+
+
+def _bounds(given: Sequence[str]) -> dict[str, tuple[Any, Any]]:
+    """Split words of the form PATH=LOW..HIGH."""
+    from gearrattle.errors import ModelError, Problem
+
+    found: dict[str, tuple[Any, Any]] = {}
+    for text in given:
+        path, _, ends = text.partition("=")
+        low, dots, high = ends.partition("..")
+        if not (path and low.strip() and dots and high.strip()):
+            raise ModelError(
+                Problem("--bounds", f'"{text}"', "must be PATH=LOW..HIGH", 'such as "inertia.hub.J=1e-4..1e-3"')
+            )
+        found[path] = number_or_text(low.strip()), number_or_text(high.strip())
+    return found
