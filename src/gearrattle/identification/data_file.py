@@ -177,7 +177,7 @@ def _response(
     folder, positions, dimensionless = source
     where = place(("response", index), {}, positions)
     if row.file is None:
-        samples = Samples(row.omega, row.value.astype(complex), None, None)
+        samples = Samples(row.omega, row.value.astype(complex), row.error, None)
     else:
         path = folder / row.file
         samples = read_samples(read_text(path, "response file"), os.fspath(path), dimensionless)

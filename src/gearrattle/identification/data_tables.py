@@ -152,6 +152,8 @@ class ResponseTable(StateTable):
     """(F,) angular frequencies [rad/s]."""
     value: Annotated[Any, _Samples()] = None
     """(F,) complex response in SI."""
+    error: Annotated[Any, _Samples()] = None
+    """(F,) standard error of real and imaginary part, in SI; a CSV file has a column for it."""
     relative_error: Annotated[float, Plain("positive")] | None = None
     """Standard error of real and imaginary part, as a part of each sample's magnitude."""
     floor: Annotated[float, Plain("non-negative")] = 0.0
@@ -163,6 +165,11 @@ class ResponseTable(StateTable):
         arrays = [key for key in ("omega", "value") if table.get(key) is not None]
         if (table.get("file") is None) == (not arrays) or len(arrays) == 1:
             yield Breach((), ..., "a response needs either file, or omega and value", 'such as file = "hub.csv"')
+        errors = table.get("error")
+        if errors is not None and (len(arrays) < 2 or np.size(errors) != np.size(table["value"])):
+            yield Breach(("error",), ..., "must have one entry for each sample of value")
+        elif errors is not None and (np.iscomplexobj(errors) or not np.all(_numbers(errors) > 0)):
+            yield Breach(("error",), ..., "must be real numbers greater than zero")
         if arrays and table.get("quantity") is None:
             rule = "a response in arrays needs quantity: " + ", ".join(f'"{word}"' for word in QUANTITIES)
             yield Breach((), ..., rule)

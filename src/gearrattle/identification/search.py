@@ -28,6 +28,7 @@ _BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard 
 _ROUGHLY = 1e-6
 _SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
 _EDGE = 1e-6  # of the width of a bound: closer is on it
+_NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it
 _LEVEL = 1e-9  # relative change of chi-square that projection may make
 
 
@@ -101,10 +102,35 @@ def local(residuals: Residuals, start: Array, box: tuple[Array, Array], rough: b
             weight = 1.0 / np.maximum(1.0, _BLUNT * length)
             inside = np.clip(_descend(_weighted(residuals, weight), inside, box, _ROUGHLY).x, *_inside(box))
         ended = _descend(residuals, inside, box, 1e-15)
+        return _pinned(residuals, np.asarray(ended.x), box, bool(ended.status > 0))
     except np.linalg.LinAlgError:
         return None
-    converged = ended.status > 0 or _flat(ended.fun, ended.jac, ended.active_mask)
-    return np.asarray(ended.x) if converged else None
+
+
+def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], converged: bool) -> Array | None:
+    """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
+    rows, jacobian = residuals(x)
+    gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
+    low, high = (x <= box[0] + near) & (gradient > 0.0), (x >= box[1] - near) & (gradient < 0.0)
+    held = low | high
+    if held.any():
+        whole = np.where(low, box[0], np.where(high, box[1], x))
+
+        def reduced(y: Array) -> tuple[Array, Array]:
+            whole[~held] = y
+            there = residuals(whole)
+            return there[0], there[1][:, ~held]
+
+        if not held.all():
+            part = box[0][~held], box[1][~held]
+            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, 1e-15)
+            whole[~held], converged = ended.x, bool(ended.status > 0)
+        there = residuals(whole)
+        push = there[1].T @ there[0]
+        if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) and np.all(push[low] >= 0) and np.all(push[high] <= 0):
+            x, (rows, jacobian) = whole, there
+    inside = (x > box[0]) & (x < box[1])
+    return x if converged or _flat(rows, jacobian[:, inside]) else None
 
 
 def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], tolerance: float) -> Any:
@@ -138,12 +164,11 @@ def _inside(box: tuple[Array, Array]) -> tuple[Array, Array]:
     return box[0] + margin, box[1] - margin
 
 
-def _flat(rows: Array, jacobian: Array, active: NDArray[np.int64]) -> bool:
+def _flat(rows: Array, jacobian: Array) -> bool:
     """Whether a Gauss-Newton step would gain next to nothing: rounding may keep a search from its own criteria."""
-    free = active == 0
-    if not free.any():
+    if not jacobian.shape[1]:
         return True
-    gain = jacobian[:, free] @ np.linalg.lstsq(jacobian[:, free], rows, rcond=1e-12)[0]
+    gain = jacobian @ np.linalg.lstsq(jacobian, rows, rcond=1e-12)[0]
     return bool(gain @ gain <= 1e-8 * (rows @ rows) or gain @ gain <= 1e-16 * rows.size)
 
 

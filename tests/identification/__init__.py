@@ -1,0 +1,1 @@
+"""Identification: derivatives, recovery, errors, what the data leave open."""
