@@ -23,7 +23,7 @@ from gearrattle.identification.identifiability import null_space
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
 
-_EVALUATIONS = 400
+_EVALUATIONS = 1500
 _BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard error
 _ROUGHLY = 1e-6
 _SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
