@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.data_file import Data, read_data
 from gearrattle.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
-from gearrattle.identification.identifiability import Combination, covariance, null_space, undetermined
+from gearrattle.identification.identifiability import Combination, covariance, null_space, split, undetermined
 from gearrattle.identification.measured import State
 from gearrattle.identification.parameters import Parameters, coefficients, free_parameters, unused
 from gearrattle.identification.problem import FitProblem, check_modes
@@ -136,7 +136,7 @@ def _told(
         )
         for p, path in enumerate(parameters.paths)
     ]  # fmt: skip
-    open_ones = undetermined(parameters.paths, jacobian, null, scale)
+    open_ones = undetermined(parameters.paths, jacobian, split(problem.data_residuals, best.x, null), scale)
     return Fit(
         model=parameters.fitted(model, best.x),
         parameters=tuple(table),
@@ -227,9 +227,15 @@ def _notes(
     if any(m for m in minima[0].at_bound):
         paths = [path for path, at in zip(parameters.paths, minima[0].at_bound.tolist(), strict=True) if at]
         notes.append(f"on a bound: {', '.join(paths)}; widen it, unless it is known to hold.")
-    if not problem.data.responses and any(c.structural and len(c.exponents) > 1 for c in open_ones):
+    if not problem.data.responses and any(_is_scale(c) for c in open_ones):
         notes.append(
             "frequencies and shapes fix no absolute inertia or stiffness: leave one known inertia out of free, or add "
             "a frequency response, whose unit holds a torque. What is open keeps the start's value."
         )
     return notes
+
+
+def _is_scale(combination: Combination) -> bool:
+    """Whether a combination is a common factor of several parameters."""
+    powers = combination.exponents.values()
+    return combination.structural and len(powers) > 1 and set(powers) == {1.0}

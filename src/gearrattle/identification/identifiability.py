@@ -1,11 +1,17 @@
 """What the data do not determine.
 
-At the solution the residuals change with the logarithms of the parameters as J dx. Two kinds of open directions:
+At the solution the residuals change with the logarithms of the parameters as J dx. Its null space is found from rows of
+unit length, so it does not depend on the standard errors, and is split by asking at other points too:
 
-structural
-    directions in the null space of J: no datum notices them. The rank is that of J with rows of unit length, so it does
-    not depend on the standard errors. Frequencies and shapes alone always have one: all inertias and stiffnesses times
-    the same factor. A basis with many zeros (reduced row echelon form) puts it in words.
+exact
+    directions in the null space everywhere: p -> p s^n changes no datum, whatever s. Frequencies and shapes alone
+    always have one: all inertias and stiffnesses times the same factor. A basis with many zeros (reduced row echelon
+    form) puts them in words.
+curved
+    directions of a null space that keeps its dimension nearby: the parameters may move unnoticed along a curve, as
+    with fewer data than parameters. Exact and curved ones are *structural*.
+first order
+    null directions that are gone nearby: where two modes have the same frequency, or a derivative happens to vanish.
 weak
     directions v of the singular value decomposition J = U diag(s) V^T whose standard error 1/s exceeds ``WEAK``: the
     data bound them, but not to within a factor of e.
@@ -18,8 +24,9 @@ Takes Jacobians in standard errors; gives directions with words, and covariances
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +41,9 @@ RANK = 1e-9
 _SHOWN = 0.1
 _WHOLE = 1e-5
 _HARDLY = 1e3
+_POINTS = 3
+_FAR = 0.2  # step of logarithms to points that tell exact directions from curved ones
+_NEARBY = 1e-4
 _MOST = 5
 
 
@@ -44,7 +54,8 @@ class Combination:
     Attributes:
         exponents: by path: with any factor s, each parameter times s**exponent; the largest is 1.
         structural: no datum notices it at all; else the data bound it, weakly.
-        factor: the standard error of s as a factor: it is known to within times or divided by this; inf if structural.
+        factor: the standard error of s as a factor: it is known to within times or divided by this; inf if structural
+            or not noticed to first order.
         words: the same in a sentence.
     """
 
@@ -63,6 +74,35 @@ def null_space(jacobian: Array) -> Array:
     values, vectors = np.linalg.svd(rows, full_matrices=True)[1:]
     rank = int(np.count_nonzero(values > RANK * values[0]))
     return np.asarray(vectors[rank:].T)
+
+
+class Open(NamedTuple):
+    """A null space (P, q) split in three, each (P, .) with orthonormal columns."""
+
+    exact: Array
+    curved: Array
+    first_order: Array
+
+
+def split(residuals: Callable[[Array], tuple[Array, Array]], x: Array, null: Array) -> Open:
+    """Tell what in a null space holds everywhere, what nearby, and what at x only.
+
+    Args:
+        residuals: x to residuals and Jacobian.
+        x: (P,) where the null space was found.
+        null: (P, q).
+    """
+    count, dimension = null.shape
+    if not dimension:
+        return Open(null, null, null)
+    steps = np.random.default_rng(0).standard_normal((_POINTS + 1, count))
+    far = [residuals(x + _FAR * step)[1] for step in steps[1:]]
+    exact = null_space(np.vstack([residuals(x)[1], *far]))
+    near = null_space(residuals(x + _NEARBY * steps[0])[1])
+    rest = np.linalg.svd(null - exact @ (exact.T @ null))[0][:, : dimension - exact.shape[1]]
+    seen = np.linalg.svd(rest.T @ near)[0]
+    curved = max(0, min(near.shape[1], dimension) - exact.shape[1])
+    return Open(exact, rest @ seen[:, :curved], rest @ seen[:, curved:])
 
 
 def covariance(jacobian: Array, null: Array) -> Array:
@@ -85,18 +125,21 @@ def covariance(jacobian: Array, null: Array) -> Array:
     return np.asarray(found)
 
 
-def undetermined(paths: Sequence[str], jacobian: Array, null: Array, scale: float) -> tuple[Combination, ...]:
+def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:
     """Put open directions in words, structural ones first.
 
     Args:
         paths: the parameters.
         jacobian: (N, P) in standard errors.
-        null: (P, q) structural directions.
+        null: its null space, split.
         scale: factor on the standard errors.
     """
-    found = [_structural(paths, row) for row in _echelon(null.T)]
+    found = [_structural(paths, row) for row in _echelon(null.exact.T)]
+    found += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
+    found += [_curved(paths, row, False) for row in _echelon(null.first_order.T)]
+    whole = np.hstack(null)
     count = len(paths)
-    kept = np.linalg.svd(null, full_matrices=True)[0][:, null.shape[1] :] if null.shape[1] else np.eye(count)
+    kept = np.linalg.svd(whole, full_matrices=True)[0][:, whole.shape[1] :] if whole.shape[1] else np.eye(count)
     if kept.shape[1]:
         values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
         for value, direction in zip(values[::-1], vectors[::-1] @ kept.T, strict=True):
@@ -125,6 +168,26 @@ def _structural(paths: Sequence[str], row: Array) -> Combination:
     largest = row[int(np.argmax(np.abs(row) > np.abs(row).max() - _WHOLE))]
     exponents = {path: _neat(value / largest) for path, value in zip(paths, row.tolist(), strict=True) if value}
     return Combination(exponents, True, float("inf"), _words(exponents, paths))
+
+
+def _curved(paths: Sequence[str], row: Array, structural: bool) -> Combination:
+    """Say what holds for small changes: along a curve, or at this point alone."""
+    row = row / row[int(np.argmax(np.abs(row)))]
+    exponents = {path: value for path, value in zip(paths, row.tolist(), strict=True) if abs(value) > _WHOLE}
+    names = _powers(exponents)
+    if structural:
+        words = f"multiplying {names} changes nothing as long as s is near 1, and more as others follow"
+    else:
+        words = f"multiplying {names} is not noticed to first order; a larger change is"
+    return Combination(exponents, structural, float("inf"), words)
+
+
+def _powers(exponents: Mapping[str, float]) -> str:
+    """Name parameters with their powers, the largest first, not too many."""
+    first = sorted(exponents.items(), key=lambda item: -abs(item[1]))
+    rest = len(first) - _MOST
+    names = ", ".join(f"{path} by s^{value:.2g}" for path, value in first[:_MOST])
+    return names + (f" and {rest} other{'s' if rest > 1 else ''} by powers of s" if rest > 0 else "")
 
 
 def _neat(value: float) -> float:
@@ -178,8 +241,6 @@ def _weak(paths: Sequence[str], direction: Array, spread: float) -> Combination:
     known = f"known only to within a factor of {factor:.3g}" if factor < _HARDLY else "hardly known at all"
     if len(exponents) == 1:
         return Combination(exponents, False, factor, f"{next(iter(exponents))} is {known}")
-    first = sorted(exponents.items(), key=lambda item: -abs(item[1]))
-    names = ", ".join(f"{path} by s^{value:.2g}" for path, value in first[:_MOST])
-    rest = len(first) - _MOST
-    names += f" and {rest} other{'s' if rest > 1 else ''} by powers of s" if rest > 0 else ""
-    return Combination(exponents, False, factor, f"the data hardly notice multiplying {names}: s is {known}")
+    return Combination(
+        exponents, False, factor, f"the data hardly notice multiplying {_powers(exponents)}: s is {known}"
+    )

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
-from gearrattle.identification.identifiability import null_space
+from gearrattle.identification.identifiability import null_space, split
 
 Array = NDArray[np.float64]
 Residuals = Callable[[Array], tuple[Array, Array]]
@@ -71,7 +71,8 @@ def search(
     Raises:
         ConvergenceError: no start converged.
     """
-    null = null_space(residuals(np.zeros(box[0].size))[1])
+    origin = np.zeros(box[0].size)
+    null = split(residuals, origin, null_space(residuals(origin)[1])).exact
     points = _starts(box, starts, seed, null)
     found: list[tuple[Array, float, Array]] = []
     for k, point in enumerate(points):
@@ -199,7 +200,7 @@ def _starts(box: tuple[Array, Array], count: int, seed: int, null: Array) -> lis
 def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[Array, float, Array]:
     """Take out of a minimum what no datum notices, if that is allowed; return it, chi-square, standard errors."""
     rows, jacobian = residuals(x)
-    null = null_space(jacobian)
+    null = split(residuals, x, null_space(jacobian)).exact
     moved = x - null @ (null.T @ x)
     if null.shape[1] and np.all(moved >= box[0]) and np.all(moved <= box[1]):
         there = residuals(moved)
