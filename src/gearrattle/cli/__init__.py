@@ -23,7 +23,7 @@ COMMANDS = {
     "scale": ("gearrattle.cli.scale:scale", "The model without dimensions: coefficients, conditioning."),
     "stiffness": ("gearrattle.cli.stiffness:stiffness", "Eigenvalues, R_lambda, and which fixed steps are stable."),
     "reduce": ("gearrattle.cli.reduce:reduce", "A smaller model for a band, and its error."),
-    "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes and responses, and what stays open."),
+    "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes and responses."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
