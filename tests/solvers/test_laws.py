@@ -1,5 +1,7 @@
 """Laws every solver on the shelf obeys; a new one is tested by being in the table."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,28 @@ def test_inertias_without_any_element_turn_by_themselves(name: str) -> None:
     want = (rate * np.sin(8.0 * t) - 8.0 * np.cos(8.0 * t) + 8.0 * np.exp(-rate * t)) / (2.0 * (rate**2 + 64.0))
     assert np.abs(v[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
     assert not np.any(v[:, 1])
+
+
+def test_the_time_of_a_run_is_not_that_of_its_notes(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = gr.loads(
+        """
+        schema = 1
+        units = "SI"
+        inertia = [{ name = "a", J = 1.0 }]
+        coupling = [{ name = "s", between = ["a", "ground"], stiffness = 100.0, damping = 0.1, clearance = 0.1 }]
+        excitation = { speed = 8.0 }
+        """
+    )
+    gr.simulate(model, "rk4", cycles=1)
+
+    def slow(*_: object) -> tuple[str, ...]:
+        time.sleep(1.0)
+        return ("slow",)
+
+    monkeypatch.setattr("gearrattle.solvers.one_step.stability_notes", slow)
+    run = gr.simulate(model, "rk4", cycles=1)
+    assert "slow" in run.notes
+    assert 0.0 < run.cost.wall_time < 0.9
 
 
 @pytest.mark.parametrize("name", NAMES)

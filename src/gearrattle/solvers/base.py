@@ -63,7 +63,8 @@ class Crossings:
 class Motion:
     """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
-    ``function_calls`` are those of the algorithm; what only output needs is not counted.
+    ``function_calls`` are those of the algorithm; what only output needs is not counted. ``aside`` is the time [s] that
+    notes took, which is not the algorithm's either.
     """
 
     angle: Array
@@ -84,6 +85,7 @@ class Motion:
     smallest_step: float | None = None
     notes: tuple[str, ...] = ()
     energy: EnergyAudit | None = None
+    aside: float = 0.0
 
 
 @dataclass(frozen=True)

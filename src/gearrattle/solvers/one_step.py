@@ -7,6 +7,7 @@ larger of its own size and its size in an ordinary motion; angles and force inte
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -95,9 +96,11 @@ class StepMarch:
         log = (a[:count] for a in (s.event_time, s.event_element, s.event_pieces, s.event_rate, s.event_integral))
         crossings = self.problem.crossings(*log)
         notes: tuple[str, ...] = ()
+        begin = time.perf_counter()
         if self.fixed and self.tableau is not None:
             regions = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
             notes = stability_notes(self.tableau, self.step, self.problem.flow, regions)
+        aside = time.perf_counter() - begin
         return self.problem.motion(
             s.states,
             crossings,
@@ -108,6 +111,7 @@ class StepMarch:
             rejected_steps=rejected,
             smallest_step=float(s.clock[SMALLEST]),
             notes=notes,
+            aside=aside,
         )
 
 

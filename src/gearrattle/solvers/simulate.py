@@ -62,7 +62,7 @@ def finish(
         if progress is not None:
             progress(march.fraction())
     motion = march.motion()
-    cost = _cost(algorithm, motion, time.perf_counter() - begin)
+    cost = _cost(algorithm, motion, time.perf_counter() - begin - motion.aside)
     return _trajectory(task, layout, (first_cycle, discard), motion, cost)
 
 

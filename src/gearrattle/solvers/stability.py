@@ -10,6 +10,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.remember import remembered
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.system.flow import Flow
 
@@ -18,12 +19,25 @@ IntArray = NDArray[np.int64]
 _STEP_OVER_FASTEST = 0.25
 _GROSS = 1.01  # steps are tried in this ratio before the limit is bisected
 ROUNDING = 1e-9
+_MOST_KEPT = 4096
 
 
 def eigenvalues(flow: Flow, pieces: tuple[int, ...]) -> NDArray[np.complex128]:
-    """(N,) eigenvalues of one region in relative coordinates [1/s]."""
+    """(N,) eigenvalues of one region in relative coordinates [1/s]; those of a flow's first regions are kept."""
+    known = _known(flow)
+    if pieces in known:
+        return known[pieces]
     n = flow.states
-    return np.linalg.eigvals(flow.generator(pieces)[:n, :n] / flow.system.inputs.period).astype(complex)
+    values = np.linalg.eigvals(flow.generator(pieces)[:n, :n] / flow.system.inputs.period).astype(complex)
+    if len(known) < _MOST_KEPT:
+        known[pieces] = values
+    return values
+
+
+@remembered(4)
+def _known(_flow: Flow) -> dict[tuple[int, ...], NDArray[np.complex128]]:
+    """Eigenvalues of regions of this flow, filled as they are asked for: a train visits thousands, run after run."""
+    return {}
 
 
 def default_step(flow: Flow, start: tuple[int, ...]) -> float:
