@@ -13,6 +13,8 @@ from gearrattle.reproduction import (
     bulirsch_stoer,
     claims,
     coherence,
+    figure3,
+    figure4,
     figure7,
     load,
     stiffness,
@@ -41,10 +43,14 @@ def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduc
     begin = time.perf_counter()
     scope = Scope(quick)
     bench = measure(scope, [setup for part in _MEASURED for setup in part.needs(scope)], progress)
-    sections = [table1.section(), stiffness.section()]
-    for part in _MEASURED:
-        sections.append(part.section(bench))
+
+    def tick() -> None:
         if progress is not None:
             progress(1.0)
+
+    sections = [table1.section(), figure3.section(scope, tick), figure4.section(scope, tick), stiffness.section()]
+    for part in _MEASURED:
+        sections.append(part.section(bench))
+        tick()
     sections.append(table5.section())
     return Reproduction(tuple(sections), quick, time.perf_counter() - begin)

@@ -15,15 +15,17 @@ Status = Literal[
     "reproduced",
     "differs",
     "cannot be decided, since the paper does not print the loads",
+    "cannot be decided, since the figure does not survive as numbers",
     "cannot be told from zero",
     "not available here",
 ]
 REPRODUCED: Status = "reproduced"
 DIFFERS: Status = "differs"
 UNDECIDED: Status = "cannot be decided, since the paper does not print the loads"
+LOST: Status = "cannot be decided, since the figure does not survive as numbers"
 NOISE: Status = "cannot be told from zero"
 UNAVAILABLE: Status = "not available here"
-STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, NOISE, UNAVAILABLE)
+STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABLE)
 
 
 @dataclass(frozen=True)

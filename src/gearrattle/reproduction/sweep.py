@@ -1,0 +1,147 @@
+"""Loads swept up and down, every motion begun where the one before it ended: what Figs. 3 and 4 need.
+
+Two plants. *Case 1* rattling, over the drag torque D of its loose output gear: the mean that the input gear takes falls
+by as much as D grows, so that the clutch's load stays as it is. The *mesh alone*: input and output gear of Table 1 on
+their backlash, a mean and one harmonic in units of K b, force of the mesh at a half-gap's deflection,
+
+    m x'' + c g(x) x' + K f(x) = K b (mean + amplitude sin(w t)),    m = (R^2/J_3 + R^2/J_4)^-1,
+
+x the deflection, w in units of sqrt(K/m).
+
+Takes models by load; gives stops: a load, the regime there and its contact ratios.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearrattle.calls.simulate import simulate
+from gearrattle.contact_ratios import ROUTES
+from gearrattle.model import Model
+from gearrattle.reproduction.cases import (
+    DAMPING,
+    HALF_GAP,
+    HUB_SHARE,
+    LARGEST_HARMONIC,
+    RADIUS,
+    STIFFNESS,
+    J,
+    load_case,
+)
+from gearrattle.results import Run
+from gearrattle.signals import regime, steady
+from gearrattle.signals.regions import Regime
+from gearrattle.trajectory import Trajectory
+
+GEAR = "gear"
+MASS = 1.0 / (RADIUS**2 / J["input_gear"] + RADIUS**2 / J["output_gear"])  # kg, on the line of action
+RESONANCE = float(np.sqrt(STIFFNESS[GEAR] / MASS))  # rad/s, in contact, without damping
+FORCE = STIFFNESS[GEAR] * HALF_GAP  # N
+SAMPLES = 64
+Tick = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The settled motion under one load.
+
+    Attributes:
+        load: in the unit of the sweep.
+        rising: whether the load came from below.
+        regime: of the mesh.
+        amplitude: half the peak-to-peak deflection of the mesh [half-gaps].
+        mean_slope, gain: the two contact ratios of the mesh.
+        start: the state it began with, as ``simulate`` takes it; None: static equilibrium.
+    """
+
+    load: float
+    rising: bool
+    regime: Regime
+    amplitude: float
+    mean_slope: float
+    gain: float
+    start: dict[str, list[float]] | None
+
+
+def loose_gear(drag: float) -> Model:
+    """Case 1 with a loose output gear that drags [N m]."""
+    mean = 0.05 * LARGEST_HARMONIC
+    return load_case(1).with_(
+        {"inertia.output_gear.drag_torque": drag, "torque.1.mean": drag - (1.0 - HUB_SHARE) * mean}
+    )
+
+
+def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
+    """The paper's gear pair on its own.
+
+    Args:
+        frequency: of the load, in units of the resonance in contact.
+        mean, amplitude: of the load on the deflection, in units of K b.
+    """
+    torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
+    gears: dict[str, Any] = {
+        "name": GEAR, "between": ["input_gear", "output_gear"], "radii": [RADIUS, RADIUS],
+        "stiffness": STIFFNESS[GEAR], "damping": DAMPING[GEAR], "backlash": 2.0 * HALF_GAP,
+    }  # fmt: skip
+    return Model.from_tables(
+        {
+            "schema": 1,
+            "name": "The mesh of Table 1, alone",
+            "inertia": [{"name": name, "J": J[name]} for name in gears["between"]],
+            "mesh": [gears],
+            "excitation": {"speed": frequency * RESONANCE},
+            "torque": [
+                {"on": "input_gear", "mean": mean * torque,
+                 "harmonics": [{"order": 1, "amplitude": amplitude * share * torque}]},
+                {"on": "output_gear", "mean": -mean * torque},
+            ],
+        }
+    )  # fmt: skip
+
+
+def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: int, tick: Tick) -> tuple[Stop, ...]:
+    """Settle under every load, upward and then downward.
+
+    The first motion begins at static equilibrium, every other with the last state of the one before. Every run has
+    whole periods, so that the phase of the load goes on as well.
+
+    Args:
+        model_of: the driveline under a load; all its ratios are one.
+        loads: ascending.
+        cycles: settling takes two thirds of them, the rest is judged.
+        tick: called before every run; what it raises ends the sweep.
+    """
+    stops, start = [], None
+    for rising in (True, False):
+        for load in loads if rising else loads[::-1]:
+            tick()
+            run = _run(model_of(load), cycles, SAMPLES, start)
+            stops.append(_stop(run.trajectory, load, rising, start))
+            start = _end(run.trajectory)
+    return tuple(stops)
+
+
+def history(stop: Stop, model_of: Callable[[float], Model], cycles: int, samples: int) -> Run:
+    """The motion of a stop again, with more samples."""
+    return _run(model_of(stop.load), cycles, samples, stop.start)
+
+
+def _run(model: Model, cycles: int, samples: int, start: dict[str, list[float]] | None) -> Run:
+    return simulate(model, cycles=cycles, discard=2 * cycles // 3, samples_per_cycle=samples, audit=False,
+                    initial=start or "static")  # fmt: skip
+
+
+def _end(t: Trajectory) -> dict[str, list[float]]:
+    """The last state, turned back as one body, lest the angles grow from load to load."""
+    return {"angle": (t.angle[-1] - t.angle[-1, 0]).tolist(), "velocity": t.velocity[-1].tolist()}
+
+
+def _stop(t: Trajectory, load: float, rising: bool, start: dict[str, list[float]] | None) -> Stop:
+    gear, window = t.layout.clearance_names.index(GEAR), steady(t)
+    swing = float(np.ptp(window.periodic(t.deflection[:, gear]))) / (2.0 * HALF_GAP)
+    ratios = {name: float(ROUTES[name](t).value[gear]) for name in ("mean-slope", "spectral")}
+    return Stop(load, rising, regime(t, gear, window), swing, ratios["mean-slope"], ratios["spectral"], start)
