@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost forecasts images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost advice forecast images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -56,8 +56,11 @@ cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/refe
 growth: $(VENV)/.package    ## cost against the number of inertias: writes docs/reference/growth.md (minutes)
 	$(PY) -m benchmarks.growth
 
-forecasts: $(VENV)/.package ## how often advice comes true: writes docs/reference/forecasts.md
-	$(PY) -m benchmarks.forecasts
+advice: $(VENV)/.package    ## how often advice comes true: writes docs/reference/advice.md (minutes)
+	$(PY) -m benchmarks.advice
+
+forecast: $(VENV)/.package  ## forecasts of contact ratios against exact runs: writes docs/reference/forecast.md (minutes)
+	$(PY) -m benchmarks.forecast
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py

@@ -46,9 +46,11 @@ def test_a_model_is_forecast() -> None:
     model = gr.load(PAPER / "case1_loaded.toml")
     gain, slope = gr.contact_ratio(model, "describing"), gr.contact_ratio(model)
     points = gain.attrs["fixed_points"]
-    assert gain.to_dict() == points[0]["gain"]
-    assert slope.to_dict() == points[0]["mean_slope"]
-    assert points[0]["starts"] == max(point["starts"] for point in points)
+    assert [point["motion"] for point in points] == ["stable", "stable", "unstable"]
+    assert gain.to_dict() == points[0]["motion_gain"]
+    assert slope.to_dict() == points[0]["motion_mean_slope"]
+    assert points[0]["starts"] > points[1]["starts"]
     assert "only a run tells" in gain.attrs["notes"][1]
+    assert "stable periodic motion" in gain.attrs["notes"][2]
     with pytest.raises(gr.ModelError, match="needs a motion"):
         gr.contact_ratio(model, "spectral")

@@ -17,7 +17,15 @@ from gearrattle.results import Run
 if TYPE_CHECKING:
     import pandas as pd
 
+    from gearrattle.contact_ratios.forecast import FixedPoint
+
 _LINEARISED = {"mean-slope": "mean_slope", "describing": "gain"}
+_MEANING = {
+    "stable": "it leads to a stable periodic motion, whose ratios these are; others may exist beside it",
+    "unstable": "it leads to a periodic motion that is not stable: the true motion is another, simulate it",
+    "not found": "no periodic motion was found from it: the motion may be sub-harmonic or chaotic, simulate it",
+    "not sought": "no periodic motion was sought from it",
+}
 _QUANTITY = {"mean-slope": "mean slope", "describing": "equivalent gain"}
 
 
@@ -34,8 +42,10 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     Returns:
         The ratio by clearance, relative to the largest slope of its law. ``attrs``: quantity ("mean slope" or
         "equivalent gain": they agree for Gaussian motions only) and notes; of a run low and high, the interval; of a
-        model fixed_points, all that were found, the one returned first: linearisation may have several, and which of
-        them is nearest to the motion only a simulation tells.
+        model fixed_points, all that were found, the one returned first: those that lead to a stable periodic motion
+        ("motion": "stable"; then that motion's ratios are returned, as "motion_gain" and "motion_mean_slope") stand
+        before all others ("unstable": it leads to a motion that is not; "not found", "not sought"). There may be
+        several, and other motions beside them; which is met only a simulation tells.
 
     Raises:
         ModelError: a method there is not, no cycle left to judge, or no static equilibrium.
@@ -63,15 +73,27 @@ def _forecast(model: Model, method: str) -> pd.Series[float]:
             f"equivalent linearisation found no fixed point in {found.searches} searches",
             remedy="simulate the model and give the run",
         )
-    keys = ("gain", "mean_slope", "mean", "deviation")
-    points = [{**{key: _by_name(names, getattr(p, key)) for key in keys}, "starts": p.starts} for p in found.points]
-    notes = [f"forecast by equivalent linearisation: {found.points[0].starts} of {found.searches} searches end here"]
+    points = [_described(names, point) for point in found.points]
+    first = found.points[0]
+    told = dict(zip(("gain", "mean_slope"), first.ratios, strict=True))[_LINEARISED[method]]
+    notes = [f"forecast by equivalent linearisation: {first.starts} of {found.searches} searches end here"]
     if len(points) > 1:
         notes.append(f"there are {len(points)} fixed points; which one is nearest to the motion only a run tells")
+    notes.append(_MEANING[points[0]["motion"]])
     if found.failed:
         notes.append(f"{found.failed} searches found none")
-    value = getattr(found.points[0], _LINEARISED[method])
-    return _series(names, value, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
+    return _series(names, told, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
+
+
+def _described(names: tuple[str, ...], point: FixedPoint) -> dict[str, Any]:
+    """A fixed point as ``attrs`` have it."""
+    keys = ("gain", "mean_slope", "mean", "deviation")
+    described = {**{key: _by_name(names, getattr(point, key)) for key in keys}, "starts": point.starts}
+    motion = point.motion
+    if motion is None or not motion.settled:
+        return {**described, "motion": "not sought" if motion is None else "not found"}
+    ratios = {"motion_gain": _by_name(names, motion.gain), "motion_mean_slope": _by_name(names, motion.mean_slope)}
+    return {**described, "motion": "stable" if motion.stable else "unstable", **ratios}
 
 
 def _by_name(names: tuple[str, ...], values: NDArray[np.float64]) -> dict[str, float]:

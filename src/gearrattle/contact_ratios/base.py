@@ -79,6 +79,26 @@ def best_line(force: Array, deflection: Array) -> float:
     return float(moved @ (force - force.mean())) / power if moves else float("nan")
 
 
+def beyond(corners: Array, deflection: Array) -> Array:
+    """Return (J, S) the share of each interval from sample to next that lies above each corner, on straight lines.
+
+    The last interval leads back to the first sample. Unlike a count of samples it is continuous in the deflections.
+
+    Args:
+        corners: (J,) ascending.
+        deflection: (S,) samples over one period.
+    """
+    after = np.roll(deflection, -1)
+    high, width = np.maximum(deflection, after), np.abs(after - deflection)
+    width = np.maximum(width, 1e-300)
+    return np.asarray(np.clip((high - corners[:, None]) / width, 0.0, 1.0))
+
+
+def slopes(law: PiecewiseLaw, deflection: Array) -> float:
+    """Return the mean of f' over a periodic motion, (S,) samples of one period [N m/rad or N/m]."""
+    return float(law.stiffness[0] + np.diff(law.stiffness) @ beyond(law.corners, deflection).mean(axis=1))
+
+
 def clearances(trajectory: Trajectory) -> range:
     """Return the indices of all clearances."""
     return range(trajectory.layout.clearance.size)

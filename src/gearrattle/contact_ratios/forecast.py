@@ -10,6 +10,8 @@ third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean 
 the static equilibrium of the averaged laws. There may be several fixed points, as there may be several motions; the
 search begins at every combination of a grid of gains, and all that are found are kept. None may be near the truth: only
 orders of the excitation are in the motion, so sub-harmonics and chaos are not, and a fixed point need not be stable.
+Each is therefore followed to the periodic motion it stands for, where there is one, and to that motion's Floquet
+multipliers (``balance``). Stable motions come first; among equals, the one most searches ended at.
 
 Takes a system; gives a Forecast.
 """
@@ -24,7 +26,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.contact_ratios.base import best_line, elastic, largest_slope
+from gearrattle.contact_ratios.balance import Balance, balance
+from gearrattle.contact_ratios.base import best_line, beyond, elastic, largest_slope, slopes
 from gearrattle.linear.equilibrium import equilibrium
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -53,6 +56,8 @@ class FixedPoint:
         mean: (K,) mean deflection [rad or m].
         deviation: (K,) rms of the deflection about it [rad or m].
         starts: how many searches ended here.
+        motion: the periodic motion that it leads to; None where none was sought: no clearance moves, or the orders of
+            the excitation have no common period.
     """
 
     gain: Array
@@ -60,11 +65,27 @@ class FixedPoint:
     mean: Array
     deviation: Array
     starts: int
+    motion: Balance | None = None
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it leads to a stable periodic motion."""
+        return self.motion is not None and self.motion.stable
+
+    @property
+    def ratios(self) -> tuple[Array, Array]:
+        """(K,) gain and (K,) mean slope to be told: those of the stable motion, or else of linearisation."""
+        if self.motion is not None and self.confirmed:
+            return self.motion.gain, self.motion.mean_slope
+        return self.gain, self.mean_slope
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """All fixed points found, the one most searches ended at first; and how many searches there were, and failed."""
+    """All fixed points found, and how many searches there were, and failed.
+
+    Those that lead to a stable motion come first; among equals, the one most searches ended at.
+    """
 
     points: tuple[FixedPoint, ...]
     searches: int
@@ -85,7 +106,7 @@ class Linearisation:
         self.omega = 2.0 * np.pi * inputs.cycles[turning] / inputs.period
         self.torque = (inputs.torque_cosine - 1j * inputs.torque_sine)[:, turning]
         self.error = (inputs.error_cosine - 1j * inputs.error_sine)[:, turning]
-        whole = np.all(np.abs(inputs.cycles - np.rint(inputs.cycles)) < 1e-9)
+        self.periodic = whole = bool(np.all(np.abs(inputs.cycles - np.rint(inputs.cycles)) < 1e-9))
         highest = float(inputs.cycles.max(initial=1.0)) * (1 if whole else _PERIODS_WITHOUT_PERIOD)
         count = max(FEWEST_SAMPLES, 16 * int(np.ceil(highest)))
         span = inputs.period * (1 if whole else _PERIODS_WITHOUT_PERIOD)
@@ -95,11 +116,16 @@ class Linearisation:
         self.full = np.array([largest_slope(system.laws[k]) for k in self.moving])
         self.loss = np.array([max(float(system.laws[k].damping.max()), 1e-300) for k in self.moving])
 
-    def motion(self, shares: Array) -> tuple[Array, Array]:
-        """(m, S) oscillating deflections and their rates, with gains and dampings (2K,) as shares of the largest."""
-        system, slope, damping = self.system, self.slope.copy(), self.damping.copy()
+    def equivalents(self, shares: Array) -> tuple[Array, Array]:
+        """(m,) slopes and (m,) dampings of all elements, from those of the clearances as shares of the largest."""
+        slope, damping = self.slope.copy(), self.damping.copy()
         gains, losses = np.split(shares, 2)
         slope[self.moving], damping[self.moving] = gains * self.full, losses * self.loss
+        return slope, damping
+
+    def motion(self, shares: Array) -> tuple[Array, Array]:
+        """(m, S) oscillating deflections and their rates, with gains and dampings (2K,) as shares of the largest."""
+        system, (slope, damping) = self.system, self.equivalents(shares)
         spring = (system.rows.T * slope) @ system.rows
         loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
         deflection = np.empty(self.error.shape, dtype=np.complex128)
@@ -169,7 +195,7 @@ class Linearisation:
             found[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
             between = 0.5 * (rate[k] + np.roll(rate[k], -1))
             power = float(between @ between)
-            loss = law.damping[0] + np.diff(law.damping) @ (_beyond(law.corners, delta) @ between**2) / (power or 1.0)
+            loss = law.damping[0] + np.diff(law.damping) @ (beyond(law.corners, delta) @ between**2) / (power or 1.0)
             at_mean = float(law.damping[law.piece_at(float(means[k]))])
             found[1, i] = (loss if power > 0.0 else at_mean) / self.loss[i]
         return found.ravel()
@@ -184,24 +210,11 @@ class Linearisation:
             if k in self.moving:
                 law = self.system.laws[k]
                 gain[i] = shares[self.moving.index(k)]
-                slope[i] = _slopes(law.corners, law.stiffness, means[k] + oscillation[k]) / largest_slope(law)
+                slope[i] = slopes(law, means[k] + oscillation[k]) / largest_slope(law)
         deviation = np.sqrt(np.mean(oscillation[clearances] ** 2, axis=1))
-        return FixedPoint(gain, slope, means[clearances], deviation, starts)
-
-
-def _beyond(corners: Array, deflection: Array) -> Array:
-    """(J, S) share of each interval from sample to next that lies above each corner, on straight lines; the last
-    interval leads back to the first sample. Unlike a count of samples it is continuous in the deflections.
-    """
-    after = np.roll(deflection, -1)
-    high, width = np.maximum(deflection, after), np.abs(after - deflection)
-    width = np.maximum(width, 1e-300)
-    return np.clip((high - corners[:, None]) / width, 0.0, 1.0)
-
-
-def _slopes(corners: Array, stiffness: Array, deflection: Array) -> float:
-    """Return the mean of f' over a motion."""
-    return float(stiffness[0] + np.diff(stiffness) @ _beyond(corners, deflection).mean(axis=1))
+        sought = bool(self.moving) and self.periodic
+        motion = balance(self.system, *self.equivalents(shares), self.means) if sought else None
+        return FixedPoint(gain, slope, means[clearances], deviation, starts, motion)
 
 
 def _starts(count: int) -> Iterator[Array]:
@@ -254,5 +267,6 @@ def forecast(system: PiecewiseSystem) -> Forecast:
                 found.append((shares, 1))
             else:
                 found[same] = (found[same][0], found[same][1] + 1)
-    points = [linear.point(shares, count) for shares, count in sorted(found, key=lambda entry: -entry[1])]
+    points = [linear.point(shares, count) for shares, count in found]
+    points.sort(key=lambda point: (not point.confirmed, -point.starts))
     return Forecast(tuple(points), searches, searches - ended)

@@ -1,0 +1,1 @@
+"""Contact ratios forecast from models against those of exact motions: ``python -m benchmarks.forecast``."""
