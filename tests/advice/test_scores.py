@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.drivelines import FILES, drawn
-from benchmarks.forecasts import TIMES, shares, tried
+from benchmarks.advice import TIMES, shares, tried
 
 EACH = 4
 LEAST = {

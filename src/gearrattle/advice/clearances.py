@@ -57,14 +57,14 @@ def clearances_line(plate: Layout, found: Excursions, pilot: Pilot) -> Line:
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
     """Mean slopes of the pilot, and those of equivalent linearisation."""
-    from gearrattle.calls.contact_ratio import contact_ratio
+    from gearrattle.calls.contact_ratio import forecast_ratios
 
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     if not slopes:
         return Line("contact ratios", "There are none.")
     words = ", ".join(f"{name} {value:.3g}" for name, value in slopes.items())
     try:
-        linearised = contact_ratio(model, "mean-slope")
+        linearised = forecast_ratios(model, "mean-slope", thorough=False)
         count = len(linearised.attrs["fixed_points"])
         points = f", the most visited of {count} fixed points" if count > 1 else ""
         told = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)

@@ -12,8 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
+from functools import cached_property
 
 from gearrattle.advice.forecasts import QUANTITIES, Forecast
 from gearrattle.model import Model
@@ -54,23 +53,21 @@ class Pilot:
         """Largest Lyapunov exponent over the second half [1/s]."""
         return float(self.run.lyapunov_exponents[0])
 
+    @cached_property
+    def _growth(self) -> tuple[float, float]:
+        return self.run.variation.growth()
+
     @property
     def predictable_cycles(self) -> float:
         """Cycles until a perturbation has grown by ``GROWTH``; infinite if that is beyond the planned end.
 
-        Where the pilot is too short, growth goes on from the largest power of ten it reached, at the rate of the
-        largest exponent.
+        Where the pilot is too short, growth goes on from what it has reached, at the rate of the largest exponent.
         """
-        t, variation = self.run.trajectory, self.run.variation
-        whole = round(math.log10(GROWTH))
-        for decades in range(whole, -1, -1):
-            reached = variation.horizon(10.0**decades) if decades else 0.0
-            if np.isfinite(reached):
-                break
-        left = (whole - decades) * math.log(10.0)
-        if left > 0.0:
+        t = self.run.trajectory
+        reached, grown = self._growth
+        if math.isinf(reached):
             rate = self.exponent
-            reached = max(reached, t.end) + left / rate if rate > 0.0 else math.inf
+            reached = t.end + math.log(GROWTH / grown) / rate if rate > 0.0 else math.inf
         cycles = reached / t.layout.period
         return cycles if cycles < self.planned else math.inf
 

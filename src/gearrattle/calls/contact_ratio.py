@@ -54,20 +54,21 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     if method not in ROUTES:
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))
     if isinstance(run_or_model, Model):
-        return _forecast(run_or_model, method)
+        return forecast_ratios(run_or_model, method)
     found, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
     interval = {"low": _by_name(names, found.low), "high": _by_name(names, found.high)}
     return _series(names, found.value, method, {"quantity": found.quantity, **interval, "notes": list(found.notes)})
 
 
-def _forecast(model: Model, method: str) -> pd.Series[float]:
+def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.Series[float]:
+    """Contact ratios forecast by equivalent linearisation, as of ``contact_ratio``; from two starts if not thorough."""
     from gearrattle.contact_ratios.forecast import forecast
 
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     system = assemble(model)
     named_equilibrium(model, system)
-    found, names = forecast(system), name_plate(model, system).clearance_names
+    found, names = forecast(system, thorough=thorough), name_plate(model, system).clearance_names
     if not found.points:
         raise ConvergenceError(
             f"equivalent linearisation found no fixed point in {found.searches} searches",

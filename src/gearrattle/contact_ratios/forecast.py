@@ -3,15 +3,12 @@
 Replace every clearance by its equivalent gain and its damping of equal loss. The linear system answers every order by
 itself; the sum of orders is a motion about a mean; the gains of the clearances on that motion are the multi-harmonic
 describing functions. A *fixed point* is a set of gains that comes out as it went in (Padmanabhan et al. 1995, sec. 6,
-third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean loads: E[f(m + x(t))] must carry them,
-
-    minimise  sum_k E[U_k(b_k . y + x_k(t))] - g . y     over the mean deflections y,
-
-the static equilibrium of the averaged laws. There may be several fixed points, as there may be several motions; the
-search begins at every combination of a grid of gains, and all that are found are kept. None may be near the truth: only
-orders of the excitation are in the motion, so sub-harmonics and chaos are not, and a fixed point need not be stable.
-Each is therefore followed to the periodic motion it stands for, where there is one, and to that motion's Floquet
-multipliers (``balance``). Stable motions come first; among equals, the one most searches ended at.
+third route; Gelb and Vander Velde 1968, ch. 3). The means follow from the mean loads (``averages``). There may be
+several fixed points, as there may be several motions; the search begins at every combination of a grid of gains, and
+all that are found are kept. None may be near the truth: only orders of the excitation are in the motion, so
+sub-harmonics and chaos are not, and a fixed point need not be stable. Each is therefore followed to the periodic motion
+it stands for, where there is one, and to that motion's Floquet multipliers (``balance``). Stable motions come first;
+among equals, the one most searches ended at.
 
 Takes a system; gives a Forecast.
 """
@@ -26,10 +23,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.contact_ratios.averages import Averages
 from gearrattle.contact_ratios.balance import Balance, balance
 from gearrattle.contact_ratios.base import best_line, beyond, elastic, largest_slope, slopes
-from gearrattle.linear.equilibrium import equilibrium
-from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -41,8 +37,6 @@ FEWEST_SAMPLES = 512
 SAME = 1e-5  # fixed points this near are one
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # iterations before Newton's take over
-_MOST_NEWTON = 60
-_MOST_HALVINGS = 50
 _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
 
 
@@ -136,52 +130,12 @@ class Linearisation:
         return (deflection @ self.waves).real, ((1j * self.omega * deflection) @ self.waves).real
 
     @cached_property
-    def _statics(self) -> tuple[list[int], Array, Array, Array]:
-        """Elements that carry load, B, g and the static equilibrium's deflections of the basis."""
-        system, rest = self.system, equilibrium(self.system)
-        elements = [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
-        coordinates = relative_coordinates(system, elements)
-        still = system.inputs.cycles <= 0.0
-        mean = system.inputs.mean + system.inputs.torque_cosine[:, still].sum(axis=1)
-        load = coordinates.angle_from_basis.T @ (mean - system.inertia * rest.acceleration)
-        return elements, coordinates.combination, load, rest.deflection[list(coordinates.elements)]
+    def _averages(self) -> Averages:
+        return Averages(self.system)
 
     def means(self, oscillation: Array) -> Array:
-        """(m,) mean deflections at which the averaged laws carry the mean loads; by Newton's method on the convex U."""
-        elements, combination, load, y = self._statics
-        laws = [self.system.laws[k] for k in elements]
-        waves = oscillation[elements]
-        stiffest = combination.T @ (np.array([law.stiffness.max() for law in laws])[:, None] * combination)
-        floor = 1e-9 * np.diag(np.diag(stiffest))
-
-        def pull(at: Array) -> tuple[Array, Array]:
-            delta = (combination @ at)[:, None] + waves
-            force, slope = np.empty((2, len(laws)))
-            for i, law in enumerate(laws):  # means over samples, the slope that of the force: Newton's method ends
-                piece = np.searchsorted(law.corners, delta[i], side="right")
-                here = law.stiffness[piece]
-                force[i], slope[i] = (here * delta[i] + law.offset[piece]).mean(), here.mean()
-            return load - combination.T @ force, combination.T @ (slope[:, None] * combination)
-
-        swing = np.array([law.stiffness.max() for law in laws]) * np.abs(waves).max(axis=1, initial=0.0)
-        size = np.abs(load).max(initial=0.0) + (np.abs(combination).T @ swing).max(initial=0.0)
-        residual, matrix = pull(y)
-        for _ in range(_MOST_NEWTON):
-            if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
-                break
-            step = np.linalg.solve(matrix + floor, residual)
-            low, high, share, before = 0.0, 1.0, 1.0, abs(residual @ step)
-            for _ in range(_MOST_HALVINGS):  # U is convex: its slope along the line changes sign once
-                now = float(pull(y + share * step)[0] @ step)
-                if now >= -0.5 * before and (share == 1.0 or now <= 0.5 * before):
-                    break
-                low, high = (share, high) if now > 0.0 else (low, share)
-                share = 0.5 * (low + high)
-            y = y + share * step
-            residual, matrix = pull(y)
-        means = np.zeros(len(self.system.laws))
-        means[elements] = combination @ y
-        return means
+        """(m,) mean deflections at which the averaged laws carry the mean loads, about oscillations (m, S)."""
+        return self._averages.means(oscillation)
 
     def answer(self, shares: Array) -> Array:
         """(2K,) gains and dampings of equal loss, as shares of the largest, on the motion that given ones make."""
@@ -200,8 +154,8 @@ class Linearisation:
             found[1, i] = (loss if power > 0.0 else at_mean) / self.loss[i]
         return found.ravel()
 
-    def point(self, shares: Array, starts: int) -> FixedPoint:
-        """Describe the motion of a fixed point, for all clearances."""
+    def point(self, shares: Array, starts: int, *, seek: bool = True) -> FixedPoint:
+        """Describe the motion of a fixed point, for all clearances; ``seek`` the periodic motion it leads to."""
         oscillation, _ = self.motion(shares)
         means = self.means(oscillation)
         clearances = list(self.system.clearances)
@@ -212,13 +166,19 @@ class Linearisation:
                 gain[i] = shares[self.moving.index(k)]
                 slope[i] = slopes(law, means[k] + oscillation[k]) / largest_slope(law)
         deviation = np.sqrt(np.mean(oscillation[clearances] ** 2, axis=1))
-        sought = bool(self.moving) and self.periodic
+        sought = seek and bool(self.moving) and self.periodic
         motion = balance(self.system, *self.equivalents(shares), self.means) if sought else None
         return FixedPoint(gain, slope, means[clearances], deviation, starts, motion)
 
 
-def _starts(count: int) -> Iterator[Array]:
-    """Yield gains (K,): all combinations of the levels, or all alike and one unlike where these are too many."""
+def _starts(count: int, *, thorough: bool) -> Iterator[Array]:
+    """Yield gains (K,): all combinations of the levels, or all alike and one unlike where these are too many.
+
+    Where it need not be thorough: all in contact, and all open.
+    """
+    if not thorough:
+        yield from (np.full(count, level) for level in (1.0, LOWEST))
+        return
     steps = max((n for n in range(2, FINEST + 1) if n**count <= MOST_STARTS), default=0)
     if steps:
         yield from (np.array(levels) for levels in product(np.linspace(LOWEST, 1.0, steps), repeat=count))
@@ -244,11 +204,13 @@ def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
             yield shares
 
 
-def forecast(system: PiecewiseSystem) -> Forecast:
+def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
     """Find the fixed points of equivalent linearisation.
 
     Args:
         system: the driveline; it must have a static equilibrium.
+        thorough: whether to search from a grid of starts and to seek the motions that fixed points lead to; otherwise
+            two starts and no motions.
 
     Raises:
         Runaway: an element of zero last slope cannot carry its load.
@@ -258,7 +220,7 @@ def forecast(system: PiecewiseSystem) -> Forecast:
         return Forecast((linear.point(np.zeros(0), 1),), 1, 0)
     found: list[tuple[Array, int]] = []
     searches = ended = 0
-    for start in _starts(len(linear.moving)):
+    for start in _starts(len(linear.moving), thorough=thorough):
         searches += 2
         for shares in _search(linear, np.concatenate([start, start])):
             ended += 1
@@ -267,6 +229,6 @@ def forecast(system: PiecewiseSystem) -> Forecast:
                 found.append((shares, 1))
             else:
                 found[same] = (found[same][0], found[same][1] + 1)
-    points = [linear.point(shares, count) for shares, count in found]
+    points = [linear.point(shares, count, seek=thorough) for shares, count in found]
     points.sort(key=lambda point: (not point.confirmed, -point.starts))
     return Forecast(tuple(points), searches, searches - ended)

@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels.packed import LONGEST, ORDER
 from gearrattle.system.flow import Flow, Pieces
-from gearrattle.system.region import Region, build_region
+from gearrattle.system.region import exponential_increments, finest_level
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 GROWTH = 1e7
 _MOST_STARTS = 512  # segments a growth is followed from at once; beyond, neighbouring segments are joined
+_BLOCK = 8  # segments
 
 
 @dataclass(frozen=True)
@@ -69,14 +70,15 @@ class Variation:
 
         Growth is the Frobenius norm of the gradient between the two times.
         """
-        time, segments = self.time, self.segments
+        return self.growth(growth)[0]
+
+    def growth(self, least: float = GROWTH) -> tuple[float, float]:
+        """The horizon for a growth [s], and how far some perturbation has grown there, or at the end without one."""
+        time, segments, grown = self.time, self.segments, 1.0
         while len(segments) > 0:
-            head = segments[:_MOST_STARTS]
-            grown = np.zeros((0, *head.shape[1:]))
-            for i, segment in enumerate(head):
-                grown = segment @ np.concatenate([grown, np.eye(len(self.scale))[None]])
-                if np.linalg.norm(grown, axis=(1, 2)).max() >= growth:
-                    return float(time[i + 1])
+            passed, grown = _first_passage(segments[:_MOST_STARTS], least)
+            if passed is not None:
+                return float(time[passed + 1]), grown
             if len(segments) <= _MOST_STARTS:
                 break
             pairs = len(segments) // 2
@@ -84,7 +86,41 @@ class Variation:
             tail = segments[2 * pairs :]
             segments = np.concatenate([joined, tail])
             time = np.concatenate([time[0 : 2 * pairs + 1 : 2], time[2 * pairs + 1 :]])
-        return float("inf")
+        return float("inf"), grown
+
+
+def _first_passage(segments: Array, least: float) -> tuple[int | None, float]:
+    """The first segment at whose end some product of consecutive ones reaches a Frobenius norm, and the largest there.
+
+    Products begun in earlier blocks go on block by block: while the norm of the farthest of them times that of any part
+    of the block stays below, none can reach it inside.
+    """
+    begun, largest = segments[:0], 1.0
+    for first in range(0, len(segments), _BLOCK):
+        inner, heads, passed = segments[:0], [], None
+        for i, segment in enumerate(segments[first : first + _BLOCK]):
+            inner = segment @ np.concatenate([inner, np.eye(segments.shape[1])[None]])
+            heads.append(inner[0])
+            if _size(inner).max() >= least:
+                passed = i
+                break
+        if len(begun) and _size(begun).max() * max(map(_norm_bound, heads)) >= least:
+            reached = (i for i, head in enumerate(heads) if _size(head @ begun).max() >= least)
+            passed = next(reached, passed)
+        if passed is not None:
+            return first + passed, least
+        begun = np.concatenate([heads[-1] @ begun, inner])
+        largest = float(_size(begun).max())
+    return None, largest
+
+
+def _size(matrices: Array) -> Array:
+    return np.asarray(np.linalg.norm(matrices, axis=(1, 2)))
+
+
+def _norm_bound(matrix: Array) -> float:
+    """No less than the spectral norm."""
+    return float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
 
 
 def variation(
@@ -104,15 +140,15 @@ def variation(
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
     index: dict[Pieces, int] = {}
-    regions: list[Region] = []
+    free: list[tuple[Array, Array]] = []
     path, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
     push = _kicks(flow)
     pieces = list(initial)
     for i, which in enumerate(order):
         here = tuple(pieces)
         if here not in index:
-            index[here] = len(regions)
-            regions.append(build_region(flow, here))
+            index[here] = len(free)
+            free.append(_free_motion(flow, here))
         path[i] = index[here], -1, which >= len(time)
         if which < len(time):
             k = flow.system.clearances[clearance[which]]
@@ -122,7 +158,7 @@ def variation(
             pieces[k] = entered
     rows = np.ascontiguousarray(flow.deflection[list(flow.system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
-    _run(regions, (path, durations, kicks, rows), segments)
+    _run(free, (path, durations, kicks, rows), segments)
     scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity])
     return Variation(np.concatenate([[0.0], grid * period]), segments, scale)
 
@@ -136,17 +172,25 @@ def _kicks(flow: Flow) -> Array:
     return out
 
 
-def _run(regions: Sequence[Region], path: tuple[IntArray, Array, Array, Array], segments: Array) -> None:
-    """Pack the regions' homogeneous parts and let the kernel multiply."""
+def _free_motion(flow: Flow, pieces: Pieces) -> tuple[Array, Array]:
+    """(N, N) A of one region, and (fine + 1, N, N) exp(A h) - 1 over LONGEST / 2^l."""
+    n = flow.states
+    generator = flow.generator(pieces)[:n, :n]
+    fine = finest_level(generator)
+    return generator, exponential_increments(generator, np.zeros((0, n)), LONGEST / 2.0**fine, fine)
+
+
+def _run(free: Sequence[tuple[Array, Array]], path: tuple[IntArray, Array, Array, Array], segments: Array) -> None:
+    """Pack the regions' free motions and let the kernel multiply."""
     from gearrattle.kernels._jit import vectorised
     from gearrattle.kernels.variation import gradient_segments
 
     n = segments.shape[1]
-    levels = max(region.fine for region in regions) + 1
-    tables = np.zeros((len(regions), levels, n, n))
-    for i, region in enumerate(regions):
-        tables[i, : region.fine + 1] = region.tables[:, :n, :n]
-    generators = np.array([region.generator[:n, :n] for region in regions])
+    levels = max(len(table) for _, table in free)
+    tables = np.zeros((len(free), levels, n, n))
+    for i, (_, table) in enumerate(free):
+        tables[i, : len(table)] = table
+    generators = np.array([generator for generator, _ in free])
     steps = LONGEST * 0.5 ** np.arange(levels)
-    fine = np.array([region.fine for region in regions], dtype=np.int64)
+    fine = np.array([len(table) - 1 for _, table in free], dtype=np.int64)
     vectorised(gradient_segments)(tables, generators, steps, fine, ORDER, *path, segments)

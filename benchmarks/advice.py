@@ -1,6 +1,6 @@
-"""How often the advice's forecasts come true: ``python -m benchmarks.forecasts``.
+"""How often the advice's forecasts come true: ``python -m benchmarks.advice``.
 
-Writes docs/reference/forecasts.md: every forecast of ``gr.advise`` on drivelines drawn anew
+Writes docs/reference/advice.md: every forecast of ``gr.advise`` on drivelines drawn anew
 (``benchmarks.drivelines``), scored against a run of 200 cycles, the first 100 discarded.
 """
 
@@ -15,14 +15,14 @@ import gearrattle as gr
 from benchmarks.drivelines import drawn
 from gearrattle.advice import Score
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "forecasts.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "advice.md"
 CYCLES, DISCARD = 200, 100
 TIMES = "computing time"
 
 HEAD = """\
 # How often forecasts come true
 
-Written by `make forecasts` on {date}; do not edit.
+Written by `make advice` on {date}; do not edit.
 
 {count} drivelines: the paper's seven and two more examples, as they are and with loads, speeds and gaps drawn anew
 (loads by factors of 1/4 to 4, speed and gaps of 1/2 to 2). Each was advised on, then run exactly for {cycles} cycles
