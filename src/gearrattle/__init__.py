@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from gearrattle.identification.fitted import Fit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
+    from gearrattle.studies import open_study, study
 
 _HOME = {
     "Model": "model",
@@ -70,6 +71,8 @@ _HOME = {
     "open_run": "results",
     "compare": "comparison.compare",
     "advise": "advice",
+    "study": "studies",
+    "open_study": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
     "Fit": "identification.fitted",
@@ -113,10 +116,12 @@ __all__ = [
     "nondimensionalize",
     "open_run",
     "open_stream",
+    "open_study",
     "reduce",
     "simulate",
     "stiffness",
     "stream",
+    "study",
 ]
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.drivelines import FILES, drawn
 from benchmarks.advice import TIMES, shares, tried
+from benchmarks.drivelines import FILES, drawn
 
 EACH = 4
 LEAST = {

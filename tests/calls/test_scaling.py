@@ -14,7 +14,7 @@ from gearrattle.model import Model
 from gearrattle.model.quantity import Quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name != "measured")
+FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies"))
 PLAIN = {"phase", "frequency"}  # a phase stays in radians; a frequency becomes a speed
 
 

@@ -11,7 +11,7 @@ import pytest
 from gearrattle.model import Model, load, loads
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name != "measured")
+FILES = sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in ("measured", "studies"))
 CASES = [f"case{n}{kind}" for n in (1, 2, 3) for kind in ("", "_loaded")]
 
 

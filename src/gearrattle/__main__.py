@@ -1,0 +1,6 @@
+"""``python -m gearrattle``: the command line where no script is on the path."""
+
+from gearrattle.cli import main
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,119 @@
+"""``gearrattle study``: many variants of one driveline, from a file that says which."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearrattle.cli.background import Watch
+
+_SHOWN = 5
+Done = tuple["xr.Dataset", Mapping[tuple[int, ...], str], list[int]]
+
+
+def study(
+    study: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    workers: int | None = None,
+    resume: Annotated[bool, Parameter(negative="")] = False,
+    retry_failed: Annotated[bool, Parameter(negative="")] = False,
+    estimate: Annotated[bool, Parameter(negative="")] = False,
+    function: str | None = None,
+    json: Json = False,
+) -> None:
+    """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
+
+    Parameters
+    ----------
+    study
+        Study file (TOML).
+    output
+        Folder for the results; default: the study file's name with "-study", here.
+    workers
+        Processes; default: as many as there are cores.
+    resume
+        Go on with what the folder holds.
+    retry_failed
+        With --resume: compute chunks with failed cases anew.
+    estimate
+        Say how many cases there are and what they would cost, and stop.
+    function
+        MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
+    """
+    from gearrattle.cli.background import watched
+    from gearrattle.studies import carry_out, prepare
+    from gearrattle.studies.file import read_study
+    from gearrattle.studies.store import Store
+
+    given = read_study(study)
+    if function is not None:
+        given["function"] = _function(function)
+    folder = output if output is not None else Path(f"{study.stem}-study")
+
+    def work(watch: Watch) -> Done | None:
+        watch.enter("looking at the study")
+        found = prepare(**given)
+        print(found.estimate(workers or 1), file=sys.stderr)
+        if estimate:
+            return None
+        store = Store.open(folder, found.plan, found.outputs, resume=resume)
+        watch.enter("computing cases")
+        damaged = carry_out(store, found, retry_failed=retry_failed, workers=workers, progress=watch)
+        return store.dataset(), store.messages(), damaged
+
+    done = watched(work)
+    if done is not None:
+        _tell(*done, folder, json=json)
+
+
+def _function(named: str) -> Any:
+    """Find a function by MODULE:NAME, modules of the working folder included."""
+    from importlib import import_module
+
+    from gearrattle.errors import ModelError, Problem
+
+    module, _, name = named.partition(":")
+    if not module or not name:
+        raise ModelError(Problem("--function", named, "must be MODULE:NAME", "for example my_outputs:loudness"))
+    if str(Path.cwd()) not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))  # workers need it as well: they inherit the path
+    try:
+        found = getattr(import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise ModelError(Problem("--function", named, f"cannot be found: {error}")) from None
+    if not callable(found):
+        raise ModelError(Problem("--function", named, "is no function"))
+    return found
+
+
+def _tell(
+    data: xr.Dataset, messages: Mapping[tuple[int, ...], str], damaged: list[int], folder: Path, *, json: bool
+) -> None:
+    from gearrattle.cli.columns import json_text
+    from gearrattle.studies.cases import OUTCOMES
+
+    counts = {word: int((data["outcome"] == code).sum()) for code, word in enumerate(OUTCOMES)}
+    if damaged:
+        print(f"note: damaged chunks computed again: {len(damaged)}", file=sys.stderr)
+    for place, text in list(messages.items())[:_SHOWN]:
+        at = ", ".join(f"{name} {i}" for name, i in zip(data["outcome"].dims, place, strict=True))
+        print(f"note: case {at}: {text}", file=sys.stderr)
+    if len(messages) > _SHOWN:
+        print(f"note: {len(messages) - _SHOWN} more cases failed; their messages are in done/", file=sys.stderr)
+    if json:
+        sizes = {str(name): int(size) for name, size in data.sizes.items()}
+        print(json_text({"folder": str(folder), "sizes": sizes, "outcomes": counts, "outputs": list(map(str, data))}))
+        return
+    print(", ".join(f"{count} {word}" for word, count in counts.items() if count))
+    print(f"results: {folder / 'results.zarr'}")

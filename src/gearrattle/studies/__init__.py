@@ -1,0 +1,12 @@
+"""Studies: one driveline, many variants; maps, tolerances, thousands of cases that survive whatever stops them.
+
+``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
+of them, ``workers`` deals chunks out, ``store`` keeps them.
+
+Takes a Model; gives an xarray Dataset.
+"""
+
+from gearrattle.studies.store import open_study
+from gearrattle.studies.study import Prepared, carry_out, prepare, study
+
+__all__ = ["Prepared", "carry_out", "open_study", "prepare", "study"]

@@ -1,0 +1,122 @@
+"""Axes of a study: what is varied, by paths of the model file, as plain numbers in SI.
+
+An axis takes one path through its values, or several paths together, value by value. Values stand as a list, or as a
+range: from, to, count, spacing "linear" or "log". Each is read as the model file reads it, units and all; what the
+model refuses an axis refuses, before anything runs.
+
+Takes mappings; gives frozen axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.paths import value_at
+from gearrattle.model.table import did_you_mean, shown
+
+_RANGE = ("from", "to", "count", "spacing")
+_MOST_VALUES = 10_000_000
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis.
+
+    Attributes:
+        name: of its coordinate: its path, or what the user calls several paths together.
+        values: by path, equally many: what the model is given; numbers are SI.
+    """
+
+    name: str
+    values: Mapping[str, tuple[Any, ...]]
+
+    def __len__(self) -> int:
+        return len(next(iter(self.values.values())))
+
+    @property
+    def coordinate(self) -> tuple[Any, ...]:
+        """Its values; 0, 1, 2, ... if it takes several paths."""
+        return next(iter(self.values.values())) if len(self.values) == 1 else tuple(range(len(self)))
+
+    def at(self, index: int) -> dict[str, Any]:
+        """Return what it changes at one of its values."""
+        return {path: values[index] for path, values in self.values.items()}
+
+
+def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
+    """Read axes.
+
+    Args:
+        given: by path a list of values or a range; by another name a mapping from paths to such lists.
+        model: what they vary.
+
+    Raises:
+        ModelError: a path that leads nowhere, values the model refuses, a range without sense; all of them.
+    """
+    problems: list[Problem] = []
+    found = []
+    for name, values in given.items():
+        several = isinstance(values, Mapping) and not set(values) & set(_RANGE)
+        by_path = dict(values) if several else {name: values}
+        read: dict[str, tuple[Any, ...]] = {}
+        for path, each in by_path.items():
+            try:
+                read[path] = _values(path, each, model)
+            except ModelError as error:
+                problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+        lengths = {len(each) for each in read.values()}
+        if len(lengths) > 1:
+            rule = "paths that vary together must have equally many values"
+            problems.append(Problem(f"axis {name}", ", ".join(map(str, sorted(lengths))), rule))
+        if read:
+            found.append(Axis(name, read))
+    if problems:
+        raise ModelError(problems)
+    return tuple(found)
+
+
+def _values(path: str, given: Any, model: Model) -> tuple[Any, ...]:
+    if isinstance(given, Mapping):
+        return _ranged(path, given, model)
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or not len(given):
+        raise ModelError(Problem(path, shown(given), "must be a list of values, or a range with from, to and count"))
+    return tuple(in_si(path, value, model) for value in (given.tolist() if isinstance(given, np.ndarray) else given))
+
+
+def _ranged(path: str, given: Mapping[str, Any], model: Model) -> tuple[float, ...]:
+    unknown = [key for key in given if key not in _RANGE]
+    if unknown:
+        remedy = did_you_mean(unknown[0], _RANGE)
+        raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(_RANGE)}", remedy))
+    missing = [key for key in ("from", "to", "count") if key not in given]
+    if missing:
+        raise ModelError(Problem(path, shown(dict(given)), f"a range needs {', '.join(missing)}"))
+    count, spacing = given["count"], given.get("spacing", "linear")
+    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= _MOST_VALUES:
+        raise ModelError(Problem(f"{path}.count", shown(count), f"must be a whole number from 2 to {_MOST_VALUES}"))
+    if spacing not in ("linear", "log"):
+        raise ModelError(Problem(f"{path}.spacing", shown(spacing), 'must be "linear" or "log"'))
+    ends = [in_si(path, given[key], model) for key in ("from", "to")]
+    if not all(isinstance(end, float | int) and not isinstance(end, bool) for end in ends):
+        raise ModelError(Problem(path, shown(ends), "a range is of numbers"))
+    if spacing == "log" and not min(ends) > 0.0:
+        raise ModelError(Problem(path, shown(ends), 'spacing "log" needs positive ends'))
+    low, high = map(float, ends)
+    spaced = np.geomspace(low, high, count) if spacing == "log" else np.linspace(low, high, count)
+    return tuple(spaced.tolist())
+
+
+def in_si(path: str, value: Any, model: Model) -> Any:
+    """Read a value as the model does, and return it as the model has it: numbers in SI.
+
+    Raises:
+        ModelError: the model refuses it, or the path leads nowhere.
+    """
+    taken = model.with_({path: value})
+    return value_at(taken.to_tables(), path)

@@ -1,0 +1,81 @@
+"""One chunk of a study, computed: every case simulated by the settings of its model, its outputs kept.
+
+A case that fails leaves nothing in its outputs, and says why; the others go on.
+
+Takes a Plan and Outputs; gives a Computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import Cancelled, ConvergenceError, ModelError
+from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.plan import Plan
+
+MISSING, DONE, NO_MODEL, NOT_CONVERGED, FAILED, WORKER_LOST = range(6)
+OUTCOMES = ("missing", "done", "no such model", "did not converge", "failed", "worker lost")
+"""What became of a case."""
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A chunk's results.
+
+    Attributes:
+        values: by output: the chunk's box, and the output's subjects.
+        outcome: the box, codes of ``OUTCOMES``.
+        messages: of the cases that failed, by where they lie in the box.
+    """
+
+    values: dict[str, NDArray[Any]]
+    outcome: NDArray[np.int8]
+    messages: dict[tuple[int, ...], str]
+
+
+def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], None] | None = None) -> Computed:
+    """Compute every case of a chunk.
+
+    Args:
+        plan: the study's cases.
+        outputs: what is kept of them.
+        chunk: its number.
+        told: called after every case with the finished share; what it raises ends the work.
+    """
+    found = empty(plan, outputs, chunk)
+    for i, (at, changes) in enumerate(plan.cases(chunk)):
+        try:
+            run = simulate(plan.model.with_(changes) if changes else plan.model, audit=False)
+            for name, value in outputs.of(run).items():
+                found.values[name][at] = value
+            found.outcome[at] = DONE
+        except Cancelled:
+            raise
+        except Exception as error:  # a case's failure is a result: any error at all is told, and the study goes on
+            found.outcome[at] = _code(error)
+            found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
+        if told is not None:
+            told((i + 1) / found.outcome.size)
+    return found
+
+
+def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> Computed:
+    """A chunk without results, all of its cases of one outcome."""
+    box = tuple(part.stop - part.start for part in plan.box(chunk))
+    values = {
+        output.name: np.full((*box, len(output.subjects)) if output.dimension else box, output.nothing, output.dtype)
+        for output in outputs.all
+    }
+    return Computed(values, np.full(box, outcome, dtype=np.int8), {})
+
+
+def _code(error: Exception) -> int:
+    if isinstance(error, ModelError):
+        return NO_MODEL
+    return NOT_CONVERGED if isinstance(error, ConvergenceError) else FAILED

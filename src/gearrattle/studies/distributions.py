@@ -1,0 +1,159 @@
+"""What is uncertain: distributions of model values, and space-filling samples of them.
+
+    normal       mean, deviation; cut at three deviations unless ``cut`` says otherwise
+    uniform      from, to
+    log-normal   median, factor: the logarithm is normal, with the deviation log(factor); cut likewise
+    triangular   from, to, likely
+
+Points fill the unit cube by Latin hypercubes or Sobol's sequence (``scipy.stats.qmc``), scrambled by the seed, and are
+carried over by the inverse distribution functions.
+
+Takes mappings; gives frozen distributions and samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.axes import in_si
+
+Array = NDArray[np.float64]
+
+CUT = 3.0
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "normal": ("mean", "deviation"),
+    "uniform": ("from", "to"),
+    "log-normal": ("median", "factor"),
+    "triangular": ("from", "to", "likely"),
+}
+METHODS = ("latin-hypercube", "sobol", "random")
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """How one model value scatters.
+
+    Attributes:
+        path: of the value.
+        kind: a key of ``KINDS``.
+        parameters: by name, SI; ``factor`` and ``cut`` are plain.
+    """
+
+    path: str
+    kind: str
+    parameters: Mapping[str, float]
+
+    def quantile(self, share: Array) -> Array:
+        """Return (n,) the values below which these shares (n,) of all lie."""
+        from scipy import stats
+
+        p = self.parameters
+        if self.kind == "uniform":
+            return np.asarray(p["from"] + (p["to"] - p["from"]) * share)
+        if self.kind == "triangular":
+            width = p["to"] - p["from"]
+            return np.asarray(stats.triang((p["likely"] - p["from"]) / width, p["from"], width).ppf(share))
+        standard = stats.truncnorm(-p["cut"], p["cut"]).ppf(share)
+        if self.kind == "normal":
+            return np.asarray(p["mean"] + p["deviation"] * standard)
+        return np.asarray(p["median"] * np.exp(np.log(p["factor"]) * standard))
+
+
+def distributions_of(given: Mapping[str, Any], model: Model) -> tuple[Distribution, ...]:
+    """Read distributions.
+
+    Args:
+        given: by path a mapping with ``distribution`` and its parameters.
+        model: whose values they are; both ends of every range must be values it takes.
+
+    Raises:
+        ModelError: everything that is wrong with them.
+    """
+    problems: list[Problem] = []
+    found = []
+    for path, table in given.items():
+        try:
+            found.append(_distribution(path, table, model))
+        except ModelError as error:
+            problems += [Problem(f"vary {path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+    if problems:
+        raise ModelError(problems)
+    return tuple(found)
+
+
+def _distribution(path: str, table: Any, model: Model) -> Distribution:
+    if not isinstance(table, Mapping) or table.get("distribution") not in KINDS:
+        kind = table.get("distribution") if isinstance(table, Mapping) else table
+        rule = f"distribution must be one of {', '.join(KINDS)}"
+        raise ModelError(Problem("distribution", shown(kind), rule, did_you_mean(str(kind), tuple(KINDS))))
+    kind = table["distribution"]
+    allowed = (*KINDS[kind], *(("cut",) if kind in ("normal", "log-normal") else ()), "distribution")
+    problems = [
+        Problem(key, "", f"is no parameter of {kind}; it has {', '.join(KINDS[kind])}", did_you_mean(key, allowed))
+        for key in table
+        if key not in allowed
+    ]
+    problems += [
+        Problem(key, "missing", f"{kind} needs {', '.join(KINDS[kind])}") for key in KINDS[kind] if key not in table
+    ]
+    if problems:
+        raise ModelError(problems)
+    plain = {"factor": table.get("factor"), "cut": table.get("cut", CUT)}
+    p = {key: plain[key] if key in plain else _si(path, key, table[key], model) for key in KINDS[kind]}
+    if kind in ("normal", "log-normal"):
+        p["cut"] = plain["cut"]
+    bad = [key for key, value in p.items() if isinstance(value, bool) or not isinstance(value, int | float)]
+    if bad:
+        raise ModelError(Problem(bad[0], shown(p[bad[0]]), "must be a number"))
+    numbers = {key: float(value) for key, value in p.items()}
+    _check(kind, numbers)
+    found = Distribution(path, kind, numbers)
+    for end in found.quantile(np.array([0.0, 1.0])).tolist():
+        in_si(path, end, model)
+    return found
+
+
+def _si(path: str, key: str, value: Any, model: Model) -> Any:
+    """A deviation is a difference: it has the unit of the value, but need not be one."""
+    if key == "deviation" and isinstance(value, int | float):
+        return value
+    return in_si(path, value, model)
+
+
+def _check(kind: str, p: Mapping[str, float]) -> None:
+    problems = []
+    if "from" in p and not p["from"] < p["to"]:
+        problems.append(Problem("from", f"{p['from']:g}", f"must lie below to, {p['to']:g}"))
+    if kind == "triangular" and not p["from"] <= p["likely"] <= p["to"]:
+        problems.append(Problem("likely", f"{p['likely']:g}", "must lie between from and to"))
+    if kind == "normal" and not p["deviation"] > 0.0:
+        problems.append(Problem("deviation", f"{p['deviation']:g}", "must be positive"))
+    if kind == "log-normal" and not p["factor"] > 1.0:
+        problems.append(Problem("factor", f"{p['factor']:g}", "must be above 1: 1.1 scatters by some ten per cent"))
+    if "cut" in p and not 0.0 < p["cut"] < np.inf:
+        problems.append(Problem("cut", f"{p['cut']:g}", "must be positive: deviations beyond which nothing lies"))
+    if problems:
+        raise ModelError(problems)
+
+
+def sampled(distributions: tuple[Distribution, ...], count: int, method: str, seed: int) -> Array:
+    """Return (count, d) samples, a column a distribution; the same for the same arguments everywhere."""
+    from scipy.stats import qmc
+
+    d = len(distributions)
+    if method == "sobol":
+        sampler = qmc.Sobol(d, scramble=True, rng=np.random.default_rng(seed))
+        shares = sampler.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count]
+    elif method == "latin-hypercube":
+        shares = qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(count)
+    else:
+        shares = np.random.default_rng(seed).random((count, d))
+    return np.column_stack([each.quantile(column) for each, column in zip(distributions, shares.T, strict=True)])

@@ -1,0 +1,173 @@
+"""Outputs of a study: what is kept of every case.
+
+Every quantity of every criterion is one, by its name in the verdict's entries ("impacts per cycle", "TR rms"), so that
+a new criterion brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``. Words are kept as codes:
+their place in ``flag_meanings``. A function of the user's adds numbers of its own.
+
+Takes Runs; gives arrays by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.calls.judge import criteria
+from gearrattle.criteria import Entry
+from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.model.table import did_you_mean
+from gearrattle.results import Run
+
+REGIMES = ("quiet", "single-sided", "double-sided")
+DEFAULT = ("verdict", "regime", "impacts per cycle", "contact share")
+Function = Callable[[Run], Mapping[str, float]]
+
+
+def _crossings(run: Run) -> float:
+    t = run.trajectory
+    begin = (t.first_cycle + t.discard) * t.layout.period
+    return float(np.count_nonzero(t.events.time >= begin)) / (t.cycles - t.discard)
+
+
+def _predictable(run: Run) -> float:
+    return float(run.predictability_horizon) / run.trajectory.layout.period
+
+
+RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
+    "crossings per cycle": (_crossings, "1/cycle"),
+    "predictable cycles": (_predictable, "1"),
+    "largest Lyapunov exponent": (lambda run: float(run.lyapunov_exponents[0]), "1/s"),
+    "function calls": (lambda run: float(run.cost.function_calls), "1"),
+}
+"""Figures of a whole run, with their units."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """One output.
+
+    Attributes:
+        name: its variable's.
+        dimension: "part" (clutches, splines, meshes) or "inertia"; empty for one number a case.
+        subjects: the coordinate along it.
+        unit: by subject, for they may differ; SI.
+        words: what codes stand for; empty for numbers.
+    """
+
+    name: str
+    dimension: str
+    subjects: tuple[str, ...]
+    unit: tuple[str, ...]
+    words: tuple[str, ...] = ()
+
+    @property
+    def dtype(self) -> str:
+        """Type of its array: codes are small integers, -1 where there is none."""
+        return "int8" if self.words else "float64"
+
+    @property
+    def nothing(self) -> float:
+        """What stands where there is no value."""
+        return -1 if self.words else float("nan")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """All outputs of a study.
+
+    Attributes:
+        chosen: of criteria and whole runs.
+        function: the user's; None for none.
+        function_names: what it returns.
+    """
+
+    chosen: tuple[Output, ...]
+    function: Function | None = None
+    function_names: tuple[str, ...] = ()
+
+    @property
+    def all(self) -> tuple[Output, ...]:
+        """Those of the function as well."""
+        return (*self.chosen, *(Output(name, "", (), ("",)) for name in self.function_names))
+
+    def of(self, run: Run) -> dict[str, NDArray[Any]]:
+        """Return every output of one run, (subjects,) or ()."""
+        wanted = {output.name: output for output in self.chosen}
+        found: dict[str, NDArray[Any]] = {}
+        if any(name not in RUN_OUTPUTS for name in wanted):
+            verdict = criteria(run)
+            by_name: dict[str, dict[str, Entry]] = {}
+            for entry in verdict.entries:
+                by_name.setdefault(entry.quantity, {})[entry.subject] = entry
+            if "verdict" in wanted:
+                found["verdict"] = np.array(REGIMES.index(verdict.verdict), dtype=np.int8)
+            for name, output in wanted.items():
+                if name != "verdict" and name not in RUN_OUTPUTS:
+                    found[name] = _values(output, by_name.get(name, {}))
+        for name in wanted:
+            if name in RUN_OUTPUTS:
+                found[name] = np.array(RUN_OUTPUTS[name][0](run))
+        if self.function is not None:
+            found |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
+            missing = [name for name in self.function_names if name not in found]
+            if missing:
+                raise GearRattleError(f"the function did not return {missing[0]}, as it did for the first case")
+        return {output.name: found[output.name] for output in self.all}
+
+
+def _values(output: Output, entries: Mapping[str, Entry]) -> NDArray[Any]:
+    values = np.full(len(output.subjects), output.nothing, dtype=output.dtype)
+    for i, subject in enumerate(output.subjects):
+        if subject in entries:
+            value = entries[subject].value
+            values[i] = output.words.index(value) if isinstance(value, str) else value
+    return values
+
+
+def _called(function: Function, run: Run) -> Mapping[str, float]:
+    found = function(run)
+    if not isinstance(found, Mapping):
+        raise ModelError(Problem("function", type(found).__name__, "must return a mapping from names to numbers"))
+    return found
+
+
+def outputs_of(names: Sequence[str], run: Run, function: Function | None = None) -> Outputs:
+    """Find outputs by name in what one run has.
+
+    Args:
+        names: of outputs.
+        run: any run of the driveline.
+        function: of a run, returns numbers by name.
+
+    Raises:
+        ModelError: a name there is not; all of them.
+    """
+    verdict, layout = criteria(run), run.trajectory.layout
+    parts = layout.element_names
+    known: dict[str, Output] = {"verdict": Output("verdict", "", (), ("",), REGIMES)}
+    known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
+    by_name: dict[str, list[Entry]] = {}
+    for entry in verdict.entries:
+        by_name.setdefault(entry.quantity, []).append(entry)
+    for name, entries in by_name.items():
+        dimension = "part" if entries[0].subject in parts else "inertia"
+        words = REGIMES if isinstance(entries[0].value, str) else ()
+        known[name] = Output(name, dimension, tuple(e.subject for e in entries), tuple(e.unit for e in entries), words)
+    problems = [
+        Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
+                did_you_mean(name, tuple(known)))
+        for name in names if name not in known
+    ]  # fmt: skip
+    if not names and function is None:
+        problems.append(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
+    if problems:
+        raise ModelError(problems)
+    extra = tuple(_called(function, run)) if function is not None else ()
+    clash = [name for name in extra if name in names]
+    if clash:
+        raise ModelError(Problem("function", clash[0], "returns what is an output already", "give it another name"))
+    return Outputs(tuple(known[name] for name in dict.fromkeys(names)), function, extra)

@@ -1,0 +1,123 @@
+"""What a study computes: a grid of cases, each the model with some values changed, in chunks of neighbours.
+
+The cases form a grid: a dimension for every axis, the last one, "sample", for the points of distributions. A chunk is a
+box of that grid whose cases follow each other in order; it is what a worker computes and the store keeps at once. Case
+and chunk are told by their number alone, so that any worker can compute any chunk, in any order, to the same bits.
+
+Takes a model, axes and samples; gives cases.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.model import Model
+from gearrattle.studies.axes import Axis
+
+SAMPLE = "sample"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Points of uncertain values.
+
+    Attributes:
+        paths: (d,) of the values.
+        points: (count, d) SI.
+    """
+
+    paths: tuple[str, ...]
+    points: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study's cases.
+
+    Attributes:
+        model: what is varied, everything that is fixed in it.
+        axes: what is varied in order.
+        samples: what scatters; None for nothing.
+        chunk_size: cases a chunk holds, about.
+    """
+
+    model: Model
+    axes: tuple[Axis, ...]
+    samples: Samples | None
+    chunk_size: int
+
+    @property
+    def dimensions(self) -> tuple[str, ...]:
+        """Names of the grid's dimensions."""
+        return (*(axis.name for axis in self.axes), *([SAMPLE] if self.samples is not None else []))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Their lengths."""
+        return (*(len(axis) for axis in self.axes), *([len(self.samples.points)] if self.samples is not None else []))
+
+    @property
+    def count(self) -> int:
+        """Number of cases."""
+        return prod(self.shape)
+
+    @cached_property
+    def chunk_shape(self) -> tuple[int, ...]:
+        """The box a chunk is: whole trailing dimensions, what fits of the one before them, one of the others."""
+        left, box = max(1, self.chunk_size), []
+        for length in reversed(self.shape):
+            taken = min(length, left)
+            box.append(taken)
+            left = left // length if taken == length else 1
+        return tuple(reversed(box))
+
+    @property
+    def chunks_along(self) -> tuple[int, ...]:
+        """Number of chunks along every dimension."""
+        return tuple(-(-length // taken) for length, taken in zip(self.shape, self.chunk_shape, strict=True))
+
+    @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return prod(self.chunks_along)
+
+    def box(self, chunk: int) -> tuple[slice, ...]:
+        """Return where a chunk lies in the grid."""
+        at = np.unravel_index(chunk, self.chunks_along)
+        return tuple(
+            slice(int(i) * taken, min((int(i) + 1) * taken, length))
+            for i, taken, length in zip(at, self.chunk_shape, self.shape, strict=True)
+        )
+
+    def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
+        """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
+        box = self.box(chunk)
+        for inside in np.ndindex(*(part.stop - part.start for part in box)):
+            yield inside, self.changes(tuple(i + part.start for i, part in zip(inside, box, strict=True)))
+
+    def changes(self, at: tuple[int, ...]) -> dict[str, Any]:
+        """Return what the case at one place of the grid changes, by path."""
+        found: dict[str, Any] = {}
+        for axis, i in zip(self.axes, at, strict=False):
+            found |= axis.at(i)
+        if self.samples is not None:
+            found |= dict(zip(self.samples.paths, self.samples.points[at[-1]].tolist(), strict=True))
+        return found
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A digest of everything that decides what is computed."""
+        digest = sha256(self.model.to_toml().encode())
+        digest.update(json.dumps([[axis.name, dict(axis.values)] for axis in self.axes], sort_keys=True).encode())
+        if self.samples is not None:
+            digest.update(json.dumps(self.samples.paths).encode() + self.samples.points.tobytes())
+        return digest.hexdigest()

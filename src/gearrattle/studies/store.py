@@ -1,0 +1,290 @@
+"""Where a study's results are kept: a folder that survives whatever ends the program.
+
+    results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
+    study.json           what is computed: format, fingerprint, versions, outputs
+    done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
+
+A chunk's marker appears, by renaming, after its results. So the markers alone say what is done: a chunk without one is
+computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
+written by one worker each, never shared.
+
+Takes Plan and Outputs; keeps Computed; gives xarray Datasets.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zlib
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed
+from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.plan import SAMPLE, Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = "gearrattle study 1"
+OUTCOME = "outcome"
+_RESULTS, _ABOUT, _DONE = "results.zarr", "study.json", "done"
+
+
+class Store:
+    """A study's folder.
+
+    Attributes:
+        folder: where.
+        plan, outputs: what it is of.
+    """
+
+    def __init__(self, folder: Path, plan: Plan, outputs: Outputs) -> None:
+        self.folder, self.plan, self.outputs = folder, plan, outputs
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], plan: Plan, outputs: Outputs, *, resume: bool) -> Store:
+        """Open a folder, made if it does not exist.
+
+        Raises:
+            ModelError: it holds a study already and ``resume`` is not set, or one of something else.
+            OSError: it cannot be written.
+        """
+        store = cls(Path(folder), plan, outputs)
+        about = store.folder / _ABOUT
+        if about.exists():
+            kept = json.loads(about.read_text(encoding="utf-8"))
+            if not resume:
+                remedy = "resume it, or give another folder"
+                raise ModelError(Problem(str(folder), "", "holds a study already", remedy))
+            if kept["owner"] != store._owner():
+                changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
+                rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
+                raise ModelError(Problem(str(folder), "", rule, "give another folder"))
+            return cls(store.folder, replace(plan, chunk_size=kept["chunk_size"]), outputs)
+        if store.folder.exists() and any(store.folder.iterdir()):
+            raise ModelError(Problem(str(folder), "", "is not empty, and no study", "give another folder"))
+        (store.folder / _DONE).mkdir(parents=True, exist_ok=True)
+        store._lay_out()
+        _write(about, {"owner": store._owner(), "model": plan.model.name, "cases": plan.count,
+                       "chunks": plan.chunks, "chunk_size": plan.chunk_size})  # fmt: skip
+        return store
+
+    def _owner(self) -> dict[str, str]:
+        names = [output.name for output in self.outputs.all]
+        function = self.outputs.function
+        named = f"{function.__module__}.{getattr(function, '__qualname__', '')}" if function is not None else ""
+        return {
+            "format": FORMAT, "cases and model": self.plan.fingerprint, "outputs": json.dumps(names), "function": named,
+            **{name: version(name) for name in ("gearrattle", "numpy", "numba")},
+        }  # fmt: skip
+
+    def _group(self) -> Any:
+        return _zarr().open_group(str(self.folder / _RESULTS), mode="a")
+
+    def _lay_out(self) -> None:
+        """Make every array, empty, with its names; and the coordinates."""
+        group, plan = _zarr().open_group(str(self.folder / _RESULTS), mode="w"), self.plan
+        for axis in plan.axes:
+            for path, values in axis.values.items():
+                single = len(axis.values) == 1
+                _coordinate(group, axis.name if single else path, axis.name, values)
+            if len(axis.values) > 1:
+                _coordinate(group, axis.name, axis.name, axis.coordinate)
+        if plan.samples is not None:
+            for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
+                _coordinate(group, path, SAMPLE, column.tolist())
+        subjects: dict[tuple[str, tuple[str, ...]], str] = {}
+        for output in self.outputs.all:
+            dimensions, shape, chunks = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
+            if output.dimension:
+                dimensions.append(self._subjects(output.dimension, output.subjects, subjects, group))
+                shape.append(len(output.subjects))
+                chunks.append(len(output.subjects))
+            array = _array(group, output.name, (dimensions, shape, chunks), output.dtype, output.nothing)
+            array.attrs["units"] = _unit(output.unit)
+            if output.words:
+                array.attrs["flag_values"] = list(range(len(output.words)))
+                array.attrs["flag_meanings"] = " ".join(output.words)
+        grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
+        outcome = _array(group, OUTCOME, grid, "int8", MISSING)
+        outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
+        outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
+        group.attrs["source"] = f"gearrattle {version('gearrattle')}"
+        group.attrs["model"] = plan.model.to_toml()
+        group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
+        group.attrs["order"] = [*(output.name for output in self.outputs.all), OUTCOME]
+
+    def _subjects(
+        self,
+        dimension: str,
+        subjects: tuple[str, ...],
+        known: dict[tuple[str, tuple[str, ...]], str],
+        group: Any,
+    ) -> str:
+        """Name of the dimension with these subjects; a second list of parts is another dimension."""
+        key = (dimension, subjects)
+        if key not in known:
+            same = sum(kind == dimension for kind, _ in known)
+            known[key] = dimension if not same else f"{dimension}_{same + 1}"
+            _coordinate(group, known[key], known[key], subjects)
+        return known[key]
+
+    def _extra_coordinates(self) -> list[str]:
+        found = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
+        return [*found, *(self.plan.samples.paths if self.plan.samples is not None else ())]
+
+    def begin(self, chunk: int) -> None:
+        """Note that a worker has begun a chunk: if it dies, this may be why."""
+        self._begun(chunk).touch()
+
+    def was_begun(self, chunk: int) -> bool:
+        """Return whether a worker had begun a chunk and not ended it, and forget it."""
+        begun = self._begun(chunk).exists()
+        self._begun(chunk).unlink(missing_ok=True)
+        return begun
+
+    def _begun(self, chunk: int) -> Path:
+        return self.folder / _DONE / f"{chunk:07d}.begun"
+
+    def keep(self, chunk: int, computed: Computed) -> None:
+        """Write a chunk's results, then its marker."""
+        group, box = self._group(), self.plan.box(chunk)
+        sums = {}
+        for name, values in (*computed.values.items(), (OUTCOME, computed.outcome)):
+            group[name][(*box, *([slice(None)] * (values.ndim - len(box))))] = values
+            sums[name] = _sum(values)
+        messages = {",".join(map(str, at)): text for at, text in computed.messages.items()}
+        failed = int(np.count_nonzero(computed.outcome != DONE))
+        _write(self._marker(chunk), {"checksums": sums, "messages": messages, "failed": failed})
+        self._begun(chunk).unlink(missing_ok=True)
+
+    def _marker(self, chunk: int) -> Path:
+        return self.folder / _DONE / f"{chunk:07d}.json"
+
+    def done(self) -> set[int]:
+        """Return the chunks that have a marker."""
+        return {int(path.stem) for path in (self.folder / _DONE).glob("*.json") if path.stem.isdigit()}
+
+    def marker(self, chunk: int) -> dict[str, Any]:
+        """Return what a chunk's marker says; empty if it cannot be read."""
+        try:
+            said: dict[str, Any] = json.loads(self._marker(chunk).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return said
+
+    def damaged(self) -> list[int]:
+        """Return the chunks whose results are not those their markers speak of."""
+        group = self._group()
+        return [chunk for chunk in sorted(self.done()) if not self._holds(group, chunk)]
+
+    def _holds(self, group: Any, chunk: int) -> bool:
+        sums, box = self.marker(chunk).get("checksums"), self.plan.box(chunk)
+        if not sums:
+            return False
+        try:
+            return all(_sum(np.asarray(group[name][box])) == crc for name, crc in sums.items())
+        except Exception:  # a codec may raise anything over bytes that are not its own
+            return False
+
+    def forget(self, chunk: int) -> None:
+        """Take a chunk's marker away: it will be computed again."""
+        self._marker(chunk).unlink(missing_ok=True)
+
+    def failed(self) -> list[int]:
+        """Return the chunks with a case that failed."""
+        return [chunk for chunk in sorted(self.done()) if self.marker(chunk).get("failed")]
+
+    def messages(self) -> dict[tuple[int, ...], str]:
+        """Return why cases failed, by their place in the grid."""
+        found = {}
+        for chunk in sorted(self.done()):
+            begin = [part.start for part in self.plan.box(chunk)]
+            for at, text in self.marker(chunk).get("messages", {}).items():
+                inside = [int(i) for i in at.split(",")] if at else []
+                found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
+        return found
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything, in memory."""
+        return open_study(self.folder)
+
+
+def open_study(folder: str | os.PathLike[str]) -> xr.Dataset:
+    """Return the results in a study's folder, in memory; plain ``xarray.open_zarr`` on results.zarr does as well.
+
+    Args:
+        folder: that a study was written to, whole or not.
+
+    Returns:
+        The Dataset that ``study`` gives; cases not computed yet have the outcome 0, "missing".
+
+    Raises:
+        ModelError: there is no study.
+    """
+    import xarray as xr
+
+    path = Path(folder) / _RESULTS
+    if not path.is_dir():
+        raise ModelError(Problem(str(folder), "", "holds no study", "give the folder that a study was written to"))
+    with xr.open_zarr(str(path), consolidated=False) as opened:
+        loaded = opened.load()
+    extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
+    order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
+    ordered: xr.Dataset = loaded.set_coords(extra)[order]
+    return ordered
+
+
+def _zarr() -> Any:
+    import zarr
+
+    return zarr
+
+
+def _array(group: Any, name: str, grid: tuple[list[str], list[int], list[int]], dtype: str, fill: float) -> Any:
+    """An empty array with the names, lengths and chunks of its dimensions."""
+    dimensions, shape, chunks = grid
+    return group.create_array(
+        name, shape=tuple(shape), chunks=tuple(chunks), dtype=dtype, fill_value=fill, dimension_names=dimensions
+    )
+
+
+def _coordinate(group: Any, name: str, dimension: str, values: Any) -> None:
+    data = np.array(values)
+    words = data.dtype.kind in "OU"
+    array = group.create_array(
+        name, shape=data.shape, chunks=(max(1, data.size),), dtype=str if words else data.dtype,
+        dimension_names=[dimension],
+    )  # fmt: skip
+    array[:] = np.array([str(value) for value in values], dtype=object) if words else data
+
+
+def _unit(units: tuple[str, ...]) -> str:
+    """One unit, or those of the subjects in turn."""
+    return units[0] if len(set(units)) == 1 else ", ".join(units)
+
+
+def _sum(values: NDArray[Any]) -> int:
+    return zlib.crc32(np.ascontiguousarray(values).tobytes())
+
+
+def _write(path: Path, content: dict[str, Any]) -> None:
+    """Write JSON whole or not at all."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            json.dump(content, stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

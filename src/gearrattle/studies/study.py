@@ -1,0 +1,263 @@
+"""``study``: many variants of one driveline, each simulated and judged, as one labelled Dataset.
+
+The order of work: everything that can be wrong is looked for first, one case is run to see what outputs there are and
+what a case costs, then chunks go out to workers until all are done. What is kept on disk survives whatever stops it.
+
+Takes a Model, axes and names of outputs; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.calls.settings import settled
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.studies.axes import axes_of
+from gearrattle.studies.distributions import METHODS, distributions_of, sampled
+from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
+from gearrattle.studies.plan import Plan, Samples
+from gearrattle.studies.store import Store
+from gearrattle.studies.workers import here, processes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST = 1_000_000
+CHUNK_SECONDS, MOST_IN_CHUNK = 5.0, 10_000
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A study about to begin.
+
+    Attributes:
+        plan, outputs: what is computed, and what is kept.
+        seconds: that one case took, warm.
+    """
+
+    plan: Plan
+    outputs: Outputs
+    seconds: float
+
+    def estimate(self, workers: int) -> str:
+        """Return in words what all cases will cost."""
+        total = self.plan.count * self.seconds / workers
+        each = f"{1e3 * self.seconds:.3g} ms"
+        return f"{self.plan.count} cases of about {each}: {_span(total)} on {workers} worker{'s' * (workers != 1)}"
+
+
+def prepare(
+    model: Model,
+    axes: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] = DEFAULT,
+    *,
+    vary: Mapping[str, Any] | None = None,
+    samples: int = 0,
+    method: str = "latin-hypercube",
+    seed: int = 0,
+    fixed: Mapping[str, Any] | None = None,
+    function: Function | None = None,
+    most: int = MOST,
+) -> Prepared:
+    """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
+    base = settled(model.with_(dict(fixed)) if fixed else model, {})
+    points = _points(vary or {}, samples, method, seed, base)
+    given = axes_of(axes or {}, base)
+    _check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
+    plan = Plan(base, given, points, 1)
+    if plan.count > most or not plan.dimensions:
+        raise ModelError(_wrong_count(plan, base, most))
+    run, seconds = _first(plan)
+    found = outputs_of(outputs, run, function)
+    fitting = int(min(CHUNK_SECONDS / max(seconds, 1e-6), MOST_IN_CHUNK, max(1, plan.count // 8)))
+    return Prepared(Plan(base, given, points, max(1, _round(fitting))), found, seconds)
+
+
+def study(
+    model: Model,
+    axes: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] = DEFAULT,
+    *,
+    vary: Mapping[str, Any] | None = None,
+    samples: int = 0,
+    method: str = "latin-hypercube",
+    seed: int = 0,
+    fixed: Mapping[str, Any] | None = None,
+    function: Function | None = None,
+    most: int = MOST,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Simulate and judge many variants of a driveline.
+
+    Args:
+        model: the driveline; its file's settings hold for every case.
+        axes: what is varied in order, all combinations: by path of the model file a list of values or a range
+            ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``; by another name a mapping from
+            paths to lists, which then vary together.
+        outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
+        vary: what scatters: by path a mapping with ``distribution`` ("normal", "uniform", "log-normal", "triangular")
+            and its parameters.
+        samples: points drawn of all that scatters, for every combination of the axes.
+        method: "latin-hypercube", "sobol" or "random".
+        seed: of the points.
+        fixed: other values of the model, by path.
+        function: takes a Run, returns numbers by name: further outputs.
+        most: a study of more cases is refused.
+        output: folder to keep it in; None: in memory.
+        resume: go on with what the folder holds.
+        retry_failed: with ``resume``: compute chunks with failed cases anew.
+        workers: processes; None: as many as there are cores, this process alone for few cases. Results are the same.
+        progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
+
+    Returns:
+        A Dataset with a dimension for every axis, "sample" for what scatters, "part" and "inertia" for subjects;
+        ``outcome`` tells what became of every case, ``attrs["failures"]`` why some failed.
+
+    Raises:
+        ModelError: anything wrong with the study; nothing has been computed then.
+        ConvergenceError: not even one case could be simulated.
+    """
+    found = prepare(
+        model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
+        most=most,
+    )  # fmt: skip
+    with _folder(output) as folder:
+        store = Store.open(folder, found.plan, found.outputs, resume=resume)
+        carry_out(store, found, retry_failed=retry_failed, workers=workers, progress=progress)
+        data = store.dataset()
+        data.attrs["failures"] = [f"{at}: {text}" for at, text in store.messages().items()]
+        return data
+
+
+def carry_out(
+    store: Store,
+    found: Prepared,
+    *,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> list[int]:
+    """Compute whatever is not done, and return the chunks that were found damaged and computed again.
+
+    Args:
+        store: where results are kept.
+        found: the study.
+        retry_failed: whether chunks with failed cases are computed again.
+        workers, progress: as in ``study``.
+    """
+    damaged = store.damaged()
+    for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
+        store.forget(chunk)
+    done = store.done()
+    chunks = store.plan.chunks
+    left = [chunk for chunk in range(chunks) if chunk not in done]
+    count = min(workers or _workers(len(left), found), max(1, len(left)))
+    reached = len(done)
+
+    def tick() -> None:
+        if progress is not None:
+            progress(reached / chunks)
+
+    for _ in here(store, left, tick) if count == 1 else processes(store, left, count, tick):
+        reached += 1
+        tick()
+    return damaged
+
+
+def _workers(chunks: int, found: Prepared) -> int:
+    """As many as there are cores; one where starting others would take longer than they save."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return 1 if chunks < 2 or found.plan.count * found.seconds < _STARTING * 2 else cores
+
+
+_STARTING = 5.0  # seconds until a fresh process is warm
+
+
+@contextmanager
+def _folder(output: str | os.PathLike[str] | None) -> Iterator[Path]:
+    if output is not None:
+        yield Path(output)
+        return
+    with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
+        yield Path(name) / "study"
+
+
+def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:
+    problems = []
+    if bool(vary) != bool(samples):
+        rule = "what scatters needs a number of samples, and samples something that scatters"
+        problems.append(Problem("samples", str(samples), rule))
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 0:
+        problems.append(Problem("samples", str(samples), "must be a whole number"))
+    if method not in METHODS:
+        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(METHODS)}"))
+    if problems:
+        raise ModelError(problems)
+    distributions = distributions_of(vary, model)
+    if not distributions:
+        return None
+    if samples > MOST * 100:
+        raise ModelError(Problem("samples", str(samples), f"more than {MOST * 100} cannot be held"))
+    return Samples(tuple(each.path for each in distributions), sampled(distributions, samples, method, seed))
+
+
+def _check_paths(paths: list[str]) -> None:
+    twice = sorted({path for path in paths if paths.count(path) > 1})
+    if twice:
+        raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
+
+
+def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
+    if not plan.dimensions:
+        return Problem("axes", "none", "a study needs an axis, or something that scatters")
+    begun = time.perf_counter()
+    simulate(model, audit=False)
+    took = time.perf_counter() - begun
+    sizes = " x ".join(map(str, plan.shape))
+    cost = _span(plan.count * took)
+    rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
+    return Problem("study", "", rule, "make the axes shorter, or allow more with most")
+
+
+def _first(plan: Plan) -> tuple[Any, float]:
+    """A run of the first case that can be simulated, warm, and how long it took [s]."""
+    trouble: Exception | None = None
+    at = (0,) * len(plan.shape)
+    last = tuple(length - 1 for length in plan.shape)
+    for place in (at, last, tuple(length // 2 for length in plan.shape)):
+        try:
+            changed = plan.model.with_(plan.changes(place))
+            simulate(changed, audit=False)
+            begun = time.perf_counter()
+            run = simulate(plan.model.with_(plan.changes(place)), audit=False)
+            return run, time.perf_counter() - begun
+        except (ModelError, ConvergenceError) as error:
+            trouble = trouble or error
+    assert trouble is not None
+    raise trouble
+
+
+def _round(count: int) -> int:
+    """Down to a power of two: machines of about one speed cut a study alike, and can go on with each other's."""
+    return 1 << max(0, count.bit_length() - 1)
+
+
+def _span(seconds: float) -> str:
+    for unit, length in (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.2g} s"

@@ -1,0 +1,116 @@
+"""``gearrattle study``: from a file to results, refusals, killing and going on."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.cli import main
+from tests.studies.drivelines import TOML
+
+STUDY = """
+schema = 1
+model = "two.toml"
+outputs = ["regime", "impacts per cycle"]
+[axis]
+"coupling.joint.clearance" = { from = 0.005, to = 0.02, count = COUNT, spacing = "log" }
+"torque.0.mean" = [0.3, 0.6]
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")
+    path = tmp_path / "gaps.toml"
+    path.write_text(STUDY.replace("COUNT", "3"), encoding="utf-8")
+    return path
+
+
+def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", str(study), "--workers", "1"]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines() == ["6 done", f"results: {Path('gaps-study') / 'results.zarr'}"]
+    assert "6 cases of about" in err
+    assert dict(gr.open_study("gaps-study").sizes) == {"coupling.joint.clearance": 3, "torque.0.mean": 2, "part": 1}
+    assert main(["study", str(study)]) == 2
+    assert "holds a study already" in capsys.readouterr().err
+    assert main(["study", str(study), "--resume", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcomes"]["done"] == 6
+
+
+def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = sorted(Path().iterdir())
+    assert main(["study", str(study), "--estimate"]) == 0
+    assert "6 cases of about" in capsys.readouterr().err
+    assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('outputs = ["regime"', 'output = ["regime"', 'did you mean "outputs"'),
+        ('"regime"', '"regimes"', 'did you mean "regime"'),
+        ("joint.clearance", "join.clearance", "join"),
+        ("from = 0.005", 'from = "5 kg"', "clearance"),
+        ("count = 3", "count = 3000000", "6000000 cases (3000000 x 2), more than the 1000000 allowed"),
+        ("two.toml", "three.toml", "no such file"),
+        ("schema = 1", "schema = 2", "schema must be 1"),
+        ("schema = 1", "schema =", "gaps.toml:2"),
+    ],
+)
+def test_wrong_files_are_refused_before_anything_runs(
+    study: Path, old: str, new: str, match: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study.write_text(study.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    assert main(["study", str(study)]) == 2
+    assert match in capsys.readouterr().err
+    assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "two.toml"]
+
+
+def test_a_function_is_named_on_the_command_line_only(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", str(study), "--function", "tests.studies.drivelines:loudness", "--workers", "1"]) == 0
+    assert "largest speed" in gr.open_study("gaps-study")
+    for wrong in ("nothing", "nothing:here", "tests.studies.drivelines:TOML"):
+        assert main(["study", str(study), "--function", wrong, "-o", "other"]) == 2
+    assert not Path("other").exists()
+
+
+def test_killed_outright_it_goes_on_to_the_same_bits(study: Path) -> None:
+    study.write_text(STUDY.replace("COUNT", "200"), encoding="utf-8")
+    command = [sys.executable, "-m", "gearrattle", "study", str(study), "--workers", "2", "-o"]
+    killed = subprocess.Popen([*command, "killed"], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline and not list(Path("killed/done").glob("*.json")):
+        time.sleep(0.02)
+    os.kill(killed.pid, signal.SIGKILL)
+    killed.wait()
+    assert int((gr.open_study("killed")["outcome"] == 1).sum()) < 400
+    assert main(["study", str(study), "--resume", "-o", "killed", "--workers", "1"]) == 0
+    assert main(["study", str(study), "-o", "whole", "--workers", "1"]) == 0
+    assert gr.open_study("killed").equals(gr.open_study("whole"))
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline and _orphans(killed.pid):
+        time.sleep(0.1)
+    assert not _orphans(killed.pid)
+
+
+def _orphans(parent: int) -> list[str]:
+    """Workers of a process that is no more: their command line names its pipe."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes().decode(errors="replace")
+        except OSError:
+            continue
+        if "spawn_main" in words and f"parent_pid={parent}" in words:
+            found.append(entry.name)
+    return found
