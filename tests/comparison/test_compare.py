@@ -254,3 +254,14 @@ def test_work_and_precision_are_of_the_motion_compared() -> None:
     assert [curve.algorithm for curve in asked[0].curves] == ["rk4"]
     errors = [[point.error for point in found.curves[0].points] for found in asked]
     assert errors[1] == errors[2] != errors[0]
+
+
+def test_an_algorithm_with_strange_statistics_is_not_sound(loaded: Comparison) -> None:
+    row = loaded.row("rkv-events")
+    assert is_sound(row)
+    assert row.statistics is not None
+    strange = replace(row, statistics=replace(row.statistics, different=len(row.statistics.items) // 2))
+    assert not is_sound(strange)
+    rows = (*(strange if each is row else each for each in loaded.rows),)
+    words = recommendation(replace(loaded, rows=rows))
+    assert f"rkv-events: {strange.statistics.different} of {len(row.statistics.items)} statistics lie outside" in words

@@ -1,7 +1,9 @@
 """What follows from the numbers of a comparison, in words.
 
 An algorithm is *sound* here if it came to an end, its error inside the window stays below ``SOUND``, no step lies
-outside its stability region, and it missed and invented no impact. The cheapest sound one is recommended next to exact.
+outside its stability region, it missed and invented no impact, and no more than a third of its statistics beyond the
+horizon lie outside those of all exact motions: chance puts one in twenty-two there, in groups that go together. The
+cheapest sound one is recommended next to exact.
 Against a reference that is itself wrong nobody is called sound or unsound.
 
 Takes a Comparison; gives sentences.
@@ -14,6 +16,7 @@ from collections.abc import Iterator
 from gearrattle.comparison.rows import Comparison, Row
 
 SOUND = 1e-2  # half-gaps, or of the rms velocity without clearances
+STRANGE = 1.0 / 3.0
 _STABLE = 1.0 + 1e-9
 
 
@@ -23,7 +26,13 @@ def is_sound(row: Row) -> bool:
         return False
     impacts = row.impacts.total
     stable = row.growth is None or row.growth <= _STABLE
-    return stable and row.error.worst <= SOUND and impacts.missed == 0 and impacts.invented == 0
+    exact_enough = row.error.worst <= SOUND and impacts.missed == 0 and impacts.invented == 0
+    return stable and exact_enough and not _is_strange(row)
+
+
+def _is_strange(row: Row) -> bool:
+    """Whether too many of its statistics lie outside."""
+    return row.statistics is not None and row.statistics.different > STRANGE * len(row.statistics.items)
 
 
 def recommendation(comparison: Comparison) -> str:
@@ -72,7 +81,11 @@ def _warnings(comparison: Comparison) -> Iterator[str]:
             parts = [f"an error of {row.error.worst:.1g} {row.error.unit}"] if row.error.worst > SOUND else []
             parts += [f"{_count(impacts.missed, 'impact')} missed"] if impacts.missed else []
             parts += [f"{_count(impacts.invented, 'impact')} invented"] if impacts.invented else []
-            yield f"{row.label}: {', '.join(parts)} while the motion can still be predicted."
+            if parts:
+                yield f"{row.label}: {', '.join(parts)} while the motion can still be predicted."
+            if row.statistics is not None and _is_strange(row):
+                outside = f"{row.statistics.different} of {len(row.statistics.items)}"
+                yield f"{row.label}: {outside} statistics lie outside those of all exact motions."
 
 
 def _limits(comparison: Comparison) -> Iterator[str]:
