@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.calls.judge import criteria
-from gearrattle.criteria import Entry
+from gearrattle.criteria import CRITERIA, Entry
 from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
 
+VERDICT, _REGIME = "verdict", "regime"
 REGIMES = ("quiet", "single-sided", "double-sided")
 DEFAULT = ("verdict", "regime", "impacts per cycle", "contact share")
 Function = Callable[[Run], Mapping[str, float]]
@@ -56,6 +57,7 @@ class Output:
         subjects: the coordinate along it.
         unit: by subject, for they may differ; SI.
         words: what codes stand for; empty for numbers.
+        criterion: whose quantity it is; empty if none's.
     """
 
     name: str
@@ -63,11 +65,17 @@ class Output:
     subjects: tuple[str, ...]
     unit: tuple[str, ...]
     words: tuple[str, ...] = ()
+    criterion: str = ""
 
     @property
     def dtype(self) -> str:
         """Type of its array: codes are small integers, -1 where there is none."""
         return "int8" if self.words else "float64"
+
+    @property
+    def quantity(self) -> str:
+        """What its criterion calls it."""
+        return _REGIME if self.name == VERDICT else self.name
 
     @property
     def nothing(self) -> float:
@@ -96,21 +104,19 @@ class Outputs:
 
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run, (subjects,) or ()."""
-        wanted = {output.name: output for output in self.chosen}
         found: dict[str, NDArray[Any]] = {}
-        if any(name not in RUN_OUTPUTS for name in wanted):
-            verdict = criteria(run)
-            by_name: dict[str, dict[str, Entry]] = {}
-            for entry in verdict.entries:
-                by_name.setdefault(entry.quantity, {})[entry.subject] = entry
-            if "verdict" in wanted:
-                found["verdict"] = np.array(REGIMES.index(verdict.verdict), dtype=np.int8)
-            for name, output in wanted.items():
-                if name != "verdict" and name not in RUN_OUTPUTS:
-                    found[name] = _values(output, by_name.get(name, {}))
-        for name in wanted:
-            if name in RUN_OUTPUTS:
-                found[name] = np.array(RUN_OUTPUTS[name][0](run))
+        needed = {output.criterion for output in self.chosen}
+        told = {each.name: each.evaluate(run.trajectory) for each in CRITERIA if each.name in needed}
+        for output in self.chosen:
+            if output.name in RUN_OUTPUTS:
+                found[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
+                continue
+            entries = {e.subject: e for e in told[output.criterion] if e.quantity == output.quantity}
+            if output.name == VERDICT:  # the worst of the parts
+                codes = [output.words.index(str(entry.value)) for entry in entries.values()]
+                found[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
+            else:
+                found[output.name] = _values(output, entries)
         if self.function is not None:
             found |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
             missing = [name for name in self.function_names if name not in found]
@@ -148,7 +154,7 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     """
     verdict, layout = criteria(run), run.trajectory.layout
     parts = layout.element_names
-    known: dict[str, Output] = {"verdict": Output("verdict", "", (), ("",), REGIMES)}
+    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
     by_name: dict[str, list[Entry]] = {}
     for entry in verdict.entries:
@@ -156,7 +162,8 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     for name, entries in by_name.items():
         dimension = "part" if entries[0].subject in parts else "inertia"
         words = REGIMES if isinstance(entries[0].value, str) else ()
-        known[name] = Output(name, dimension, tuple(e.subject for e in entries), tuple(e.unit for e in entries), words)
+        subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
+        known[name] = Output(name, dimension, subjects, units, words, entries[0].criterion)
     problems = [
         Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
                 did_you_mean(name, tuple(known)))
