@@ -47,7 +47,7 @@ def lumped_model(
     kept = sorted(set(owner))
     elements = [e for k, e in enumerate(elements_of(model)) if k not in set(removed)]
     written = [_element(element, to) for element in elements]
-    tables = {**model.to_tables(), "name": name}
+    tables = {**model.to_tables(at_speed=True), "name": name}
     tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
     for kind in ("coupling", "mesh"):
         tables.pop(kind, None)

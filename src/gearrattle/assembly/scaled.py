@@ -55,7 +55,7 @@ def dimensional(model: Model, scales: Scales) -> Model:
 
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
     """Write the tables anew; a frequency becomes the speed it stands for."""
-    tables = {**model.to_tables(), "units": units, "excitation": {"speed": model.excitation.omega}}
+    tables = {**model.to_tables(at_speed=True), "units": units, "excitation": {"speed": model.excitation.omega}}
     return Model.from_tables({key: _scaled(value, KINDS.get(key, {}), factor) for key, value in tables.items()})
 
 

@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import PrivateAttr
 
 from gearrattle.model import units
+from gearrattle.model.over_speed import OverSpeed
 from gearrattle.model.quantity import Name, Order, Quantity
 from gearrattle.model.table import Breach, Table
 
@@ -33,8 +34,8 @@ class Harmonic(Table):
 class TorqueHarmonic(Harmonic):
     """One sine of a torque; its amplitude is a torque."""
 
-    amplitude: Annotated[float, Quantity(units.TORQUE)]
-    """Amplitude [N m]."""
+    amplitude: Annotated[float, OverSpeed(units.TORQUE)]
+    """Amplitude [N m]; may be a table over speed."""
 
 
 class Torque(Table):
@@ -44,8 +45,8 @@ class Torque(Table):
 
     on: Name
     """Name of the inertia it acts on."""
-    mean: Annotated[float, Quantity(units.TORQUE)] = 0.0
-    """Mean torque [N m]."""
+    mean: Annotated[float, OverSpeed(units.TORQUE)] = 0.0
+    """Mean torque [N m]; may be a table over speed."""
     harmonics: tuple[TorqueHarmonic, ...] = ()
     """Its sines."""
 

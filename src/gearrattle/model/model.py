@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
 from gearrattle.model.excitation import Excitation, Torque
+from gearrattle.model.over_speed import OMEGA
 from gearrattle.model.parts import Coupling, Inertia, Mesh
 from gearrattle.model.paths import changed, path_names
 from gearrattle.model.problems import Positions, model_error
@@ -85,16 +86,21 @@ class Model(Table):
         Raises:
             ModelError: carrying every problem of the tables.
         """
-        context = {"dimensionless": tables.get("units") == "dimensionless"}
+        dimensionless = tables.get("units") == "dimensionless"
+        context = {"dimensionless": dimensionless, OMEGA: _omega(tables.get("excitation"), dimensionless)}
         try:
             return cls.model_validate(tables, context=context)
         except ValidationError as error:
             only = ("schema",) if _is_newer(tables.get("schema")) else ()
             raise model_error(error, tables, positions or Positions(), only) from None
 
-    def to_tables(self) -> dict[str, Any]:
-        """Return the tables of the file format, quantities as plain numbers; what was left out stays out."""
-        return self.to_plain()
+    def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
+        """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
+
+        Args:
+            at_speed: whether tables over speed are told as what they are at the model's speed.
+        """
+        return self.to_plain(at_speed=at_speed)
 
     def to_toml(self) -> str:
         """Return the model as a file, quantities as plain numbers; reading it gives an equal model."""
@@ -160,6 +166,15 @@ class Model(Table):
             if isinstance(on, str) and on not in names:
                 yield _dangling(("torque", index, "on"), on, names)
         yield from _start_length(table.get("simulation"), len(inertias))
+
+
+def _omega(table: object, dimensionless: bool) -> float | None:
+    """Return the speed that an excitation says; None if it says none that could be understood."""
+    try:
+        found = Excitation.model_validate(table, context={"dimensionless": dimensionless})
+    except ValidationError:
+        return None
+    return (found.without_units() if dimensionless else found).omega
 
 
 def _rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:

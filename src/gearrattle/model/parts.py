@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
+from gearrattle.model.over_speed import OverSpeed
 from gearrattle.model.quantity import GROUND, Between, Label, Name, Plain, Quantity, attempt, two
 from gearrattle.model.table import Breach, Table
 
@@ -48,7 +49,7 @@ class Inertia(Table):
     """Moment of inertia [kg m^2]."""
     drag: TorsionalDamping = 0.0
     """Viscous drag to ground on the fluctuation of speed [N m s/rad]."""
-    drag_torque: Annotated[float, Quantity(units.TORQUE, "non-negative")] = 0.0
+    drag_torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
     """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
 
 

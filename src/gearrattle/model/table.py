@@ -99,11 +99,15 @@ class Table(BaseModel):
         """Return the keys this table may have, in order."""
         return tuple(info.alias or name for name, info in cls.model_fields.items())
 
-    def to_plain(self) -> dict[str, Any]:
-        """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others."""
+    def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
+        """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others.
+
+        Args:
+            at_speed: whether tables over speed are told as what they are at the model's speed.
+        """
         given = self.model_fields_set
         return {
-            info.alias or name: _plain(getattr(self, name))
+            info.alias or name: _plain(getattr(self, name), at_speed=at_speed)
             for name, info in type(self).model_fields.items()
             if name in given
         }
@@ -149,12 +153,14 @@ class Table(BaseModel):
         return Breach(location, found, rule, remedy).details()
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, *, at_speed: bool) -> Any:
     """Return a value without tables of our own classes."""
     if isinstance(value, Table):
-        return value.to_plain()
+        return value.to_plain(at_speed=at_speed)
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [_plain(item, at_speed=at_speed) for item in value]
+    if isinstance(value, float) and type(value) is not float:
+        return float(value) if at_speed else value.to_plain()  # type: ignore[attr-defined]
     return value
 
 

@@ -1,0 +1,108 @@
+"""Values that depend on the reference speed: a table in the file, a plain number in the model.
+
+``{ speed = ["800 rpm", "3000 rpm"], value = ["200 N*m", "80 N*m"] }`` stands for the straight line between its points
+at the speed of the model; nothing is extrapolated. In the model it is a float, that of its own speed, which remembers
+its table: a copy of the model at another speed takes another value.
+
+Takes value kinds from ``quantity``; gives one to the classes of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, core_schema
+
+from gearrattle.model import units
+from gearrattle.model.quantity import Quantity
+from gearrattle.model.table import breach, did_you_mean
+
+OMEGA = "omega"
+"""Key of the validation context under which the model's speed stands [rad/s]."""
+_KEYS = ("speed", "value")
+
+
+class AtSpeed(float):
+    """A number read off a table at the model's speed.
+
+    Attributes:
+        speeds: ascending [rad/s].
+        values: at these speeds.
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __new__(cls, value: float, speeds: tuple[float, ...], values: tuple[float, ...]) -> AtSpeed:
+        """Make the number; ``value`` is that of the model's speed."""
+        made = super().__new__(cls, value)
+        made.speeds, made.values = speeds, values
+        return made
+
+    def __getnewargs__(self) -> tuple[float, tuple[float, ...], tuple[float, ...]]:  # type: ignore[override]
+        """Return what makes an equal one, for copies and pickles."""
+        return float(self), self.speeds, self.values
+
+    def to_plain(self) -> dict[str, list[float]]:
+        """Return its table."""
+        return {"speed": list(self.speeds), "value": list(self.values)}
+
+
+@dataclass(frozen=True)
+class OverSpeed(Quantity):
+    """A quantity, or a table of it over the reference speed."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def check(value: Any, info: ValidationInfo) -> float:
+            context = info.context or {}
+            dimensionless = bool(context.get("dimensionless", False))
+            if not isinstance(value, Mapping):
+                return self.read(value, dimensionless)
+            return self._tabled(value, dimensionless, context.get(OMEGA))
+
+        return core_schema.with_info_plain_validator_function(check)
+
+    def _tabled(self, table: Mapping[str, Any], dimensionless: bool, omega: float | None) -> float:
+        """Read a table off at the model's speed."""
+        unknown = [key for key in table if key not in _KEYS]
+        if unknown or len(table) != 2:
+            rule = "a table over speed has the keys speed and value, lists of equal length"
+            raise breach(rule, did_you_mean(unknown[0], _KEYS) if unknown else "")
+        lists = [table[key] for key in _KEYS]
+        if (
+            not all(isinstance(each, list | tuple) for each in lists)
+            or len(lists[0]) != len(lists[1])
+            or len(lists[0]) < 2
+        ):
+            raise breach("speed and value must be lists of equal length, of two points or more")
+        speed = Quantity(units.ANGULAR_VELOCITY, "non-negative")
+        speeds = tuple(speed.read(each, dimensionless) for each in lists[0])
+        values = tuple(self.read(each, dimensionless) for each in lists[1])
+        if any(later <= sooner for sooner, later in pairwise(speeds)):
+            raise breach("speeds must ascend")
+        if omega is None:  # the speed itself is wrong, and said to be
+            return AtSpeed(values[0], speeds, values)
+        if not speeds[0] <= omega <= speeds[-1]:
+            rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the model's speed is {omega:.6g}"
+            raise breach(rule, "extend the table: nothing is extrapolated")
+        for k, (sooner, later) in enumerate(pairwise(speeds)):
+            if omega <= later:
+                share = (omega - sooner) / (later - sooner)
+                return AtSpeed(values[k] + share * (values[k + 1] - values[k]) if share else values[k], speeds, values)
+        raise AssertionError("between the first and the last speed")
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema: a quantity, or a table of two lists."""
+        plain = super().describe()
+        speed = Quantity(units.ANGULAR_VELOCITY, "non-negative").describe()
+        points = {"type": "array", "minItems": 2}
+        table = {
+            "type": "object", "required": list(_KEYS), "additionalProperties": False,
+            "properties": {"speed": {**points, "items": speed}, "value": {**points, "items": plain}},
+            "description": "a table over the reference speed, straight lines between its points",
+        }  # fmt: skip
+        return {"anyOf": [*plain["anyOf"], table], "description": plain["description"] + "; or a table over speed"}
