@@ -101,8 +101,8 @@ def tabled(shape: str, n: int) -> dict[str, Any]:
         "n": n,
         "possible": choice.regions_of(given.system),
         "regions": len(regions),
-        "region_ms": 1e3 * built / len(slots.regions),
-        "region_kb": held / 1024 / len(slots.regions),
+        "region_ms": 1e3 * built / len(slots.pieces),
+        "region_kb": held / 1024 / len(slots.pieces),
         "first_cycle_ms": 1e3 * first / CYCLES,
         "again_cycle_ms": 1e3 * again / CYCLES,
     }

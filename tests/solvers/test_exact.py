@@ -59,7 +59,7 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
     monkeypatch.setattr("gearrattle.system.forced.LARGEST", 0.0)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
     march = ExactMarch(given)
-    assert march.slots.regions[march.march.counts[packed.SLOT]].split.kept.size == 3
+    assert march.slots.packed.width[march.march.counts[packed.SLOT]] == march.flow.states + 3
     while march.advance() is not Outcome.DONE:
         pass
     kept = march.motion()

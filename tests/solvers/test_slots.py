@@ -22,14 +22,14 @@ def case(family: str, seed: int) -> Case:
 def test_a_tiny_bound_gives_the_same_bits(monkeypatch, family, seed, most):
     free = ExactMarch(case(family, seed).task())
     motion = finished(free)
-    assert len(free.slots.regions) > 2
+    assert len(free.slots.pieces) > 2
     monkeypatch.setattr(slots, "MOST_BYTES", most)
     monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
     bound = ExactMarch(case(family, seed).task())
     first = bound.slots
     again = finished(bound)
     assert bound.slots is not first
-    assert len(bound.slots.regions) < len(free.slots.regions)
+    assert len(bound.slots.pieces) < len(free.slots.pieces)
     same_bits(motion, again)
 
 

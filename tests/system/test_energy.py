@@ -60,7 +60,7 @@ def tampered(**changes: object) -> EnergyAudit:
         "clearance": crossings.clearance,
         "piece": crossings.to_piece,
     }
-    first = march.slots.regions[march.slots.slot_of((int(march.initial[0]),))].pieces
+    first = march.slots.pieces[march.slots.slot_of((int(march.initial[0]),))]
     auditor = Auditor(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]
     while not auditor.advance(3):
         assert 0 < auditor.fraction() < 1

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from gearrattle.kernels import bench
 from gearrattle.kernels.packed import LONGEST
-from gearrattle.system.blocks import block_diagonalise
+from gearrattle.system.building import ELIMINATION, Bench, stages
 from gearrattle.system.flow import Flow, flow_of
-from gearrattle.system.majorant import ELIMINATION, _triangular_form
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import Region, build_region, exponential_increments
 from tests.solvers.tasks import oscillator
@@ -102,13 +102,23 @@ def test_doubling_keeps_small_increments_accurate_to_their_own_size() -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_blocks_are_invariant_subspaces_that_rebuild_the_matrix(seed: int) -> None:
-    flow, region = case(seed)
-    matrix = flow.generator(region.pieces)
-    blocks = block_diagonalise(*_triangular_form(matrix, flow.states, flow.frequency), ELIMINATION)
-    rebuilt = sum(block.right @ block.triangle @ block.left for block in blocks)
-    assert np.abs(rebuilt - matrix).max() <= 1e-9 * np.abs(matrix).max()
-    assert sum(block.left.shape[0] for block in blocks) == flow.width
+def test_blocks_are_invariant_subspaces_that_rebuild_the_generator(seed: int) -> None:
+    system = random_chain(seed)
+    room = Bench(flow_of(system))
+    room.work_out(random_pieces(system, seed))
+    width = room.found()[0]
+    generator = room.work[bench.GENERATOR, :width, :width]
+    stages().triangular_form(room.work, room.waves, room.marks)
+    count = stages().block_diagonalise(room.waves, room.marks, ELIMINATION)
+    left, right, triangle = (room.waves[page, :width, :width] for page in (bench.LEFT, bench.RIGHT, bench.TRIANGLE))
+    assert np.abs(right @ triangle @ left - generator).max() <= 1e-9 * np.abs(generator).max()
+    assert np.abs(left @ right - np.eye(width)).max() <= 1e-9
+    bounds = room.marks[bench.PIVOTS, : count + 1]
+    assert bounds[0] == 0
+    assert bounds[-1] == width
+    inside = np.searchsorted(bounds, np.arange(width), side="right")
+    assert not np.any(triangle[inside[:, None] != inside[None, :]])
+    assert not np.any(np.tril(triangle, -1))
 
 
 def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ def of(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles:
     march = ExactMarch(given)
     motion = run(given)
     log = motion.crossings
-    first = march.slots.regions[march.march.counts[1]].pieces
+    first = march.slots.pieces[march.march.counts[1]]
     end = cycles * system.inputs.period
     return variation(march.flow, first, time=log.time, clearance=log.clearance, piece=log.to_piece, end=end)
 

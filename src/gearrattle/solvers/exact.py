@@ -17,9 +17,10 @@ from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.handover import chatters, crossings_of, doubled, empty_log, sampled_quantities, sampled_z
-from gearrattle.solvers.slots import Size, aligned, packed_inputs, slots_of, strips_for
+from gearrattle.solvers.slots import packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
+from gearrattle.system.store import Size, aligned, strips_for
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,7 +59,7 @@ class ExactMarch:
         counts[packed.SLOT] = self.slots.slot_of(pieces)
         counts[packed.PENDING] = -1
         counts[packed.UNANCHORED] = 1 << 20
-        counts[packed.LEVEL] = self.slots.regions[counts[packed.SLOT]].fine
+        counts[packed.LEVEL] = self.slots.store.fine(counts[packed.SLOT])
         y = aligned(4 * strips_for(size.states + size.inputs))
         y[: size.states] = states
         references = task.angle[list(flow.coordinates.references)]
@@ -74,8 +75,8 @@ class ExactMarch:
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
         """Make room for the samples of some cycles, the first of them taken already, and count anew."""
         counts, per_cycle = self.march.counts, self.task.samples_per_cycle
-        rows, region = cycles * per_cycle + 1, self.slots.regions[counts[packed.SLOT]]
-        self.initial = np.array([region.pieces[k] for k in self.flow.system.clearances], dtype=np.int64)
+        rows, pieces_now = cycles * per_cycle + 1, self.slots.pieces[counts[packed.SLOT]]
+        self.initial = np.array([pieces_now[k] for k in self.flow.system.clearances], dtype=np.int64)
         states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
         states[0], pieces[0] = sample, self.initial
         self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces)
@@ -91,7 +92,7 @@ class ExactMarch:
     def snapshot(self) -> dict[str, Array | IntArray]:
         """The march, its last sample, and where both stand; regions by their pieces, for slots are numbered as met."""
         arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
-        region = np.array(self.slots.regions[self.march.counts[packed.SLOT]].pieces, dtype=np.int64)
+        region = np.array(self.slots.pieces[self.march.counts[packed.SLOT]], dtype=np.int64)
         cycle = np.array(self.first_cycle + self.cycles)
         arrays["counts"][packed.SLOT] = 0
         return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
@@ -145,7 +146,7 @@ class ExactMarch:
         now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
         states = self.march.y[: self.flow.states].copy()
         if self.march.counts[packed.ENTERED]:
-            states += self.slots.regions[self.march.counts[packed.SLOT]].split.particular @ self.march.u
+            states += self.slots.store.particular(self.march.counts[packed.SLOT]) @ self.march.u
         z = np.concatenate([states, self.march.u])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         count = int(self.march.counts[packed.EVENTS])

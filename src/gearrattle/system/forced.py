@@ -48,66 +48,31 @@ def oscillation(frequency: Array) -> Array:
     return out
 
 
-def integral(rows: Array, frequency: Array) -> Array:
-    """(., U) Q with (Q u)' = rows u for all but the constant input, whose column is zero."""
-    count = frequency.size
-    out = np.zeros_like(rows)
-    out[:, 1 : 1 + count] = -rows[:, 1 + count :] / frequency
-    out[:, 1 + count :] = rows[:, 1 : 1 + count] / frequency
-    return out
-
-
-def largest(rows: Array, amplitude: Array) -> Array:
-    """(., H) largest value over all phases of each harmonic's part of rows u; ``amplitude`` (1 + H,)."""
-    count = amplitude.size - 1
-    return np.asarray(np.hypot(rows[:, 1 : 1 + count], rows[:, 1 + count :]) * amplitude[1:])
-
-
-def split_inputs(
-    free: Array, driven: Array, frequency: Array, *, amplitude: Array, watched: Array, typical: float
-) -> Split:
-    """Solve for P, input by input, and keep those whose particular solution is too large.
-
-    Args:
-        free, driven: (N, N) A and (N, U) G.
-        frequency: (H,) radians a period.
-        amplitude: (1 + H,) constant amplitudes in u.
-        watched: (K, N) deflections by state, in corner scales.
-        typical: size of the states in an ordinary motion.
-    """
-    count = frequency.size
-    particular, kept = np.zeros(driven.shape), np.zeros(driven.shape[1], dtype=bool)
-    for j, solution in enumerate(responses(free, driven, frequency)):
-        size = np.abs(solution) * amplitude[j]
-        seen = np.abs(watched @ solution) * amplitude[j]
-        if not (size.max() <= LARGEST * typical and seen.max(initial=0.0) <= LARGEST):
-            kept[[0] if j == 0 else [j, j + count]] = True
-        elif j == 0:
-            particular[:, 0] = solution.real
-        else:
-            particular[:, j], particular[:, j + count] = solution.real, -solution.imag
-    return Split(particular, np.flatnonzero(kept))
-
-
 def responses(free: Array, driven: Array, frequency: Array) -> list[NDArray[np.complex128]]:
-    """(N,) complex response to the constant, then to each cosine - i sine; nan where there is none."""
-    count = frequency.size
-    forces = [driven[:, 0] + 0j] + [driven[:, j] - 1j * driven[:, j + count] for j in range(1, 1 + count)]
-    return [
-        _solve(free, w, force.astype(np.complex128)) if np.any(force) else np.zeros(len(free), dtype=np.complex128)
-        for w, force in zip([0.0, *frequency.tolist()], forces, strict=True)
-    ]
+    """(N,) complex response to the constant, then to each cosine - i sine; nan where there is none.
+
+    Refined once with a residual in the longest floats there are.
+    """
+    count, size = frequency.size, len(free)
+    force = driven[:, : 1 + count].T.astype(np.complex128)
+    force[1:] -= 1j * driven[:, 1 + count :].T
+    waves = np.concatenate([[0.0], frequency])
+    systems = 1j * waves[:, None, None] * np.eye(size) - free
+    solution = _solved(systems, force)
+    longer = np.einsum("hij,hj->hi", systems.astype(np.clongdouble), solution.astype(np.clongdouble))
+    solution = solution + _solved(systems, (force - longer).astype(np.complex128))
+    left = np.abs(force - np.einsum("hij,hj->hi", systems, solution)).max(axis=1)
+    with np.errstate(invalid="ignore"):  # a singular matrix may pass for a regular one
+        solution[~(left <= _SOLVED * np.abs(force).max(axis=1))] = np.nan
+    solution[~np.any(force, axis=1)] = 0.0
+    return list(solution)
 
 
-def _solve(matrix: Array, frequency: float, force: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """(i w - A)^-1 g, refined once with a residual in the longest floats there are; nan where it does not exist."""
-    system = 1j * frequency * np.eye(len(matrix)) - matrix
-    nothing = np.full(force.shape, np.nan + 0j)
+def _solved(systems: NDArray[np.complex128], force: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Solutions (H, N) of stacked systems (H, N, N); nan where a matrix is singular."""
     try:
-        solution = np.linalg.solve(system, force)
-        residual = force.astype(np.clongdouble) - system.astype(np.clongdouble) @ solution.astype(np.clongdouble)
-        solution = solution + np.linalg.solve(system, residual.astype(np.complex128))
+        return np.asarray(np.linalg.solve(systems, force[..., None])[..., 0])
     except np.linalg.LinAlgError:
-        return nothing
-    left = np.abs(force - system @ solution).max()  # a singular matrix may pass for a regular one
-    return np.asarray(solution if left <= _SOLVED * np.abs(force).max() else nothing)
+        if len(systems) == 1:
+            return np.full_like(force, np.nan)
+        return np.concatenate([_solved(s[None], f[None]) for s, f in zip(systems, force, strict=True)])

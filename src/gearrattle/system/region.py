@@ -4,29 +4,26 @@ Steps are LONGEST / 2^l, l = 0 ... fine. Tables hold E(h) = exp(A h) - I, built 
 converges in a dozen terms and doubled by E(2 h) = 2 E + E E, which keeps small increments accurate to their own size.
 At the finest step a Taylor series of order ``ORDER`` represents the motion to rounding: crossings are located there.
 
-A acts on y = (w, kept inputs), w = x - P u: see ``forced``.
+A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code (``kernels.region``) and
+packed (``store``); here one is unpacked, for whoever needs its matrices.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil, log2
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels.packed import LONGEST, ORDER, window_norm
+from gearrattle.system.building import DEEPEST
 from gearrattle.system.flow import Flow, Pieces
-from gearrattle.system.forced import Split, integral, largest, oscillation, split_inputs
-from gearrattle.system.majorant import SLACK, Majorant, majorant
+from gearrattle.system.forced import Split
+from gearrattle.system.majorant import Majorant
+from gearrattle.system.store import Store
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-DEEPEST = 60  # finest step: LONGEST / 2^60
-FAST = 4.0  # times the highest input frequency: modes beyond are bounded by their amplitude where they are small
-FAST_ROUNDING = 1e-10  # corner scales, added to the bound on fast modes: what the decomposition itself may round
-_WIDEST_TURN = 0.5  # of an input over the finest step, radians
 
 
 @dataclass(frozen=True)
@@ -66,28 +63,6 @@ class Region:
         """Level of the finest step."""
         return len(self.tables) - 1
 
-    @property
-    def rates(self) -> Array:
-        """(C + Y, Y) rates of the carried quantities, then of y."""
-        return np.vstack([self.carried, self.generator])
-
-    def powers(self, count: int) -> Array:
-        """(count, C + Y, Y) the first powers of h A, h the finest step; carried rows go with one power less of A."""
-        step = LONGEST / 2.0**self.fine
-        out, power = [], np.eye(len(self.generator))
-        for _ in range(count):
-            out.append(step * self.rates @ power)
-            power = step * self.generator @ power
-        return np.array(out)
-
-    def series(self, oscillators: Array) -> tuple[Array, Array]:
-        """(K, ORDER + 1, Y) and (K, ORDER + 1, U) Taylor coefficients of every deflection over the finest step."""
-        step, free, forced = LONGEST / 2.0**self.fine, [self.watched[0]], [self.forced]
-        for order in range(1, ORDER + 1):
-            free.append(step / order * free[-1] @ self.generator)
-            forced.append(step / order * forced[-1] @ oscillators)
-        return np.stack(free, axis=1), np.stack(forced, axis=1)
-
 
 def finest_level(matrix: Array) -> int:
     """Smallest level at which ORDER Taylor terms leave a negligible remainder."""
@@ -103,6 +78,17 @@ def strips(rows: Array) -> Array:
     """(rows, Z) in strips of four rows, the last filled up with zeros: (strips, Z, 4)."""
     filled = np.vstack([rows, np.zeros((-len(rows) % 4, rows.shape[1]))])
     return np.ascontiguousarray(filled.reshape(len(filled) // 4, 4, rows.shape[1]).transpose(0, 2, 1))
+
+
+def unpacked(packed: Array, *rows: int) -> list[Array]:
+    """Undo ``strips`` for groups of so many rows, each in strips of its own: (strips, Z, 4) to (rows, Z) each."""
+    out, first = [], 0
+    for count in rows:
+        behind = first - (-count // 4)
+        group = packed[first:behind].transpose(0, 2, 1).reshape(-1, packed.shape[1])
+        out.append(np.ascontiguousarray(group[:count]))
+        first = behind
+    return out
 
 
 def exponential_increments(matrix: Array, carried: Array, step: float, doublings: int) -> Array:
@@ -137,60 +123,30 @@ def exponential_increments(matrix: Array, carried: Array, step: float, doublings
 
 def build_region(flow: Flow, pieces: Pieces) -> Region:
     """Tables, rows and bounds of the region in which every element is in the piece given."""
-    n, matrix, oscillators = flow.states, flow.generator(pieces), oscillation(flow.frequency)
-    deflection, rate, curvature = flow.probe_rows(pieces)
-    amplitude = flow.scaling.inputs
-    split = split_inputs(
-        matrix[:n, :n], matrix[:n, n:], flow.frequency,
-        amplitude=amplitude, watched=deflection[:, :n], typical=flow.typical,
-    )  # fmt: skip
-    columns = np.r_[0:n, n + split.kept]
-    generator, carried = matrix[np.ix_(columns, columns)], flow.carried_rows(pieces)
-    forced = _forced_rows(deflection, split, n)
-    flowing = _forced_rows(carried, split, n)
-    fourth = largest(forced @ np.linalg.matrix_power(oscillators, 4), amplitude).sum(axis=1)
-    fourth = np.stack([fourth, fourth, np.full(len(fourth), FAST_ROUNDING)])
-    bound = _bound(flow, matrix, split, deflection=deflection, columns=columns)
-    calm = [deflection[:, columns] - bound.fast]
-    calm += [calm[0] @ np.linalg.matrix_power(generator, j) for j in (1, 2, 3)]
-    watched = [deflection[:, columns], rate[:, columns], curvature[:, columns], curvature[:, columns] @ generator]
-    fine = max(finest_level(generator), _level_of_turns(flow.frequency))
-    increments = exponential_increments(generator, carried[:, columns], LONGEST / 2.0**fine, fine)
-    corners = [flow.system.laws[k].bounds(pieces[k]) for k in flow.system.clearances]
-    limits = np.array(corners).reshape(-1, 2) / flow.corner_scale[:, None]
+    store = Store(flow)
+    store.add(pieces)
+    return region_in(store, 0)
+
+
+def region_in(store: Store, slot: int) -> Region:
+    """The region in a slot, its arrays unpacked."""
+    a, c, k, n = store.packed, store.size.carried, store.size.clearances, store.flow.states
+    width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
+    kept = a.kept[slot, : width - n].copy()
+    tables = []
+    for packed in a.tables[first : first + store.fine(slot) + 1]:
+        carried, moved = unpacked(packed[:, :width], c, width)
+        tables.append(np.vstack([moved, carried]))
+    rates = unpacked(a.powers[4 * slot][:, :width], c, width)
+    per_step = LONGEST / 2.0 ** store.fine(slot)
+    integral, particular = unpacked(a.particular[slot], c, n)
+    watched, calm = (unpacked(rows[slot][:, :width], 4 * k)[0].reshape(4, k, width) for rows in (a.probe, a.calm))
+    parts = unpacked(a.bounds[slot][:, :width], 4 * 2 * -(-modes // 4))[0].reshape(-1, 2, 4, width)
+    rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(-1, width)[:modes]
+    weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)
+    bound = Majorant(rows, weights, a.constant[slot, : 3 * k].reshape(3, k).copy(), watched[0] - calm[0])
     return Region(
-        pieces, split, generator, carried[:, columns],
-        integral(flowing, flow.frequency), flowing[:, 0] * amplitude[0], increments,
-        np.stack(watched), np.stack(calm), forced,
-        replace(bound, constant=bound.constant + SLACK * fourth), limits[:, 0], limits[:, 1],
+        store.pieces[slot], Split(particular, kept), rates[1] / per_step, rates[0] / per_step,
+        integral, a.drift[slot, :c].copy(), np.array(tables), watched, calm,
+        unpacked(a.forced[slot], 4 * k)[0][:k], bound, a.lower[slot].copy(), a.upper[slot].copy(),
     )  # fmt: skip
-
-
-def _forced_rows(rows: Array, split: Split, states: int) -> Array:
-    """(., U) what rows over z make of the inputs split off."""
-    direct = rows[:, states:].copy()
-    direct[:, split.kept] = 0.0
-    return direct + rows[:, :states] @ split.particular
-
-
-def _bound(flow: Flow, matrix: Array, split: Split, *, deflection: Array, columns: IntArray) -> Majorant:
-    """The majorant of the free motion and the kept inputs, its rows over y."""
-    n, count = flow.states, flow.frequency.size
-    harmonics = split.kept[(split.kept > 0) & (split.kept <= count)] - 1
-    reduced = np.concatenate([np.arange(n + 1), n + 1 + harmonics, n + 1 + count + harmonics])
-    inner = matrix[np.ix_(reduced, reduced)]
-    if 0 not in split.kept:
-        inner[:, n] = 0.0
-    bound = majorant(
-        inner, n, frequency=flow.frequency[harmonics], amplitude=flow.scaling.inputs[np.r_[0, 1 + harmonics]],
-        deflection=deflection[:, reduced], horizon=2 * LONGEST,
-        fast=FAST * float(flow.frequency.max(initial=2 * np.pi)),
-    )  # fmt: skip
-    present = np.isin(reduced, columns)
-    return replace(bound, rows=bound.rows[:, present], fast=bound.fast[:, present])
-
-
-def _level_of_turns(frequency: Array) -> int:
-    """Smallest level at which every input turns by less than ``_WIDEST_TURN``."""
-    fastest = float(frequency.max(initial=0.0)) * LONGEST / _WIDEST_TURN
-    return min(DEEPEST, max(0, ceil(log2(fastest)))) if fastest > 0.0 else 0

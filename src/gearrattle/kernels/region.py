@@ -1,0 +1,141 @@
+"""The rates of a region over z and over y, and what the inputs split off do; stages of ``system.building``.
+
+What stands where is on the page ``bench``.
+"""
+
+from __future__ import annotations
+
+from gearrattle.kernels._jit import strict, strict_entry
+from gearrattle.kernels.bench import (
+    ACCELERATION, AMPLITUDE, BALANCE, CLEARANCES, COLUMN, CORNER_SCALE, CURVATURE, DAMPING, DEFLECTION, ELEMENTS,
+    ELEMENT_COUNT, FIRST_PIECE, FLOWING, FORCED, FORCES, FOUND, FREQUENCY, GENERATOR, HARMONICS, INERTIA, INERTIA_COUNT,
+    INTEGRAL, KEPT, KEPT_AMPLITUDE, LIMITS, MATRIX, MOTION, OFFSET, PACE, PARTICULAR, PASSED, PERIOD, PIECES, RATE,
+    RATES, REFERENCES, REFERENCE_COUNT, SCHUR, SEEN, SIZES, STATES, STIFFNESS, TOP, VECTORS, WATCHED, WATCHED_ALL,
+    WATCHED_COUNT, WIDTH,
+)  # fmt: skip
+from gearrattle.kernels.dense import copy_rows, times
+from gearrattle.kernels.strips import differentiate
+
+
+@strict_entry
+def accelerate(work, laws, marks):
+    """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
+    m, n, states = marks[SIZES, ELEMENT_COUNT], marks[SIZES, INERTIA_COUNT], marks[SIZES, STATES]
+    width, r, finite = states + 1 + 2 * marks[SIZES, HARMONICS], states - n, True
+    for k in range(m):
+        piece = marks[FIRST_PIECE, k] + marks[PIECES, k]
+        stiffness, damping = laws[STIFFNESS, piece], laws[DAMPING, piece]
+        for j in range(width):
+            work[FORCES, k, j] = stiffness * work[DEFLECTION, k, j] + damping * work[RATE, k, j]
+        work[FORCES, k, states] += laws[OFFSET, piece]
+    for j in range(width):
+        for i in range(r):
+            work[MATRIX, i, j] = work[MOTION, i, j]
+        for i in range(n):
+            total = work[BALANCE, i, j]
+            for k in range(m):
+                total -= work[ELEMENTS, k, i] * work[FORCES, k, j]
+            work[ACCELERATION, i, j] = total / work[VECTORS, INERTIA, i]
+            work[MATRIX, r + i, j] = work[VECTORS, PACE, i] * work[ACCELERATION, i, j]
+            finite = finite and abs(work[MATRIX, r + i, j]) < 1e300
+    return finite
+
+
+@strict_entry
+def look(work, marks):
+    """Rates of the carried quantities, and what is watched: rows over z."""
+    n, clearances, references = marks[SIZES, INERTIA_COUNT], marks[SIZES, WATCHED_COUNT], marks[SIZES, REFERENCE_COUNT]
+    width, period = marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS], work[VECTORS, LIMITS, PERIOD]
+    copy_rows(work, REFERENCES, TOP, references, width, PASSED)
+    copy_rows(work, SEEN, TOP, 2 * clearances, width, WATCHED_ALL)
+    for k in range(clearances):
+        element, unit = marks[CLEARANCES, k], period * period / work[VECTORS, CORNER_SCALE, k]
+        for j in range(width):
+            work[PASSED, references + k, j] = period * work[FORCES, element, j]
+            second = -work[CURVATURE, k, j]
+            for i in range(n):
+                second += work[ELEMENTS, element, i] * work[ACCELERATION, i, j]
+            work[WATCHED_ALL, 2 * clearances + k, j] = second * unit
+
+
+@strict
+def _keep(work, marks):
+    """Which of z stand in y, and the amplitudes of the inputs among them; answers Y."""
+    states, count = marks[SIZES, STATES], marks[SIZES, HARMONICS]
+    width = states
+    for i in range(states):
+        marks[COLUMN, i] = i
+    for j in range(1 + 2 * count):
+        if marks[KEPT, j]:
+            if j <= count:
+                work[FOUND, KEPT_AMPLITUDE, width - states] = work[VECTORS, AMPLITUDE, j]
+            marks[COLUMN, width] = states + j
+            width += 1
+    return width
+
+
+@strict
+def _take(work, marks, page, count, width, out, first):
+    """Columns of some rows."""
+    for i in range(count):
+        for j in range(width):
+            work[out, first + i, j] = work[page, i, marks[COLUMN, j]]
+
+
+@strict
+def _force(work, marks, page, count, out):
+    """What rows over z make of the inputs split off: (count, U)."""
+    states = marks[SIZES, STATES]
+    for i in range(count):
+        for j in range(1 + 2 * marks[SIZES, HARMONICS]):
+            total = 0.0 if marks[KEPT, j] else work[page, i, states + j]
+            for q in range(states):
+                total += work[page, i, q] * work[PARTICULAR, q, j]
+            work[out, i, j] = total
+
+
+@strict_entry
+def generate(work, marks):
+    """Rates over y: carried quantities, states, kept inputs; and what is watched over y."""
+    states, count, clearances = marks[SIZES, STATES], marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
+    carried, width = marks[SIZES, REFERENCE_COUNT] + clearances, _keep(work, marks)
+    marks[SIZES, WIDTH] = width
+    _take(work, marks, PASSED, carried, width, RATES, TOP)
+    _take(work, marks, MATRIX, states, width, RATES, carried)
+    for i in range(states, width):
+        mine = marks[COLUMN, i] - states
+        for j in range(width):
+            other, rate = marks[COLUMN, j] - states, 0.0
+            if 0 < mine <= count and other == mine + count:
+                rate = -work[VECTORS, FREQUENCY, mine - 1]
+            elif mine > count and other == mine - count:
+                rate = work[VECTORS, FREQUENCY, other - 1]
+            work[RATES, carried + i, j] = rate
+    copy_rows(work, RATES, carried, width, width, GENERATOR)
+    _take(work, marks, WATCHED_ALL, 3 * clearances, width, WATCHED, TOP)
+    times(work, 1.0, WATCHED, 2 * clearances, GENERATOR, clearances, width, WATCHED, 3 * clearances)
+
+
+@strict_entry
+def split_off(work, marks):
+    """What the inputs split off make of the deflections and of the carried quantities."""
+    count, clearances = marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
+    carried = marks[SIZES, REFERENCE_COUNT] + clearances
+    _force(work, marks, WATCHED_ALL, clearances, FORCED)
+    for i in range(3 * clearances):
+        differentiate(work, FORCED, i, count, 1.0, i + clearances)
+    _force(work, marks, PASSED, carried, FLOWING)
+    for i in range(carried):
+        work[INTEGRAL, i, 0] = 0.0
+        for h in range(count):
+            w = work[VECTORS, FREQUENCY, h]
+            work[INTEGRAL, i, 1 + h] = -work[FLOWING, i, 1 + count + h] / w
+            work[INTEGRAL, i, 1 + count + h] = work[FLOWING, i, 1 + h] / w
+
+
+@strict_entry
+def transpose_states(work, waves, marks):
+    """A as LAPACK reads it."""
+    for i in range(marks[SIZES, STATES]):
+        for j in range(marks[SIZES, STATES]):
+            waves[SCHUR, j, i] = work[MATRIX, i, j]

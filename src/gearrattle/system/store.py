@@ -1,0 +1,151 @@
+"""Regions packed for the kernels, one slot each, in arrays that double when full.
+
+Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.region``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.kernels import bench
+from gearrattle.kernels.packed import BAND, ORDER, Regions
+from gearrattle.system.building import Bench
+from gearrattle.system.flow import Flow, Pieces
+
+Array = NDArray[np.float64]
+
+_LINE = 8  # numbers in a cache line
+
+
+def strips_for(rows: int) -> int:
+    """How many strips of four hold some rows."""
+    return -(-rows // 4)
+
+
+def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
+    """Zeros that begin on a cache line: strips of four then never straddle two."""
+    count = prod(shape) if isinstance(shape, tuple) else shape
+    raw: NDArray[Any] = np.zeros(count + _LINE, kind)
+    begin = -raw.ctypes.data % (8 * _LINE) // 8
+    return raw[begin : begin + count].reshape(shape)
+
+
+@dataclass(frozen=True)
+class Size:
+    """The sizes of one system's arrays, see ``packed``; counts of rows, and of the strips of four that hold them."""
+
+    states: int
+    inputs: int
+    carried: int
+    clearances: int
+
+    @classmethod
+    def of(cls, flow: Flow) -> Size:
+        """Read them off a flow."""
+        clearances = len(flow.system.clearances)
+        carried = len(flow.coordinates.references) + clearances
+        return cls(flow.states, flow.width - flow.states, carried, clearances)
+
+    def made(self, width: int) -> int:
+        """Strips of the rates of the carried quantities and of y."""
+        return strips_for(self.carried) + strips_for(width)
+
+    def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
+        """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
+        u, k, order = self.inputs, self.clearances, strips_for(ORDER + 1)
+        floats: dict[str, tuple[int, ...]] = {
+            "tables": (0, self.made(width), width, 4),
+            "powers": (0, self.made(width), width, 4),
+            "particular": (0, self.made(self.states), u, 4),
+            "drift": (0, 4 * strips_for(self.carried)),
+            "probe": (0, strips_for(4 * k), width, 4),
+            "calm": (0, strips_for(4 * k), width, 4),
+            "bounds": (0, 2 * strips_for(modes), width, 4),
+            "forced": (0, strips_for(4 * k), u, 4),
+            "series": (0, order, width, 4),
+            "forced_series": (0, order, u, 4),
+            "weights": (0, strips_for(3 * k), modes, 4),
+            "constant": (0, 4 * strips_for(3 * k)),
+            "lower": (0, k),
+            "upper": (0, k),
+        }
+        integers: dict[str, tuple[int, ...]] = {
+            "width": (0,), "kept": (0, u), "first_table": (0,), "fine": (0,), "modes": (0,), "forced_strips": (0,),
+            "piece": (0, k), "neighbour": (0, k, 2),
+        }  # fmt: skip
+        return {name: (shape, float) for name, shape in floats.items()} | {
+            name: (shape, np.int64) for name, shape in integers.items()
+        }
+
+
+class Store:
+    """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
+
+    def __init__(self, flow: Flow) -> None:
+        self.flow, self.size = flow, Size.of(flow)
+        self.pieces: list[Pieces] = []
+        self._bench = Bench(flow)
+        self._tables_used = self._last = 0
+        laws = [flow.system.laws[k] for k in flow.system.clearances]
+        self._band = np.array([BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
+        self._arrays = {name: aligned(shape, kind) for name, (shape, kind) in self.size.shapes(flow.states).items()}
+
+    @property
+    def packed(self) -> Regions:
+        """The arrays for the kernels; ask again after every ``add``."""
+        return Regions(self.flow.states, band=self._band, **self._arrays)
+
+    def fine(self, slot: int) -> int:
+        """Level of a region's finest step."""
+        return int(self._arrays["fine"][slot])
+
+    def particular(self, slot: int) -> Array:
+        """(N, U) a region's particular solution P."""
+        strips = self._arrays["particular"][slot, strips_for(self.size.carried) :]
+        return np.asarray(strips.transpose(0, 2, 1).reshape(-1, self.size.inputs)[: self.size.states])
+
+    def add(self, pieces: Pieces) -> int:
+        """Build a region into the next slot.
+
+        Raises:
+            FloatingPointError: the region's rates are not finite, or have no Schur form.
+        """
+        slot = len(self.pieces)
+        self._bench.work_out(pieces)
+        self._make_room(slot + 1)
+        self._bench.pack(self._arrays, slot, self._tables_used)
+        self.pieces.append(pieces)
+        self._last = self.fine(slot) + 1
+        self._tables_used += self._last
+        return slot
+
+    def is_full(self, most: int) -> bool:
+        """Whether one more region like the last would make the arrays larger than so many bytes."""
+        fits = len(self.pieces) < len(self._arrays["drift"])
+        fits &= self._tables_used + self._last <= len(self._arrays["tables"])
+        return not fits and 2 * sum(array.nbytes for array in self._arrays.values()) > most
+
+    def join(self, slot: int, clearance: int, upward: int, target: int) -> None:
+        """Remember which slot lies beyond a corner, and which on this side of it."""
+        self._arrays["neighbour"][slot, clearance, upward] = target
+        self._arrays["neighbour"][target, clearance, 1 - upward] = slot
+
+    def _make_room(self, slots: int) -> None:
+        """Let every array hold so many slots and the region that lies ready; doubling as needed."""
+        width, modes, fine = self._bench.found()
+        tables = self._tables_used + fine + 1
+        for name, (shape, kind) in self.size.shapes(width, modes).items():
+            array = self._arrays[name]
+            rows = {"tables": tables, "powers": bench.POWERS * slots, "series": slots * self.size.clearances,
+                    "forced_series": slots * self.size.clearances}.get(name, slots)  # fmt: skip
+            first = array.shape[0] if array.shape[0] >= rows else max(rows, 2 * array.shape[0])
+            full = (first, *map(max, shape[1:], array.shape[1:]))
+            if full != array.shape:
+                larger = aligned(full, kind)
+                larger[tuple(map(slice, array.shape))] = array
+                self._arrays[name] = larger
