@@ -185,8 +185,11 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Callable[..., Any]:
     """The entry, compiled with a setting of numba's own when first called."""
 
+    is_compiled = False  # entry.signatures would tell, and take longer than many an entry
+
     def call(*arguments: Any) -> Any:
-        if getattr(entry, "signatures", ()):
+        nonlocal is_compiled
+        if is_compiled:
             return entry(*arguments)
         settings: Any = numba.config
         with _COMPILING, _uncollected():
@@ -196,6 +199,7 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
                 return entry(*arguments)
             finally:
                 setattr(settings, setting, before)
+                is_compiled = True
 
     return call
 

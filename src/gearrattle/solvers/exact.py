@@ -17,7 +17,7 @@ from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.handover import chatters, crossings_of, doubled, empty_log, sampled_quantities, sampled_z
-from gearrattle.solvers.slots import packed_inputs, slots_of
+from gearrattle.solvers.slots import Slots, packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
 from gearrattle.system.store import Size, aligned, strips_for
@@ -41,14 +41,14 @@ def _paper(size: Size) -> packed.Notes:
 class ExactMarch:
     """A run of the exact algorithm under way (see ``base.Marching``)."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, slots: Slots | None = None) -> None:
         from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.march import march_on
         from gearrattle.kernels.notes import work_out
 
         self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
         self.task = task
-        self.slots = slots_of(task.system)
+        self.slots = slots_of(task.system) if slots is None else slots
         self.flow = self.slots.flow
         flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
         deflection = flow.coordinates.basis @ task.angle

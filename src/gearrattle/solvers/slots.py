@@ -23,7 +23,7 @@ from gearrattle.remember import remembered
 from gearrattle.system.building import DEEPEST
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.system.store import Store
+from gearrattle.system.store import Room, Store
 
 Array = NDArray[np.float64]
 
@@ -41,11 +41,11 @@ def packed_inputs(flow: Flow) -> Inputs:
 class Slots:
     """The regions a run has visited; ``packed`` is what the kernel sees."""
 
-    def __init__(self, flow: Flow, shelf: Shelf) -> None:
+    def __init__(self, flow: Flow, shelf: Shelf, room: Room | None = None) -> None:
         self.flow, self._shelf = flow, shelf
         self._lock = Lock()
         self._index: dict[Pieces, int] = {}
-        self.store = Store(flow)
+        self.store = Store(flow, room)
         self.size = self.store.size
 
     @property
@@ -86,9 +86,9 @@ class Slots:
 class Shelf:
     """Holds a system's present slots."""
 
-    def __init__(self, flow: Flow) -> None:
+    def __init__(self, flow: Flow, room: Room | None = None) -> None:
         self._lock = Lock()
-        self.slots = Slots(flow, self)
+        self.slots = Slots(flow, self, room)
 
     def renewed(self, full: Slots) -> Slots:
         """The present slots; empty ones if those given are the present ones."""
@@ -113,6 +113,11 @@ def slots_of(system: PiecewiseSystem) -> Slots:
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
         return _KEPT[key].slots
+
+
+def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
+    """Slots of a system for one run alone: on no shelf, and kept by no one; with room for what is likely to come."""
+    return Shelf(flow_of(system), room).slots
 
 
 @remembered(8)

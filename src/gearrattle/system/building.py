@@ -56,11 +56,12 @@ class Bench:
         _share(flow, self.work)
         first = np.cumsum([0, *(law.pieces for law in system.laws)])
         self.laws = np.empty((5, first[-1]))
-        self.laws[bench.STIFFNESS] = np.concatenate([law.stiffness for law in system.laws])
-        self.laws[bench.DAMPING] = np.concatenate([law.damping for law in system.laws])
-        self.laws[bench.OFFSET] = np.concatenate([law.offset for law in system.laws]) / flow.scaling.inputs[0]
-        self.laws[bench.LOWER] = np.concatenate([x for law in system.laws for x in ([-np.inf], law.corners)])
-        self.laws[bench.UPPER] = np.concatenate([x for law in system.laws for x in (law.corners, [np.inf])])
+        for law, begin, end in zip(system.laws, first, first[1:], strict=False):
+            own = self.laws[:, begin:end]
+            own[bench.STIFFNESS], own[bench.DAMPING] = law.stiffness, law.damping
+            own[bench.OFFSET] = law.offset / flow.scaling.inputs[0]
+            own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, law.corners
+            own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, law.corners
         counts = (m, system.size, flow.states, k, len(flow.coordinates.references), flow.frequency.size)
         self.sizes[: len(counts) + 2] = (*counts, level_of_turns(flow.frequency), DEEPEST)
         self.marks[bench.FIRST_PIECE, :m] = first[:-1]

@@ -85,7 +85,7 @@ def unpacked(packed: Array, *rows: int) -> list[Array]:
     out, first = [], 0
     for count in rows:
         behind = first - (-count // 4)
-        group = packed[first:behind].transpose(0, 2, 1).reshape(-1, packed.shape[1])
+        group = packed[first:behind].transpose(0, 2, 1).reshape(4 * (behind - first), packed.shape[1])
         out.append(np.ascontiguousarray(group[:count]))
         first = behind
     return out
@@ -141,8 +141,8 @@ def region_in(store: Store, slot: int) -> Region:
     per_step = LONGEST / 2.0 ** store.fine(slot)
     integral, particular = unpacked(a.particular[slot], c, n)
     watched, calm = (unpacked(rows[slot][:, :width], 4 * k)[0].reshape(4, k, width) for rows in (a.probe, a.calm))
-    parts = unpacked(a.bounds[slot][:, :width], 4 * 2 * -(-modes // 4))[0].reshape(-1, 2, 4, width)
-    rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(-1, width)[:modes]
+    parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)
+    rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(4 * len(parts), width)[:modes]
     weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)
     bound = Majorant(rows, weights, a.constant[slot, : 3 * k].reshape(3, k).copy(), watched[0] - calm[0])
     return Region(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,17 +83,27 @@ class Size:
         }
 
 
+class Room(NamedTuple):
+    """How much the arrays hold: regions, tables, the longest y, rows of bounds."""
+
+    slots: int
+    tables: int
+    width: int
+    modes: int
+
+
 class Store:
     """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
 
-    def __init__(self, flow: Flow) -> None:
+    def __init__(self, flow: Flow, room: Room | None = None) -> None:
         self.flow, self.size = flow, Size.of(flow)
         self.pieces: list[Pieces] = []
         self._bench = Bench(flow)
         self._tables_used = self._last = 0
         laws = [flow.system.laws[k] for k in flow.system.clearances]
         self._band = np.array([BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
-        self._arrays = {name: aligned(shape, kind) for name, (shape, kind) in self.size.shapes(flow.states).items()}
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._make_room(room or Room(0, 0, flow.states, 0))
 
     @property
     def packed(self) -> Regions:
@@ -117,7 +127,9 @@ class Store:
         """
         slot = len(self.pieces)
         self._bench.work_out(pieces)
-        self._make_room(slot + 1)
+        width, modes, fine = self._bench.found()
+        if not self._has_room(slot + 1, self._tables_used + fine + 1, width, modes):
+            self._make_room(Room(slot + 1, self._tables_used + fine + 1, width, modes))
         self._bench.pack(self._arrays, slot, self._tables_used)
         self.pieces.append(pieces)
         self._last = self.fine(slot) + 1
@@ -135,17 +147,26 @@ class Store:
         self._arrays["neighbour"][slot, clearance, upward] = target
         self._arrays["neighbour"][target, clearance, 1 - upward] = slot
 
-    def _make_room(self, slots: int) -> None:
-        """Let every array hold so many slots and the region that lies ready; doubling as needed."""
-        width, modes, fine = self._bench.found()
-        tables = self._tables_used + fine + 1
-        for name, (shape, kind) in self.size.shapes(width, modes).items():
-            array = self._arrays[name]
-            rows = {"tables": tables, "powers": bench.POWERS * slots, "series": slots * self.size.clearances,
-                    "forced_series": slots * self.size.clearances}.get(name, slots)  # fmt: skip
+    def room(self) -> Room:
+        """What the arrays hold, for a store that is likely to need as much."""
+        a = self._arrays
+        return Room(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
+
+    def _has_room(self, slots: int, tables: int, width: int, modes: int) -> bool:
+        a = self._arrays
+        fits = slots <= len(a["drift"]) and tables <= len(a["tables"])
+        return fits and width <= a["probe"].shape[2] and modes <= a["weights"].shape[2]
+
+    def _make_room(self, room: Room) -> None:
+        """Let every array hold so much; doubling as needed."""
+        for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
+            array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
+            rows = {"tables": room.tables, "powers": bench.POWERS * room.slots,
+                    "series": room.slots * self.size.clearances,
+                    "forced_series": room.slots * self.size.clearances}.get(name, room.slots)  # fmt: skip
             first = array.shape[0] if array.shape[0] >= rows else max(rows, 2 * array.shape[0])
             full = (first, *map(max, shape[1:], array.shape[1:]))
-            if full != array.shape:
+            if full != array.shape or name not in self._arrays:
                 larger = aligned(full, kind)
                 larger[tuple(map(slice, array.shape))] = array
                 self._arrays[name] = larger
