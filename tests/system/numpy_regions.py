@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack, schur
 
 from gearrattle.kernels.packed import LONGEST
-from gearrattle.system.building import DEEPEST, ELIMINATION, FAST, FAST_ROUNDING, level_of_turns
+from gearrattle.system.building import ELIMINATION, FAST, FAST_ROUNDING, level_of_turns
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.forced import LARGEST, Split, oscillation
 from gearrattle.system.majorant import Majorant

@@ -7,6 +7,7 @@ kernel file, so the folder carries a stamp of all of them: warm starts stay warm
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import hashlib
 import os
@@ -14,6 +15,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -21,7 +23,7 @@ from typing import Any
 import numba
 from llvmlite import ir
 from numba.core import cgutils
-from numba.extending import intrinsic
+from numba.extending import get_cython_function_address, intrinsic
 
 
 def _user_cache() -> Path:
@@ -162,6 +164,14 @@ call_code = _foreign(numba.int32)
 call_pointer = _foreign(numba.intp)
 """Call a C function that answers a pointer."""
 
+
+@cache
+def lapack_routine(name: str, arguments: int) -> Callable[..., None]:
+    """A routine of the LAPACK that SciPy carries; takes addresses, and lets go of the interpreter while it works."""
+    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
+    return ctypes.CFUNCTYPE(None, *arguments * [ctypes.c_void_p])(address)
+
+
 _COMPILING = RLock()
 
 
@@ -182,9 +192,9 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
     return _compiled_with(entry, 0, "LOOP_VECTORIZE")
 
 
+@cache
 def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Callable[..., Any]:
-    """The entry, compiled with a setting of numba's own when first called."""
-
+    """The entry, compiled with a setting of numba's own when first called; one and the same for all who ask."""
     is_compiled = False  # entry.signatures would tell, and take longer than many an entry
 
     def call(*arguments: Any) -> Any:

@@ -1,8 +1,8 @@
 """Where the kernel that builds regions works: stacks of pages, and what stands on which.
 
 A compiled function that is handed dozens of arrays takes seconds to compile, so there are four: ``work`` (pages, rows,
-columns) of floats, ``waves`` the same of complex numbers, ``laws`` and ``marks``. The pages up to ``VECTORS`` hold what a
-driveline's regions have in common (written by ``system.building``); those behind it are written anew by every region.
+columns) of floats, ``waves`` the same of complex numbers, ``laws`` and ``marks``. The pages up to ``VECTORS`` hold what
+a driveline's regions have in common (written by ``system.building``); those behind it are written anew by every region.
 
 m elements, n inertias, r deflections that are states, N = r + n states, U = 1 + 2 H inputs, Z = N + U, K clearances,
 R reference angles, C = R + K carried quantities, Y the length of y, J rows of bounds.
@@ -16,6 +16,7 @@ import numpy as np
 def _numbers(*bounds: int) -> map[np.int64]:
     """A range of numbers that a compiled function takes as they come: one made for each would compile for ever."""
     return map(np.int64, range(*bounds))
+
 
 MOTION, BALANCE, ELEMENTS, DEFLECTION, RATE, REFERENCES, SEEN, CURVATURE, VECTORS = _numbers(9)
 """Pages of ``work``: (r, Z) rates of the deflections that are states; (n, Z) torques less drag; (m, n) W; (m, Z)
@@ -45,8 +46,8 @@ ONE, TWO, THREE, FOUR, PAGES = _numbers(25, 30)
 """Scratch."""
 
 TRIANGLE, LEFT, RIGHT, BOUNDS, SCHUR, BASIS, SYSTEM, COLUMNS, WAVES = _numbers(9)
-"""Pages of ``waves``: T, V^-1, V; (J, Y) rows of the bounds; (N, N) Schur form of A and its vectors, transposed; a linear
-system; the vectors below."""
+"""Pages of ``waves``: T, V^-1, V; (J, Y) rows of the bounds; (N, N) Schur form of A and its vectors, transposed; a
+linear system; the vectors below."""
 FORCE, SOLUTION, LEFT_OVER = _numbers(3)
 """Rows of the page ``COLUMNS``."""
 
@@ -54,8 +55,8 @@ STIFFNESS, DAMPING, OFFSET, LOWER, UPPER = _numbers(5)
 """Rows of ``laws``, over all pieces of all elements: the offset over the constant input's scale, the corners around."""
 
 SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, MARKS = _numbers(9)
-"""Rows of ``marks``: the sizes below; (m,) pieces of the region to build; (m,) where an element's begin in ``laws``; (K,)
-elements; (Y,) which of z stand in y; (U,) whether an input is kept; where blocks begin, or pivots; simple modes."""
+"""Rows of ``marks``: the sizes below; (m,) pieces of the region to build; (m,) where an element's begin in ``laws``;
+(K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin, or pivots; simple modes."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
 LEAST, DEEPEST, WIDTH, MODES, FINE = _numbers(6, 11)
 """Sizes: m, n, N, K, R, H; the finest step's least and largest level; then found: Y, J, its level."""

@@ -20,7 +20,7 @@ _SMALLEST = 1e-290
 
 @strict
 def eliminate(waves, begin, end, size, largest):
-    """Solve T11 X - X T22 = -T12 for what splits rows [begin, end) from those behind; False where an |X_ij| is large."""
+    """Solve T11 X - X T22 = -T12 for what splits rows [begin, end) from those behind; False where an X_ij is large."""
     most = _SMALLEST
     for i in range(begin, size):
         for j in range(i, end if i < end else size):
@@ -105,7 +105,7 @@ def block_diagonalise(waves, marks, largest):
     Returns:
         the number of blocks.
     """
-    size, count, begin = marks[SIZES, WIDTH], 0, TOP
+    size, count, begin, end = marks[SIZES, WIDTH], TOP, TOP, TOP
     marks[PIVOTS, 0] = 0
     while begin < size:
         end = begin + 1
@@ -121,7 +121,7 @@ def block_diagonalise(waves, marks, largest):
                 apart = waves[TRIANGLE, i, i] - centre
                 square = apart.real * apart.real + apart.imag * apart.imag
                 if least < 0.0 or square < least:
-                    nearest, least = i, square
+                    nearest, least = TOP + i, square
             for k in range(nearest - 1, end - 1, -1):
                 swap(waves, k, begin, size)
             end += 1

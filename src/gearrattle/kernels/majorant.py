@@ -10,9 +10,40 @@ from math import ceil, exp, log2, sqrt
 
 from gearrattle.kernels._jit import strict, strict_entry
 from gearrattle.kernels.bench import (
-    AMPLITUDE, BASIS, BOUNDS, CALM, FAST, FAST_ROUNDING, FORCED, FOUND, FOUR, FREQUENCY, GENERATOR, HARMONICS, KEPT,
-    KEPT_AMPLITUDE, LEFT, LIMITS, MODES, OFFSETS, ONE, PART, RIGHT, SCHUR, SIMPLE, SIZES, STATES, THREE, TOP, TRIANGLE,
-    TWO, VECTORS, WATCHED, WATCHED_COUNT, WEIGHTS, WIDTH,
+    AMPLITUDE,
+    BASIS,
+    BOUNDS,
+    CALM,
+    FAST,
+    FAST_ROUNDING,
+    FORCED,
+    FOUND,
+    FOUR,
+    FREQUENCY,
+    GENERATOR,
+    HARMONICS,
+    KEPT,
+    KEPT_AMPLITUDE,
+    LEFT,
+    LIMITS,
+    MODES,
+    OFFSETS,
+    ONE,
+    PART,
+    RIGHT,
+    SCHUR,
+    SIMPLE,
+    SIZES,
+    STATES,
+    THREE,
+    TOP,
+    TRIANGLE,
+    TWO,
+    VECTORS,
+    WATCHED,
+    WATCHED_COUNT,
+    WEIGHTS,
+    WIDTH,
 )  # fmt: skip
 from gearrattle.kernels.dense import copy_rows, norm_of_columns, times
 from gearrattle.kernels.packed import LONGEST
@@ -179,7 +210,12 @@ def gather(work, waves, marks):
     Written: ``WEIGHTS`` (3 K, J) on fourth derivatives, on the same without fast modes, on the fast modes; ``BOUNDS``
     (J, Y) their rows; ``OFFSETS`` (3 K,); ``PART`` (K, Y) the fast modes' part of every deflection; J.
     """
-    n, width, constant, clearances = marks[SIZES, STATES], marks[SIZES, WIDTH], marks[KEPT, 0], marks[SIZES, WATCHED_COUNT]
+    n, width, constant, clearances = (
+        marks[SIZES, STATES],
+        marks[SIZES, WIDTH],
+        marks[KEPT, 0],
+        marks[SIZES, WATCHED_COUNT],
+    )
     fast = work[VECTORS, LIMITS, FAST]
     for k in range(clearances):
         for part in range(3):

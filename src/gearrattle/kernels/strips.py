@@ -9,8 +9,26 @@ from math import ceil, log2
 
 from gearrattle.kernels._jit import strict, strict_entry
 from gearrattle.kernels.bench import (
-    BOUNDS, DEEPEST, FORCED, FOUND, FREQUENCY, GENERATOR, HARMONICS, INPUT_SIZE, LEAST, ONE, RATES, SIZES, THREE, TOP,
-    TURNING, TWO, VECTORS, WATCHED, WATCHED_COUNT, WIDTH,
+    BOUNDS,
+    DEEPEST,
+    FORCED,
+    FOUND,
+    FREQUENCY,
+    GENERATOR,
+    HARMONICS,
+    INPUT_SIZE,
+    LEAST,
+    ONE,
+    RATES,
+    SIZES,
+    THREE,
+    TOP,
+    TURNING,
+    TWO,
+    VECTORS,
+    WATCHED,
+    WATCHED_COUNT,
+    WIDTH,
 )  # fmt: skip
 from gearrattle.kernels.dense import copy_rows, norm_of_columns, times
 from gearrattle.kernels.packed import LONGEST, ORDER, window_norm
@@ -43,7 +61,7 @@ def fill_bounds(stack, index, waves, modes, width):
 
 @strict_entry
 def finest_level(work, marks):
-    """Smallest level at which ORDER Taylor terms of the generator leave a negligible remainder, and inputs turn little."""
+    """Smallest level, of those allowed, at which ORDER Taylor terms leave a negligible remainder."""
     size, least, deepest = marks[SIZES, WIDTH], marks[SIZES, LEAST], marks[SIZES, DEEPEST]
     norm = norm_of_columns(work, GENERATOR, size)
     if norm == 0.0:

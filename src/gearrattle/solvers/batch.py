@@ -1,9 +1,10 @@
 """Many variants of a driveline by ``exact``, in threads: the same bits as one at a time, in the order they were given.
 
 A thread takes a task, marches it to its end and hands the motion to a function that keeps what is wanted of it; the
-motion itself is let go. So a few motions are held at a time, however many variants there are. The march and the building
-of regions let go of the interpreter (``kernels``); the little Python between them is what threads share. Nothing is
-looked for on the shelf of earlier systems (``slots.slots_of``), which thousands of variants would only wash out.
+motion itself is let go. So a few motions are held at a time, however many variants there are. The march and the
+building of regions let go of the interpreter (``kernels``); the little Python between them is what threads share.
+Nothing is looked for on the shelf of earlier systems (``slots.slots_of``), which thousands of variants would only wash
+out.
 
 A variant that fails - crossings that pile up, a state or a region that is not finite - is an outcome among the others.
 Takes an iterable of tasks; gives an iterator of ``Ended``.
@@ -17,6 +18,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+import numpy as np
 
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Marching, Motion, Place, Task
@@ -85,10 +88,11 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[
     """March one task to its end, alone with its regions; ``rooms`` tells how much room the last one took."""
     march: Marching
     try:
-        if is_large(task.system):
-            march = SweepMarch(task)
-        else:
-            march = ExactMarch(task, fresh_slots(task.system, rooms[0] if rooms else None))
+        with np.errstate(all="ignore"):  # what is not finite is told by the outcome
+            if is_large(task.system):
+                march = SweepMarch(task)
+            else:
+                march = ExactMarch(task, fresh_slots(task.system, next(iter(rooms), None)))
     except (FloatingPointError, ArithmeticError, ValueError) as error:
         return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
     try:

@@ -32,8 +32,8 @@ def regions_of(system: PiecewiseSystem) -> int:
 def is_large(system: PiecewiseSystem) -> bool:
     """Whether the sweep suits a system better; it needs every element to join two inertias at most."""
     return (
-        is_sparse(system)
-        and regions_of(system) > FEW_REGIONS
+        regions_of(system) > FEW_REGIONS
+        and is_sparse(system)
         and regions_of(system) > windows_of(system, Majorant(system))
     )
 

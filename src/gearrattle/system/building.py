@@ -8,7 +8,6 @@ Takes a ``Flow`` and pieces; writes one slot of ``kernels.packed.Regions``.
 
 from __future__ import annotations
 
-import ctypes
 from functools import cache
 from itertools import pairwise
 from math import ceil, log2
@@ -142,17 +141,13 @@ class Bench:
 @cache
 def stages() -> SimpleNamespace:
     """The compiled stages, and LAPACK's zgees; each lets go of the interpreter while it works."""
-    from numba.extending import get_cython_function_address
-
     from gearrattle.kernels import blocks, majorant, region, responses, strips
-    from gearrattle.kernels._jit import compact
+    from gearrattle.kernels._jit import compact, lapack_routine
 
     modules, found = (region, responses, blocks, majorant, strips), {}
     for name in _STAGES:
         found[name] = compact(next(getattr(module, name) for module in modules if hasattr(module, name)))
-    address = get_cython_function_address("scipy.linalg.cython_lapack", "zgees")
-    found["schur"] = ctypes.CFUNCTYPE(None, *15 * [ctypes.c_void_p])(address)
-    return SimpleNamespace(**found)
+    return SimpleNamespace(**found, schur=lapack_routine("zgees", 15))
 
 
 def _share(flow: Flow, work: Array) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,19 +64,30 @@ def _independent_rows(candidates: Array, order: list[int]) -> list[int]:
 def relative_coordinates(system: PiecewiseSystem, among: Sequence[int] | None = None) -> RelativeCoordinates:
     """Choose the basis: elements with corners first, then linear ones, each in element order.
 
+    Variants of a driveline that share W and the elements with corners share the coordinates.
+
     Args:
         system: the piecewise system.
         among: the elements that tie inertias together; all by default. B then has one row for each of them.
     """
-    tying = range(len(system.laws)) if among is None else among
-    rows = system.rows[list(tying)]
-    corners = set(system.clearances)
+    tying = tuple(range(len(system.laws)) if among is None else among)
+    rows = np.ascontiguousarray(system.rows, dtype=float)
+    return _coordinates(rows.tobytes(), rows.shape, tying, system.clearances)
+
+
+@lru_cache(16)
+def _coordinates(
+    data: bytes, shape: tuple[int, int], tying: tuple[int, ...], clearances: tuple[int, ...]
+) -> RelativeCoordinates:
+    """The basis for W (m, n), given by its bytes."""
+    rows, size = np.frombuffer(data).reshape(shape)[list(tying)], shape[1]
+    corners = set(clearances)
     chosen = _independent_rows(rows, sorted(range(len(rows)), key=lambda i: (tying[i] not in corners, i)))
     basis = rows[chosen]
-    unit = np.eye(system.size)
+    unit = np.eye(size)
     stacked = np.vstack([basis, unit[::-1]])  # the last inertia of a free train carries its angle
     independent = _independent_rows(stacked, list(range(len(stacked))))
-    references = tuple(sorted(system.size - 1 - (i - len(chosen)) for i in independent[len(chosen) :]))
+    references = tuple(sorted(size - 1 - (i - len(chosen)) for i in independent[len(chosen) :]))
     inverse = np.linalg.inv(np.vstack([basis, unit[list(references)]]))
     inverse[np.abs(inverse) < 1e-15 * np.abs(inverse).max()] = 0.0
     to_basis, to_reference = inverse[:, : len(chosen)], inverse[:, len(chosen) :]
