@@ -41,7 +41,7 @@ def packed_inputs(flow: Flow) -> Inputs:
 class Slots:
     """The regions a run has visited; ``packed`` is what the kernel sees."""
 
-    def __init__(self, flow: Flow, shelf: Shelf, room: Room | None = None) -> None:
+    def __init__(self, flow: Flow, shelf: Shelf | Alone, room: Room | None = None) -> None:
         self.flow, self._shelf = flow, shelf
         self._lock = Lock()
         self._index: dict[Pieces, int] = {}
@@ -86,9 +86,9 @@ class Slots:
 class Shelf:
     """Holds a system's present slots."""
 
-    def __init__(self, flow: Flow, room: Room | None = None) -> None:
+    def __init__(self, flow: Flow) -> None:
         self._lock = Lock()
-        self.slots = Slots(flow, self, room)
+        self.slots = Slots(flow, self)
 
     def renewed(self, full: Slots) -> Slots:
         """The present slots; empty ones if those given are the present ones."""
@@ -96,6 +96,14 @@ class Shelf:
             if self.slots is full:
                 self.slots = Slots(full.flow, self)
             return self.slots
+
+
+class Alone:
+    """Stands in for a shelf where a run keeps its slots to itself: they are gone with it."""
+
+    def renewed(self, full: Slots) -> Slots:
+        """Empty slots."""
+        return Slots(full.flow, self)
 
 
 _KEPT: OrderedDict[bytes, Shelf] = OrderedDict()
@@ -117,7 +125,7 @@ def slots_of(system: PiecewiseSystem) -> Slots:
 
 def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
     """Slots of a system for one run alone: on no shelf, and kept by no one; with room for what is likely to come."""
-    return Shelf(flow_of(system), room).slots
+    return Slots(flow_of(system), Alone(), room)
 
 
 @remembered(8)
