@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from gearrattle.identification.fitted import Fit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
-    from gearrattle.studies import open_study, study
+    from gearrattle.studies import open_study, rattle_probability, regime_boundary, sensitivities, study
 
 _HOME = {
     "Model": "model",
@@ -73,6 +73,9 @@ _HOME = {
     "advise": "advice",
     "study": "studies",
     "open_study": "studies",
+    "rattle_probability": "studies",
+    "regime_boundary": "studies",
+    "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
     "Fit": "identification.fitted",
@@ -117,7 +120,10 @@ __all__ = [
     "open_run",
     "open_stream",
     "open_study",
+    "rattle_probability",
     "reduce",
+    "regime_boundary",
+    "sensitivities",
     "simulate",
     "stiffness",
     "stream",

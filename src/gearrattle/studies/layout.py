@@ -1,0 +1,72 @@
+"""What stands where in a study's Dataset: which dimensions are axes, what scatters, which outputs are codes.
+
+The grid is the dimensions of ``outcome``; an output may have one more, its subjects (parts, inertias).
+
+Takes the Dataset of a study; gives names and refusals.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import did_you_mean
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.store import OUTCOME
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def axes_in(data: xr.Dataset) -> tuple[str, ...]:
+    """Names of the axes, without samples."""
+    return tuple(str(name) for name in data[OUTCOME].dims if name != SAMPLE)
+
+
+def scattered(data: xr.Dataset) -> tuple[str, ...]:
+    """Paths of the values that scatter."""
+    return tuple(str(name) for name, values in data.coords.items() if values.dims == (SAMPLE,) and name != SAMPLE)
+
+
+def outputs_in(data: xr.Dataset) -> tuple[str, ...]:
+    """Names of the outputs."""
+    return tuple(str(name) for name in data.data_vars if name != OUTCOME)
+
+
+def words_of(values: xr.DataArray) -> tuple[str, ...]:
+    """What the codes of an output stand for; empty for numbers."""
+    return tuple(str(values.attrs.get("flag_meanings", "")).split())
+
+
+def subject_of(data: xr.Dataset, output: str) -> str:
+    """The dimension of an output's subjects; empty if it is one number a case."""
+    return next((str(name) for name in data[output].dims if name not in data[OUTCOME].dims), "")
+
+
+def numbers_of(values: xr.DataArray) -> xr.DataArray:
+    """An output as floats, NaN where there is none."""
+    floats = values.astype(np.float64)
+    return floats.where(floats >= 0.0) if words_of(values) else floats
+
+
+def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataArray:
+    """Return an output.
+
+    Raises:
+        ModelError: this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
+    """
+    if OUTCOME not in data:
+        raise ModelError(Problem("data", "", "is no study's Dataset: it has no outcome", "give what study returns"))
+    known = [name for name in outputs_in(data) if words_of(data[name]) or not codes]
+    if output not in known:
+        kind = "output of codes" if codes else "output"
+        rule = f"the study keeps no such {kind}; it keeps {', '.join(known) or 'none'}"
+        raise ModelError(Problem("output", f'"{output}"', rule, did_you_mean(output, known)))
+    return data[output]
+
+
+def chosen_codes(data: xr.Dataset) -> str:
+    """The output of codes to show: the regime of every part if it was kept, else the verdict; empty for none."""
+    return next((name for name in ("regime", "verdict") if name in data), "")
