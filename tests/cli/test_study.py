@@ -38,7 +38,8 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["study", str(study), "--workers", "1"]) == 0
     out, err = capsys.readouterr()
-    assert out.splitlines() == ["6 done", f"results: {Path('gaps-study') / 'results.zarr'}"]
+    folder = Path("gaps-study")
+    assert out.splitlines() == ["6 done", f"results: {folder / 'results.zarr'}", f"page: {folder / 'study.html'}"]
     assert "6 cases of about" in err
     assert dict(gr.open_study("gaps-study").sizes) == {"coupling.joint.clearance": 3, "torque.0.mean": 2, "part": 1}
     assert main(["study", str(study)]) == 2

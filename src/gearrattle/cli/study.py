@@ -34,6 +34,8 @@ def study(
 ) -> None:
     """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
 
+    Into the folder go results.zarr and, once all is done, a page, study.html, with figures/.
+
     Parameters
     ----------
     study
@@ -51,6 +53,8 @@ def study(
     function
         MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
     """
+    import time
+
     from gearrattle.cli.background import watched
     from gearrattle.studies import carry_out, prepare
     from gearrattle.studies.file import read_study
@@ -69,12 +73,32 @@ def study(
             return None
         store = Store.open(folder, found.plan, found.outputs, resume=resume)
         watch.enter("computing cases")
+        before, begun = len(store.done()), time.perf_counter()
         damaged = carry_out(store, found, retry_failed=retry_failed, workers=workers, progress=watch)
-        return store.dataset(), store.messages(), damaged
+        data, messages = store.dataset(), store.messages()
+        watch.enter("writing the page")
+        chunks, seconds = store.plan.chunks, time.perf_counter() - begun
+        cost = f"A case takes about {1e3 * found.seconds:.3g} ms"
+        if before < chunks or damaged:
+            cost += f"; this run took {seconds:.3g} s" + (
+                f" for what was left, {before} of {chunks} chunks were there" if before else ""
+            )
+        _page(data, messages, folder, study.stem.replace("_", " "), f"{cost}.")
+        return data, messages, damaged
 
     done = watched(work)
     if done is not None:
         _tell(*done, folder, json=json)
+
+
+def _page(data: xr.Dataset, messages: Mapping[tuple[int, ...], str], folder: Path, title: str, cost: str) -> None:
+    """Write the page and its figures into the folder, whole or not at all."""
+    from gearrattle.report.staging import Staging
+    from gearrattle.report.study import fill_study
+
+    with Staging(folder) as staging:
+        fill_study(data, messages, staging.path, title=title, cost=cost)
+        staging.commit()
 
 
 def _function(named: str) -> Any:
@@ -117,3 +141,4 @@ def _tell(
         return
     print(", ".join(f"{count} {word}" for word, count in counts.items() if count))
     print(f"results: {folder / 'results.zarr'}")
+    print(f"page: {folder / 'study.html'}")

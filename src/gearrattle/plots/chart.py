@@ -1,8 +1,8 @@
 """What a figure is, before anyone draws it.
 
-A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars, shaded bands and thin rules. Charts are plain
-frozen data, so the same figure is drawn twice without being written twice: interactively (``interactive``) and as ink
-(``static``), and a test can look into it.
+A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars and cells, shaded bands and thin rules. Charts
+are plain frozen data, so the same figure is drawn twice without being written twice: interactively (``interactive``)
+and as ink (``static``), and a test can look into it.
 
 Takes plain arrays; gives nouns to the two renderers.
 """
@@ -62,6 +62,23 @@ class Bars:
 
 
 @dataclass(frozen=True)
+class Cells:
+    """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
+
+    Attributes:
+        left, right, low, high: (N,) their edges, in the units of the axes.
+        name, colour: as for a line.
+    """
+
+    left: Array
+    right: Array
+    low: Array
+    high: Array
+    name: str
+    colour: str = ACCENT
+
+
+@dataclass(frozen=True)
 class Band:
     """A shaded strip across a panel, between ``low`` and ``high`` on the axis ``along``; None reaches the edge."""
 
@@ -109,9 +126,10 @@ class Panel:
         title: what is drawn, e.g. the name of the body.
         unit: unit of the upright axis, printed after the title.
         x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
-        lines, bars, bands, rules, labels: what it holds, drawn from bands to lines and labels.
+        lines, bars, cells, bands, rules, labels: what it holds, drawn from bands and cells to lines and labels.
         x_range, y_range: limits; None fits the data.
         x_log, y_log: whether the level, the upright axis is logarithmic.
+        x_ticks, y_ticks: where the axes are labelled, and how; empty: at round values.
         note: words to print in an empty panel.
     """
 
@@ -127,6 +145,9 @@ class Panel:
     y_range: tuple[float, float] | None = None
     y_log: bool = False
     x_log: bool = False
+    cells: tuple[Cells, ...] = ()
+    x_ticks: tuple[tuple[float, str], ...] = ()
+    y_ticks: tuple[tuple[float, str], ...] = ()
     note: str = ""
 
 

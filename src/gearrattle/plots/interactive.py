@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.plots.chart import Bars, Chart, Label, Line, Panel, Rule
+from gearrattle.plots.chart import Bars, Cells, Chart, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, tint
 from gearrattle.trajectory import Array
@@ -56,6 +56,7 @@ def plotly_figure(chart: Chart) -> dict[str, Any]:
     for index, panel in enumerate(chart.panels):
         _lay_out(layout, chart, index, inner, gap)
         _decorate(layout, panel, _axis("x", index), _axis("y", index))
+        data += [_cells(cells, index) for cells in panel.cells]
         data += [_bars(bars, index) for bars in panel.bars]
         data += [_line(line, index) for line in panel.lines]
     return {"data": data, "layout": layout}
@@ -111,6 +112,9 @@ def _lay_out(layout: dict[str, Any], chart: Chart, index: int, inner: int, gap: 
         y_axis |= _decades(*panel.y_range)
     elif panel.y_range is not None:
         y_axis["range"] = list(panel.y_range)
+    for axis, ticks in ((x_axis, panel.x_ticks), (y_axis, panel.y_ticks)):
+        if ticks:
+            axis |= {"tickmode": "array", "tickvals": [v for v, _ in ticks], "ticktext": [word for _, word in ticks]}
     layout[f"xaxis{'' if index == 0 else index + 1}"] = x_axis
     layout[f"yaxis{'' if index == 0 else index + 1}"] = y_axis
 
@@ -208,6 +212,22 @@ def _bars(bars: Bars, index: int) -> dict[str, Any]:
         "xaxis": _axis("x", index),
         "yaxis": _axis("y", index),
         "hovertemplate": "%{x:.3~g}: %{y:.3~g}<extra>" + bars.name + "</extra>",
+    }
+
+
+def _cells(cells: Cells, index: int) -> dict[str, Any]:
+    """Write rectangles: bars that stand on their lower edges."""
+    return {
+        "type": "bar",
+        "name": cells.name,
+        "x": _packed(0.5 * (cells.left + cells.right), "f8"),
+        "width": _packed(cells.right - cells.left, "f8"),
+        "y": _packed(cells.high - cells.low, "f8"),
+        "base": _packed(cells.low, "f8"),
+        "marker": {"color": cells.colour, "line": {"width": 0}},
+        "xaxis": _axis("x", index),
+        "yaxis": _axis("y", index),
+        "hovertemplate": "%{x:.4~g}<extra>" + cells.name + "</extra>",
     }
 
 

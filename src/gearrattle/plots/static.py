@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.plots.axes import Axis, limits
-from gearrattle.plots.chart import Band, Bars, Chart, Label, Line, Panel, Rule
+from gearrattle.plots.chart import Band, Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import FAINT, INK, MUTED, PAPER
 from gearrattle.trajectory import Array
@@ -25,35 +25,56 @@ _TITLE_GAP, _AXIS_GAP = 32, 40
 _COLUMN_GAP = 74
 
 
-def draw(chart: Chart) -> bytes:
+def draw(chart: Chart, *, legend: bool = False) -> bytes:
     """Draw a chart.
+
+    Args:
+        chart: what to draw.
+        legend: whether its legend is drawn above it; a page has its own.
 
     Returns:
         An SVG file. The same chart gives the same bytes.
     """
     gap = _TITLE_GAP + (0 if chart.share_x else _AXIS_GAP)
-    height = _TOP + _BOTTOM + chart.rows * chart.panel_height + (chart.rows - 1) * gap
+    keys, above = _legend(chart.legend) if legend else ("", 0)
+    height = above + _TOP + _BOTTOM + chart.rows * chart.panel_height + (chart.rows - 1) * gap
     width = (_WIDTH - _LEFT - _RIGHT - _COLUMN_GAP * (chart.columns - 1)) / chart.columns
     drawn = []
     for index, panel in enumerate(chart.panels):
         row, column = divmod(index, chart.columns)
-        left, top = _LEFT + column * (width + _COLUMN_GAP), _TOP + row * (chart.panel_height + gap)
+        left, top = _LEFT + column * (width + _COLUMN_GAP), above + _TOP + row * (chart.panel_height + gap)
         labelled = chart.is_bottom(index) or not chart.share_x
         drawn.append(_panel(panel, left, top, width, chart.panel_height, labelled=labelled))
     document = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" width="{_WIDTH}" height="{height}" '
         f'font-family="{_FONT}" font-size="12" fill="{MUTED}"><title>{escape(chart.title)}</title>'
-        f"<desc>{escape(chart.caption)}</desc>{''.join(drawn)}</svg>\n"
+        f"<desc>{escape(chart.caption)}</desc>{keys}{''.join(drawn)}</svg>\n"
     )
     return document.encode("utf-8")
+
+
+def _legend(keys: tuple[Key, ...]) -> tuple[str, int]:
+    """Swatches and words, row by row, and the height they take."""
+    drawn, x, row = [], float(_LEFT), 0
+    for key in keys:
+        width = 26.0 + 6.6 * len(key.name)
+        if x + width > _WIDTH - _RIGHT and x > _LEFT:
+            x, row = float(_LEFT), row + 1
+        drawn.append(f'<rect x="{x:.1f}" y="{20 * row + 6}" width="10" height="10" fill="{key.colour}"/>')
+        drawn.append(_text(x + 15.0, 20.0 * row + 15.0, key.name, "start"))
+        x += width
+    return "".join(drawn), 20 * (row + 1) if keys else 0
 
 
 def _panel(panel: Panel, left: float, top: float, width: float, height: float, *, labelled: bool) -> str:
     """Draw one panel with its axes, everything in it clipped."""
     x_limits, y_limits = limits(panel)
     x, y = Axis(*x_limits, 0.0, width, panel.x_log), Axis(*y_limits, height, 0.0, panel.y_log)
+    x_ticks = panel.x_ticks or tuple((v, numeral(v, 6)) for v in x.ticks())
+    y_ticks = panel.y_ticks or tuple((v, numeral(v)) for v in y.ticks())
     inside = [_band(band, x, y) for band in panel.bands]
-    inside += [f'<path d="M0 {y.at(np.array(v)):.1f}h{width:.1f}" stroke="{FAINT}"/>' for v in y.ticks()]
+    inside += [f'<path d="M0 {y.at(np.array(v)):.1f}h{width:.1f}" stroke="{FAINT}"/>' for v, _ in y_ticks]
+    inside += [_cells(cells, x, y) for cells in panel.cells]
     inside += [_rule(rule, x, y) for rule in panel.rules]
     inside += [_bars(bars, x, y) for bars in panel.bars]
     inside += [_line(line, x, y) for line in panel.lines]
@@ -67,9 +88,9 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float, *
         f'<path d="M0 {height + 0.5}h{width:.1f}" stroke="{FAINT}" fill="none"/>',
         f'<text y="-7" fill="{INK}" font-weight="600">{escape(panel.title)}{unit}</text>',
     ]
-    around += [_text(-7, float(y.at(np.array(v))) + 4, numeral(v), "end", 11) for v in y.ticks()]
+    around += [_text(-7, float(y.at(np.array(v))) + 4, word, "end", 11) for v, word in y_ticks]
     if labelled:
-        around += [_text(float(x.at(np.array(v))), height + 16, numeral(v, 6), "middle", 11) for v in x.ticks()]
+        around += [_text(float(x.at(np.array(v))), height + 16, word, "middle", 11) for v, word in x_ticks]
         around.append(_text(width / 2, height + 35, panel.x_title))
     return (
         f'<g transform="translate({left:.1f} {top})">'
@@ -141,3 +162,9 @@ def _bars(bars: Bars, x: Axis, y: Axis) -> str:
         if low > high
     )
     return f'<path d="{drawn}" fill="{bars.colour}"/>'
+
+
+def _cells(cells: Cells, x: Axis, y: Axis) -> str:
+    edges = (x.at(cells.left), x.at(cells.right), y.at(cells.low), y.at(cells.high))
+    drawn = "".join(f"M{a:.1f} {c:.1f}H{b:.1f}V{d:.1f}H{a:.1f}Z" for a, b, c, d in zip(*edges, strict=True))
+    return f'<path d="{drawn}" fill="{cells.colour}" shape-rendering="crispEdges"/>'

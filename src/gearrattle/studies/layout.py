@@ -45,6 +45,14 @@ def subject_of(data: xr.Dataset, output: str) -> str:
     return next((str(name) for name in data[output].dims if name not in data[OUTCOME].dims), "")
 
 
+def units_of(data: xr.Dataset, output: str) -> dict[str, str]:
+    """Units of an output by subject, "" for a plain number; one entry without a name if it has no subjects."""
+    subject, unit = subject_of(data, output), str(data[output].attrs.get("units", ""))
+    names = [str(name) for name in data[subject].values] if subject else [""]
+    each = unit.split(", ") if ", " in unit else [unit] * len(names)
+    return {name: "" if one == "1" else one for name, one in zip(names, each, strict=True)}
+
+
 def numbers_of(values: xr.DataArray) -> xr.DataArray:
     """An output as floats, NaN where there is none."""
     floats = values.astype(np.float64)

@@ -1,0 +1,144 @@
+"""Tables of a study's page: codes counted, probabilities, sensitivities, boundaries, cases that failed.
+
+Takes the Dataset of a study; gives Tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.axis_names import labels_of, paths_of
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.tables import Table
+from gearrattle.studies.boundary import CROSSING, regime_boundary
+from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.layout import axes_in, chosen_codes, outputs_in, scattered, subject_of, words_of
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.sensitivity import sensitivities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST = 40
+
+
+def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
+    """By subject and word: in how many cases."""
+    words, subject = words_of(data[output]), subject_of(data, output)
+    names = labels_of(data, subject) if subject else [output]
+    codes = data[output].transpose(*([subject] if subject else []), ...).values.reshape(len(names), -1)
+    return {
+        name: {word: int(np.count_nonzero(row == code)) for code, word in enumerate(words)}
+        for name, row in zip(names, codes, strict=True)
+    }
+
+
+def count_table(data: xr.Dataset) -> Table:
+    """In how many cases each part is quiet, single-sided, double-sided; or what became of the cases, without codes."""
+    output = chosen_codes(data)
+    if not output:
+        told = [(word, f"{int((data['outcome'] == code).sum())}") for code, word in enumerate(OUTCOMES)]
+        return Table(("outcome", "cases"), tuple(row for row in told if row[1] != "0"))
+    counts = code_counts(data, output)
+    words = words_of(data[output])
+    rows = tuple((name, *(f"{by_word[word]}" for word in words)) for name, by_word in counts.items())
+    return Table(("part" if subject_of(data, output) else "", *words), rows, note="Cases by regime.")
+
+
+def probability_table(data: xr.Dataset) -> Table:
+    """Probability of rattle by part, over samples alone; no rows for anything else."""
+    head = ("part", "rattling", "of samples", "probability", "95 % interval")
+    output = chosen_codes(data)
+    if not output or SAMPLE not in data.dims or axes_in(data):
+        return Table(head, ())
+    found = rattle_probability(data, output)
+    subject = subject_of(data, output)
+    names = labels_of(data, subject) if subject else [output]
+    columns = [np.atleast_1d(found[name].values) for name in ("rattling", "samples", "probability", "low", "high")]
+    rows = [
+        (name, f"{int(k)}", f"{int(n)}", _percent(p), f"{_percent(low)} to {_percent(high)}")
+        for name, k, n, p, low, high in zip(names, *columns, strict=True)
+    ]
+    note = (
+        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less than it."
+    )
+    return Table(head, tuple(rows), note=note)
+
+
+def sensitivity_tables(data: xr.Dataset) -> list[Table]:
+    """Coefficients of every output that varies, over samples alone; the strongest on top."""
+    if SAMPLE not in data.dims or axes_in(data) or not scattered(data):
+        return []
+    found = []
+    for output in outputs_in(data):
+        told, subject = sensitivities(data, output), subject_of(data, output)
+        for name in labels_of(data, subject) if subject else [""]:
+            one = told.sel({subject: name}) if subject else told
+            if np.isfinite(one["spearman"].values).any():
+                found.append(_sensitivity_table(one, f"{name}: {output}" if name else output))
+    return found
+
+
+def _sensitivity_table(found: xr.Dataset, title: str) -> Table:
+    order = np.argsort(-np.abs(np.nan_to_num(found["rank_regression"].values)), kind="stable")
+    columns = [found[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
+    names = [str(name) for name in found["value"].values[order]]
+    limit, shares = float(found["chance_correlation"]), float(found["chance_first_order"])
+    rows = [
+        (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
+        for name, *row in zip(names, *columns, strict=True)
+    ]
+    note = (
+        f"{int(found['samples'])} samples; the regression of ranks explains {_percent(float(found['explained']))}. "
+        f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
+    )
+    return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
+
+
+def boundary_table(data: xr.Dataset) -> Table:
+    """Where the regime changes, along every axis, without samples."""
+    output = chosen_codes(data)
+    if not output or SAMPLE in data.dims:
+        return Table(("along",), ())
+    found = regime_boundary(data, output)
+    count = found.sizes.get(CROSSING, 0)
+    subject = subject_of(data, output)
+    places = [paths_of(data, axis)[0] for axis in axes_in(data)]
+    names = [*([subject] if subject else []), "along", *places, "from", "to"]
+    if not count:
+        return Table(tuple(names), ())
+    order = np.lexsort([found[name].values for name in (*reversed(places), "along", *([subject] if subject else []))])
+    columns = [found[name].values[order[:_MOST]] for name in names]
+    rows = [tuple(_cell(value) for value in row) for row in zip(*columns, strict=True)]
+    more = f" {count - _MOST} more stand in gr.regime_boundary." if count > _MOST else ""
+    note = f"Midpoints between neighbouring values of the axis crossed, in SI units.{more}"
+    numeric = {i for i, name in enumerate(names) if found[name].values.dtype.kind in "iuf"}
+    return Table(tuple(names), tuple(rows), frozenset(range(len(names))) - numeric, note=note)
+
+
+def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> Table:
+    """Cases that failed, where they stand in the grid, and why."""
+    dims = [str(name) for name in data["outcome"].dims]
+    labels = {dim: labels_of(data, dim) if dim != SAMPLE else list(map(str, range(data.sizes[dim]))) for dim in dims}
+    rows = []
+    for place, text in list(messages.items())[:_MOST]:
+        word = OUTCOMES[int(data["outcome"].values[place])]
+        rows.append((*(labels[dim][i] for dim, i in zip(dims, place, strict=True)), word, text))
+    note = f"{len(messages) - _MOST} more failed; their messages are in done/." if len(messages) > _MOST else ""
+    return Table((*dims, "outcome", "message"), tuple(rows), frozenset({len(dims), len(dims) + 1}), note=note)
+
+
+def _marked(value: float, bound: float) -> str:
+    return f"{numeral(round(value, 3), 3)}{' *' if np.isfinite(value) and abs(value) > bound else ''}"
+
+
+def _cell(value: object) -> str:
+    return numeral(float(value), 4) if isinstance(value, int | float | np.number) else str(value)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if np.isfinite(share) else "–"
