@@ -67,6 +67,10 @@ class ConvergenceError(GearRattleError):
         super().__init__(f"{message}; try: {remedy}" if remedy else message)
 
 
+class SchedulerLost(GearRattleError):
+    """Whoever dealt out the parts of a long computation has gone; what it had kept is kept, and resuming goes on."""
+
+
 class Cancelled(GearRattleError):
     """The caller asked a long computation to stop.
 

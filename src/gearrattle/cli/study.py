@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearrattle.cli.background import Watch
+    from gearrattle.studies import Prepared
+    from gearrattle.studies.store import Store
 
 _SHOWN = 5
+_GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 Done = tuple["xr.Dataset", Mapping[tuple[int, ...], str], list[int]]
 
 
@@ -25,6 +28,7 @@ def study(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    scheduler: str = "local",
     workers: int | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     retry_failed: Annotated[bool, Parameter(negative="")] = False,
@@ -42,8 +46,11 @@ def study(
         Study file (TOML).
     output
         Folder for the results; default: the study file's name with "-study", here.
+    scheduler
+        Who computes: "local" (processes of this machine), "threads" (of this process) or "tcp://HOST:PORT" (a Dask
+        cluster whose workers see the output folder).
     workers
-        Processes; default: as many as there are cores.
+        Processes or threads; default: as many as there are cores. A cluster has its own number.
     resume
         Go on with what the folder holds.
     retry_failed
@@ -56,7 +63,7 @@ def study(
     import time
 
     from gearrattle.cli.background import watched
-    from gearrattle.studies import carry_out, prepare
+    from gearrattle.studies import carry_out, opened, prepare
     from gearrattle.studies.file import read_study
     from gearrattle.studies.store import Store
 
@@ -64,6 +71,7 @@ def study(
     if function is not None:
         given["function"] = _function(function)
     folder = output if output is not None else Path(f"{study.stem}-study")
+    under_way: list[Store] = []
 
     def work(watch: Watch) -> Done | None:
         watch.enter("looking at the study")
@@ -71,24 +79,51 @@ def study(
         print(found.estimate(workers or 1), file=sys.stderr)
         if estimate:
             return None
-        store = Store.open(folder, found.plan, found.outputs, resume=resume)
-        watch.enter("computing cases")
-        before, begun = len(store.done()), time.perf_counter()
-        damaged = carry_out(store, found, retry_failed=retry_failed, workers=workers, progress=watch)
+        with opened(scheduler, workers, found.sensible()) as compute:
+            store = Store.open(folder, found.plan, found.outputs, resume=resume)
+            under_way.append(store)
+            watch.enter("computing cases")
+            before, begun = len(store.done()), time.perf_counter()
+            damaged = carry_out(store, compute, retry_failed=retry_failed, progress=watch)
         data, messages = store.dataset(), store.messages()
         watch.enter("writing the page")
-        chunks, seconds = store.plan.chunks, time.perf_counter() - begun
-        cost = f"A case takes about {1e3 * found.seconds:.3g} ms"
-        if before < chunks or damaged:
-            cost += f"; this run took {seconds:.3g} s" + (
-                f" for what was left, {before} of {chunks} chunks were there" if before else ""
-            )
-        _page(data, messages, folder, study.stem.replace("_", " "), f"{cost}.")
+        cost = _cost(found, store, before if not damaged else 0, time.perf_counter() - begun)
+        _page(data, messages, folder, study.stem.replace("_", " "), cost)
         return data, messages, damaged
 
-    done = watched(work)
+    try:
+        done = watched(work, _GRACE)
+    except (KeyboardInterrupt, Exception) as error:
+        raise _with_what_is_kept(error, under_way) from error
     if done is not None:
         _tell(*done, folder, json=json)
+
+
+def _with_what_is_kept(error: BaseException, under_way: list[Store]) -> BaseException:
+    """Say what is kept and how to go on, if anything is."""
+    from gearrattle.cli.failures import disk_is_full
+    from gearrattle.errors import Cancelled, GearRattleError, SchedulerLost
+
+    if not under_way:
+        return error
+    store = under_way[0]
+    kept = f"{len(store.done())} of {store.plan.chunks} chunks are kept in {store.folder}; --resume goes on"
+    if isinstance(error, KeyboardInterrupt | Cancelled):
+        return Cancelled(kept=f"interrupted: {kept}")
+    if isinstance(error, SchedulerLost):
+        return SchedulerLost(f"{error}; {kept} once there is another")
+    if disk_is_full(error):
+        return GearRattleError(f"the disk is full; {kept} when there is space again")
+    return error
+
+
+def _cost(found: Prepared, store: Store, before: int, seconds: float) -> str:
+    """What a case takes, and what this run took, in a sentence; ``before`` chunks were there already."""
+    each, chunks = f"A case takes about {1e3 * found.seconds:.3g} ms", store.plan.chunks
+    if before == chunks:
+        return f"{each}."
+    left = f" for what was left, {before} of {chunks} chunks were there" if before else ""
+    return f"{each}; this run took {seconds:.3g} s{left}."
 
 
 def _page(data: xr.Dataset, messages: Mapping[tuple[int, ...], str], folder: Path, title: str, cost: str) -> None:

@@ -1,14 +1,15 @@
 """Studies: one driveline, many variants; maps, tolerances, thousands of cases that survive whatever stops them.
 
 ``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
-of them, ``workers`` deals chunks out, ``store`` keeps them. What is made of the Dataset: ``boundary``, ``probability``
-and ``sensitivity``.
+of them, ``schedulers`` deal chunks out, ``store`` keeps them. What is made of the Dataset: ``boundary``,
+``probability`` and ``sensitivity``.
 
 Takes a Model; gives an xarray Dataset.
 """
 
 from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.store import open_study
 from gearrattle.studies.study import Prepared, carry_out, prepare, study
@@ -17,6 +18,7 @@ __all__ = [
     "Prepared",
     "carry_out",
     "open_study",
+    "opened",
     "prepare",
     "rattle_probability",
     "regime_boundary",

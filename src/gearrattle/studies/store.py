@@ -87,7 +87,7 @@ class Store:
         }  # fmt: skip
 
     def _group(self) -> Any:
-        return _zarr().open_group(str(self.folder / _RESULTS), mode="a")
+        return _zarr().open_group(str(self.folder / _RESULTS), mode="r+")
 
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
@@ -141,9 +141,16 @@ class Store:
         found = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
         return [*found, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
-    def begin(self, chunk: int) -> None:
-        """Note that a worker has begun a chunk: if it dies, this may be why."""
-        self._begun(chunk).touch()
+    def begin(self, chunk: int, attempt: str = "") -> None:
+        """Note that a worker has begun a chunk, and by which attempt: if it dies, this may be why."""
+        self._begun(chunk).write_text(attempt, encoding="utf-8")
+
+    def attempt(self, chunk: int) -> str:
+        """Return the attempt by which a worker had begun a chunk and not ended it; empty if there is none."""
+        try:
+            return self._begun(chunk).read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return ""
 
     def was_begun(self, chunk: int) -> bool:
         """Return whether a worker had begun a chunk and not ended it, and forget it."""
@@ -195,6 +202,10 @@ class Store:
         except Exception:  # a codec may raise anything over bytes that are not its own
             return False
 
+    def is_done(self, chunk: int) -> bool:
+        """Return whether a chunk has a marker."""
+        return self._marker(chunk).exists()
+
     def forget(self, chunk: int) -> None:
         """Take a chunk's marker away: it will be computed again."""
         self._marker(chunk).unlink(missing_ok=True)
@@ -235,7 +246,7 @@ def open_study(folder: str | os.PathLike[str]) -> xr.Dataset:
     path = Path(folder) / _RESULTS
     if not path.is_dir():
         raise ModelError(Problem(str(folder), "", "holds no study", "give the folder that a study was written to"))
-    with xr.open_zarr(str(path), consolidated=False) as opened:
+    with xr.open_zarr(str(path), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = [name for name in loaded.attrs.pop("order", []) if name in loaded]

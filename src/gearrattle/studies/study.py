@@ -12,7 +12,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,8 +25,8 @@ from gearrattle.studies.axes import axes_of
 from gearrattle.studies.distributions import METHODS, distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
 from gearrattle.studies.plan import Plan, Samples
+from gearrattle.studies.schedulers import Scheduler, opened
 from gearrattle.studies.store import Store
-from gearrattle.studies.workers import here, processes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +54,11 @@ class Prepared:
         total = self.plan.count * self.seconds / workers
         each = f"{1e3 * self.seconds:.3g} ms"
         return f"{self.plan.count} cases of about {each}: {_span(total)} on {workers} worker{'s' * (workers != 1)}"
+
+    def sensible(self) -> int:
+        """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < _STARTING * 2 else cores
 
 
 def prepare(
@@ -99,6 +104,7 @@ def study(
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
+    scheduler: Any = "local",
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate and judge many variants of a driveline.
@@ -120,7 +126,10 @@ def study(
         output: folder to keep it in; None: in memory.
         resume: go on with what the folder holds.
         retry_failed: with ``resume``: compute chunks with failed cases anew.
-        workers: processes; None: as many as there are cores, this process alone for few cases. Results are the same.
+        workers: processes or threads; None: as many as there are cores, this process alone for few cases. Results are
+            the same.
+        scheduler: who computes: "local" (processes of this machine), "threads" (of this process), "tcp://HOST:PORT" or
+            a ``distributed.Client`` (a Dask cluster, which has its own number of workers; they must see ``output``).
         progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
 
     Returns:
@@ -130,34 +139,31 @@ def study(
     Raises:
         ModelError: anything wrong with the study; nothing has been computed then.
         ConvergenceError: not even one case could be simulated.
+        NotInstalled: the scheduler needs a library that is not here.
+        SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
     found = prepare(
         model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
         most=most,
     )  # fmt: skip
-    with _folder(output) as folder:
+    with opened(scheduler, workers, found.sensible()) as compute, _folder(output) as folder:
         store = Store.open(folder, found.plan, found.outputs, resume=resume)
-        carry_out(store, found, retry_failed=retry_failed, workers=workers, progress=progress)
+        carry_out(store, compute, retry_failed=retry_failed, progress=progress)
         data = store.dataset()
         data.attrs["failures"] = [f"{at}: {text}" for at, text in store.messages().items()]
         return data
 
 
 def carry_out(
-    store: Store,
-    found: Prepared,
-    *,
-    retry_failed: bool = False,
-    workers: int | None = None,
-    progress: Progress | None = None,
+    store: Store, compute: Scheduler, *, retry_failed: bool = False, progress: Progress | None = None
 ) -> list[int]:
     """Compute whatever is not done, and return the chunks that were found damaged and computed again.
 
     Args:
         store: where results are kept.
-        found: the study.
+        compute: who computes.
         retry_failed: whether chunks with failed cases are computed again.
-        workers, progress: as in ``study``.
+        progress: as in ``study``.
     """
     damaged = store.damaged()
     for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
@@ -165,23 +171,17 @@ def carry_out(
     done = store.done()
     chunks = store.plan.chunks
     left = [chunk for chunk in range(chunks) if chunk not in done]
-    count = min(workers or _workers(len(left), found), max(1, len(left)))
     reached = len(done)
 
     def tick() -> None:
         if progress is not None:
             progress(reached / chunks)
 
-    for _ in here(store, left, tick) if count == 1 else processes(store, left, count, tick):
-        reached += 1
-        tick()
+    with closing(compute(store, left, tick)) as finished:
+        for _ in finished:
+            reached += 1
+            tick()
     return damaged
-
-
-def _workers(chunks: int, found: Prepared) -> int:
-    """As many as there are cores; one where starting others would take longer than they save."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return 1 if chunks < 2 or found.plan.count * found.seconds < _STARTING * 2 else cores
 
 
 _STARTING = 5.0  # seconds until a fresh process is warm

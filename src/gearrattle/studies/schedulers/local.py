@@ -1,4 +1,4 @@
-"""Who computes the chunks: this process, or others beside it that may die without taking the study along.
+"""This process, or others beside it on this machine that may die without taking the study along.
 
 Workers are processes: a chunk goes out by its number, and every worker keeps it in the store itself. A few chunks a
 worker are under way at once, so that memory does not grow with the study. If a worker is killed all are replaced, and
@@ -13,25 +13,35 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from itertools import chain
 from multiprocessing import get_context
 
-from gearrattle.studies.cases import WORKER_LOST, compute, empty
+from gearrattle.studies.cases import compute
+from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 
-PATIENCE = 3
-WINDOW = 3  # chunks under way a worker
-_TICK = 0.2  # seconds between two looks at whether to stop
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 _held: list[Store] = []
 
 
-def here(store: Store, chunks: Iterable[int], tick: Callable[[], None]) -> Iterator[int]:
+@contextmanager
+def local(wanted: Wanted) -> Iterator[Scheduler]:
+    """Open processes, as many as are wanted or pay; for one alone this process does."""
+    yield partial(_either, wanted.workers or wanted.sensible)
+
+
+def _either(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
+    count = min(count, max(1, len(chunks)))
+    return here(store, chunks, tick) if count == 1 else processes(store, chunks, count, tick)
+
+
+def here(store: Store, chunks: Iterable[int], tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in this process, one after the other; ``tick`` is called after every case, and may raise."""
     for chunk in chunks:
         store.keep(chunk, compute(store.plan, store.outputs, chunk, lambda _: tick()))
@@ -47,7 +57,7 @@ def _take(store: Store) -> None:
 def _leave_with(parent: int) -> None:
     """End this process once the one that leads has gone, killed perhaps: nobody would ever read its results."""
     while os.getppid() == parent:
-        time.sleep(_TICK)
+        time.sleep(TICK)
     os._exit(1)
 
 
@@ -58,7 +68,7 @@ def _work(chunk: int) -> int:
     return chunk
 
 
-def processes(store: Store, chunks: Iterable[int], count: int, tick: Callable[[], None]) -> Iterator[int]:
+def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in other processes, yielding each as it is done; ``tick`` is called now and then, and may raise.
 
     Where a worker dies nobody knows which of the chunks that had been begun killed it: these go out again one at a
@@ -88,7 +98,7 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Callable[[]
             if deaths[chunk] < PATIENCE:
                 suspects.append(chunk)
             else:
-                store.keep(chunk, empty(store.plan, store.outputs, chunk, WORKER_LOST))
+                write_off(store, chunk)
                 yield chunk
 
 
@@ -96,8 +106,8 @@ def _dealt(
     pool: ProcessPoolExecutor,
     under_way: dict[int, Future[int] | None],
     cards: tuple[list[int], Iterator[int], int],
-    tick: Callable[[], None],
-) -> Iterator[int]:
+    tick: Tick,
+) -> Generator[int, None, None]:
     """Deal chunks to a pool until none is left: suspects alone, the others as many at once as there is room."""
     suspects, waiting, room = cards
     more = True
@@ -113,7 +123,7 @@ def _dealt(
             under_way[chunk] = None
             under_way[chunk] = pool.submit(_work, chunk)
         tick()
-        done, _ = wait([each for each in under_way.values() if each], timeout=_TICK, return_when=FIRST_COMPLETED)
+        done, _ = wait([each for each in under_way.values() if each], timeout=TICK, return_when=FIRST_COMPLETED)
         for future in done:
             chunk = future.result()
             del under_way[chunk]

@@ -1,0 +1,49 @@
+"""The shelf of schedulers, by their names in calls and on the command line: who computes a study's chunks, and where.
+
+Takes the words of a call; gives a Scheduler.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.studies.schedulers.base import Opening, Scheduler, Wanted
+from gearrattle.studies.schedulers.cluster import cluster
+from gearrattle.studies.schedulers.local import local
+from gearrattle.studies.schedulers.threads import threads
+
+SCHEDULERS: dict[str, Opening] = {
+    "local": local,
+    "threads": threads,
+    "tcp://": cluster,
+    "tls://": cluster,
+}
+"""Name, or beginning of an address, -> function that opens it."""
+
+__all__ = ["SCHEDULERS", "Scheduler", "Wanted", "opened"]
+
+
+def opened(address: Any, workers: int | None, sensible: int) -> AbstractContextManager[Scheduler]:
+    """Open a scheduler.
+
+    Args:
+        address: "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
+        workers: how many are wanted; None for as many as make sense.
+        sensible: how many pay on this machine.
+
+    Raises:
+        ModelError: there is no such scheduler, nobody answers there, or it cannot be had as asked.
+        NotInstalled: it needs a library that is not here.
+    """
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ModelError(Problem("workers", str(workers), "must be a whole number from 1"))
+    if not isinstance(address, str):
+        return cluster(Wanted(address, workers, sensible))
+    head, mark, rest = address.partition("://")
+    name = head + mark
+    if name not in SCHEDULERS or (mark and not rest):
+        names = ", ".join(f"{each}HOST:PORT" if each.endswith("//") else each for each in SCHEDULERS)
+        raise ModelError(Problem("scheduler", f'"{address}"', f"must be one of {names}"))
+    return SCHEDULERS[name](Wanted(address, workers, sensible))

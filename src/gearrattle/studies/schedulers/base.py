@@ -1,0 +1,68 @@
+"""What a scheduler is: it gets a store and numbers of chunks, has them computed, and tells each as it is done.
+
+A scheduler never sees a result: whoever computes a chunk keeps it in the store, results first, then the marker. So a
+scheduler may lose anything, workers and itself included, and the study goes on from the markers. Three promises:
+
+* chunks under way are few, ``WINDOW`` a worker, so that memory does not grow with the study;
+* ``tick`` is called several times a second, and what it raises ends the work: nothing is begun any more;
+* a chunk that kills ``PATIENCE`` workers which computed nothing else is written off, and the others go on.
+
+To add a scheduler: its file with a function ``Wanted -> context manager of a Scheduler``, which looks for everything
+that can be wrong, one line in the table in ``__init__``, and its test page.
+
+Takes nothing but the store; the schedulers beside it build on this, and do not see each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from gearrattle.studies.cases import WORKER_LOST, empty
+from gearrattle.studies.store import Store
+
+PATIENCE = 3
+"""Workers that a chunk may kill, alone, before it is written off."""
+WINDOW = 3
+"""Chunks under way a worker: one computed, two at hand."""
+TICK = 0.2
+"""Seconds between two looks at whether to stop."""
+
+Tick = Callable[[], None]
+
+
+class Scheduler(Protocol):
+    """Whoever has chunks computed."""
+
+    def __call__(self, store: Store, chunks: Sequence[int], tick: Tick, /) -> Generator[int, None, None]:
+        """Have chunks computed and kept, in any order; yield each once it is kept.
+
+        Raises:
+            OSError: the store cannot be written.
+            SchedulerLost: whoever dealt out the chunks has gone; what is kept is kept.
+        """
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the caller asked for.
+
+    Attributes:
+        address: the words of the call, or an object from Python.
+        workers: how many; None leaves it to the scheduler.
+        sensible: how many pay on this machine.
+    """
+
+    address: Any
+    workers: int | None
+    sensible: int
+
+
+Opening = Callable[[Wanted], AbstractContextManager[Scheduler]]
+
+
+def write_off(store: Store, chunk: int) -> None:
+    """Keep a chunk that no worker survives as such: all of its cases "worker lost"."""
+    store.keep(chunk, empty(store.plan, store.outputs, chunk, WORKER_LOST))

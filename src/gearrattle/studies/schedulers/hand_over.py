@@ -1,0 +1,195 @@
+"""The study as workers elsewhere get it: one file in its folder, and the function that computes a chunk of it.
+
+The file is also the test that a worker sees the folder, and the sign that the study is still wanted: once it is gone
+workers stop within a second.
+
+    .handed-<id>         one line of JSON (versions that must be the same), then the pickled Store
+
+Takes a Store; gives Handed, a few words that travel with every chunk.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from uuid import uuid4
+
+from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
+from gearrattle.studies.cases import compute
+from gearrattle.studies.store import Store
+
+SAME = ("gearrattle", "numpy", "numba")
+_SEEING = 10.0  # seconds until a file is seen on every machine of a network file system
+_ASKING = 0.5  # seconds between two looks at whether the study is still wanted
+
+
+class LostBefore(GearRattleError):
+    """A worker had begun this very attempt, and is no more."""
+
+
+@dataclass(frozen=True)
+class Handed:
+    """What travels with every chunk.
+
+    Attributes:
+        path: the hand-over, absolute.
+        digest: SHA-256 of it.
+    """
+
+    path: str
+    digest: str
+
+
+@contextmanager
+def handed_over(store: Store) -> Iterator[Handed]:
+    """Write a study's hand-over, and remove it in the end."""
+    folder = store.folder.absolute()
+    head = json.dumps({name: version(name) for name in SAME}).encode()
+    content = head + b"\n" + _pickled(Store(folder, store.plan, store.outputs))
+    path = folder / f".handed-{uuid4().hex}"
+    path.write_bytes(content)
+    try:
+        yield Handed(str(path), hashlib.sha256(content).hexdigest())
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def _pickled(store: Store) -> bytes:
+    """Pickle a store; a function of the user's goes along whole, so that workers need not find its file."""
+    import cloudpickle
+
+    function = store.outputs.function
+    module = sys.modules.get(getattr(function, "__module__", "") or "")
+    whole = module is not None and module.__name__ != "__main__" and not module.__name__.startswith("gearrattle.")
+    if whole:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return bytes(cloudpickle.dumps(store))
+    finally:
+        if whole:
+            cloudpickle.unregister_pickle_by_value(module)
+
+
+def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
+    """Compute a chunk in a worker and keep it.
+
+    Args:
+        handed: the study.
+        chunk: its number.
+        attempt: a name that this chunk has been sent out by, once.
+        alone: whether nothing else may be computed in this process meanwhile.
+
+    Raises:
+        LostBefore: a worker had begun this attempt.
+        ModelError: the folder cannot be seen or written from here, or versions differ.
+        OSError: the chunk cannot be kept.
+    """
+    store = _received(handed)
+    if store.is_done(chunk):
+        return
+    if store.attempt(chunk) == attempt:
+        raise LostBefore(f"chunk {chunk}")
+    asked = time.monotonic()
+
+    def told(_: float) -> None:
+        nonlocal asked
+        if time.monotonic() - asked > _ASKING:
+            asked = time.monotonic()
+            if not Path(handed.path).exists():
+                raise Cancelled("the study has ended")
+
+    with _TURNS.alone() if alone else _TURNS.beside_others():
+        store.begin(chunk, attempt)
+        store.keep(chunk, compute(store.plan, store.outputs, chunk, told))
+
+
+@lru_cache(maxsize=2)
+def _received(handed: Handed) -> Store:
+    """Read a hand-over and see whether this process can do what it asks."""
+    path = Path(handed.path)
+    content = _seen(path, handed.digest)
+    head, _, body = content.partition(b"\n")
+    wrong = {name: want for name, want in json.loads(head).items() if version(name) != want}
+    if wrong:
+        found = ", ".join(f"{name} {version(name)}" for name in wrong)
+        rule = f"only the same versions give the same bits: {', '.join(f'{n} {v}' for n, v in wrong.items())}"
+        raise ModelError(Problem(_here(), found, rule, "install them there"))
+    touched = path.parent / f".touched-{uuid4().hex}"
+    try:
+        touched.touch()
+        touched.unlink()
+    except OSError as error:
+        rule = f"cannot write into the study's folder {path.parent}: {error.strerror or error}"
+        raise ModelError(Problem(_here(), "", rule, "let workers write there")) from None
+    store: Store = pickle.loads(body)
+    return store
+
+
+def _seen(path: Path, digest: str) -> bytes:
+    """Read a file that has just been written, perhaps by another machine."""
+    deadline = time.monotonic() + _SEEING
+    while True:
+        try:
+            content = path.read_bytes()
+            trouble = "reads other bytes than were written"
+        except OSError as error:
+            content, trouble = b"", error.strerror or str(error)
+        if hashlib.sha256(content).hexdigest() == digest:
+            return content
+        if time.monotonic() > deadline:
+            rule = f"cannot see the study's folder {path.parent}: {trouble}"
+            remedy = "give an output folder on a file system that all workers share"
+            raise ModelError(Problem(_here(), "", rule, remedy))
+        time.sleep(_SEEING / 100.0)
+
+
+def _here() -> str:
+    from socket import gethostname
+
+    return f"worker on {gethostname()}"
+
+
+class _Turns:
+    """Chunks computed beside each other, or one alone: what dies alone has only itself to blame."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._busy, self._one = 0, False
+
+    @contextmanager
+    def beside_others(self) -> Iterator[None]:
+        with self._changed:
+            self._changed.wait_for(lambda: not self._one)
+            self._busy += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._busy -= 1
+                self._changed.notify_all()
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        with self._changed:
+            self._changed.wait_for(lambda: not self._one)
+            self._one = True
+            self._changed.wait_for(lambda: not self._busy)
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._one = False
+                self._changed.notify_all()
+
+
+_TURNS = _Turns()

@@ -1,0 +1,55 @@
+"""Threads of this process: nothing to start, nothing to copy, but most of a case is Python, which takes turns.
+
+Compiled kernels let other threads run; assembling and judging do not. Measured: docs/reference/scaling.md.
+
+Takes a Store; gives chunks as they are done.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import partial
+
+from gearrattle.errors import Cancelled
+from gearrattle.studies.cases import compute
+from gearrattle.studies.schedulers.base import TICK, WINDOW, Scheduler, Tick, Wanted
+from gearrattle.studies.store import Store
+
+
+@contextmanager
+def threads(wanted: Wanted) -> Iterator[Scheduler]:
+    """Open a pool of threads, as many as are wanted or pay."""
+    yield partial(_pooled, wanted.workers or wanted.sensible)
+
+
+def _pooled(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
+    """Compute chunks in threads; one that is under way when the work ends stops after its case."""
+    stop = threading.Event()
+    waiting = iter(chunks)
+    under_way: set[Future[int]] = set()
+    pool = ThreadPoolExecutor(count, thread_name_prefix="gearrattle-study")
+    try:
+        while True:
+            while len(under_way) < WINDOW * count and (chunk := next(waiting, None)) is not None:
+                under_way.add(pool.submit(_work, store, chunk, stop))
+            if not under_way:
+                return
+            tick()
+            done, under_way = wait(under_way, timeout=TICK, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+    finally:
+        stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _work(store: Store, chunk: int, stop: threading.Event) -> int:
+    def told(_: float) -> None:
+        if stop.is_set():
+            raise Cancelled("the study has ended")
+
+    store.keep(chunk, compute(store.plan, store.outputs, chunk, told))
+    return chunk
