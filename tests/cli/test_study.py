@@ -48,6 +48,24 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     assert json.loads(capsys.readouterr().out)["outcomes"]["done"] == 6
 
 
+def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["study", str(study), "--workers", "1"]) == 0
+    folder = Path("gaps-study")
+    first = (folder / "study.html").read_bytes()
+    assert sorted(p.name for p in (folder / "figures").iterdir()) == ["map-impacts-per-cycle.svg", "map.svg"]
+    monkeypatch.setattr("gearrattle.report.study.versions", lambda: {}["broken"])
+    assert main(["study", str(study), "--resume"]) != 0
+    assert (folder / "study.html").read_bytes() == first
+    monkeypatch.undo()
+    monkeypatch.chdir(study.parent)
+    (folder / "study.html").unlink()
+    (folder / "figures" / "map.svg").write_text("old", encoding="utf-8")
+    assert main(["study", str(study), "--resume"]) == 0
+    assert "joint is" in (folder / "study.html").read_text(encoding="utf-8")
+    assert "old" not in (folder / "figures" / "map.svg").read_text(encoding="utf-8")[:4]
+    assert sorted(p.name for p in folder.iterdir()) == ["done", "figures", "results.zarr", "study.html", "study.json"]
+
+
 def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sorted(Path().iterdir())
     assert main(["study", str(study), "--estimate"]) == 0

@@ -8,8 +8,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 
-from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
+from gearrattle.plots.chart import Band, Bars, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.static import draw
 
@@ -116,3 +117,26 @@ def test_ink_draws_the_curve_and_lifts_the_pen() -> None:
         if p.get("stroke-linejoin")
     )
     assert (path.count("M"), path.count("L")) == (2, 1)
+
+
+def test_both_renderers_draw_cells_where_they_lie() -> None:
+    cells = Cells(
+        np.array([-0.5, 1.5]), np.array([1.5, 2.5]), np.array([0.0, 1.0]), np.array([1.0, 3.0]), "wet", "#123456"
+    )
+    panel = Panel("p", cells=(cells,), x_range=(-0.5, 2.5), y_range=(0.0, 3.0), x_ticks=((0.0, "left"), (2.0, "right")))
+    chart = Chart("k", "t", "c", (panel,), panel_height=300, legend=(Key("wet", "#123456"),))
+    root = ElementTree.fromstring(draw(chart, legend=True))
+    space = "{http://www.w3.org/2000/svg}"
+    path = next(p.get("d", "") for p in root.iter(f"{space}path") if p.get("fill") == "#123456")
+    width = float(next(root.iter(f"{space}g")).find(f"{space}svg").get("width"))  # type: ignore[union-attr,arg-type]
+    a, c, b, d = (float(v) for v in path[1:].split("Z")[0].replace("H", " ").replace("V", " ").split()[:4])
+    assert (a, b, c, d) == pytest.approx((0.0, width * 2.0 / 3.0, 300.0, 200.0), abs=0.051)
+    words = [text.text for text in root.iter(f"{space}text")]
+    assert {"left", "right", "wet"} <= set(words)
+    assert "wet" not in [text.text for text in ElementTree.fromstring(draw(chart)).iter(f"{space}text")]
+    figure = json.loads(json.dumps(plotly_figure(chart), allow_nan=False))
+    (trace,) = figure["data"]
+    middle, wide = decoded(trace["x"]), decoded(trace["width"])
+    np.testing.assert_allclose([middle - wide / 2, middle + wide / 2], [cells.left, cells.right])
+    np.testing.assert_allclose(decoded(trace["base"]) + decoded(trace["y"]), cells.high)
+    assert figure["layout"]["xaxis"]["ticktext"] == ["left", "right"]

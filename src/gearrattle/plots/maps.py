@@ -1,13 +1,14 @@
 """Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
 
 Cells of one meaning have one colour; a dark line parts quiet from rattling. Where a study has more than two axes the
-worst over the others is drawn.
+largest over the others is drawn.
 
 Takes the Dataset of a study; gives Charts.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -155,11 +156,11 @@ def _shaded(
 
 
 def _by_subject(values: xr.DataArray, subject: str, x: str, y: str) -> list[tuple[str, Array]]:
-    """For every subject its numbers over (y, x), the worst over all other axes; those that vary come first."""
+    """For every subject its numbers over (y, x), the largest over all other axes; those that vary come first."""
     numbers = numbers_of(values)
     others = [name for name in numbers.dims if name not in (x, y, subject)]
-    worst = numbers.max(others).transpose(*([subject] if subject else []), y, x)
-    each = worst.values if subject else worst.values[None, :, :]
+    largest = numbers.max(others).transpose(*([subject] if subject else []), y, x)
+    each = largest.values if subject else largest.values[None, :, :]
     names = [str(name) for name in values[subject].values] if subject else [str(values.name or "")]
     found = list(zip(names, each, strict=True))
     return sorted(found, key=lambda pair: not _varies(pair[1]))
@@ -175,8 +176,6 @@ def _frame(data: xr.Dataset, x: str, y: str, name: str) -> Panel:
 
 
 def _with(frame: Panel, cells: tuple[Cells, ...], lines: tuple[Line, ...]) -> Panel:
-    from dataclasses import replace
-
     return replace(frame, cells=cells, lines=lines)
 
 
@@ -214,4 +213,4 @@ def _name(output: str) -> str:
 
 def _others(data: xr.Dataset, x: str, y: str) -> str:
     others = [axis for axis in axes_in(data) if axis not in (x, y)]
-    return f" The worst over {', '.join(others)} is drawn." if others else ""
+    return f" The largest over {', '.join(others)} is drawn." if others else ""

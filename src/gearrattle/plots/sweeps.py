@@ -7,6 +7,7 @@ Takes the Dataset of a study; gives Charts.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,8 +38,8 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
     for name in names:
         by_unit: dict[str, list[Line]] = {}
         units = units_of(data, name)
-        for i, (subject, each) in enumerate(subjects_of(numbers_of(data[name]), subject_of(data, name))):
-            key = legend.setdefault(subject or name, Key(subject or name, COLOURS[i % len(COLOURS)]))
+        for subject, each in subjects_of(numbers_of(data[name]), subject_of(data, name)):
+            key = legend.setdefault(subject or name, Key(subject or name, COLOURS[len(legend) % len(COLOURS)]))
             by_unit.setdefault(units[subject], []).extend(
                 Line(np.zeros(0), curve, key.name, key.colour, width=width) for curve, width in _curves(each, axis)
             )
@@ -67,7 +68,7 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
         for quantity, width in (("probability", 2.0), ("low", 0.8), ("high", 0.8)):
             curve = dict(subjects_of(found[quantity], subject))[name].values
             lines.append(Line(np.zeros(0), curve, key.name, key.colour, width=width))
-    panel = _panel(data, axis, ("Share of samples that rattle", ""), lines)
+    panel = replace(_panel(data, axis, ("Share of samples that rattle", ""), lines), y_range=(-0.03, 1.03))
     caption = f"Thick: share of samples above quiet over {axis}; thin: Wilson's 95 % interval."
     return Chart("probability", "Probability of rattle", caption, (panel,), panel_height=240, legend=tuple(legend))
 
@@ -96,9 +97,15 @@ def _quantile(row: Array, share: float) -> float:
 def _panel(data: xr.Dataset, axis: str, title: tuple[str, str], curves: list[Line]) -> Panel:
     """Curves at the axis' positions, with their points where there are few."""
     x, log, ticks = positions(data, axis)
-    lines = [Line(x, line.y, line.name, line.colour, width=line.width) for line in curves]
+    joined = np.asarray(data[axis].values).dtype.kind in "iuf"  # nothing lies between two words
+    lines = [
+        Line(x, c.y, c.name, c.colour, "line" if joined else "points", c.width if joined else 3.0 * c.width)
+        for c in curves
+    ]
     if x.size <= 40:
-        lines += [Line(x, line.y, line.name, line.colour, "points", 5.0) for line in lines if line.width > 1.0]
+        lines += [
+            Line(x, line.y, line.name, line.colour, "points", 5.0) for line in lines if joined and line.width > 1.0
+        ]
     finite = np.concatenate([line.y[np.isfinite(line.y)] for line in lines] or [np.zeros(0)])
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     room = _ROOM * (high - low) or 0.5 * (abs(high) or 1.0)
