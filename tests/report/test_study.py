@@ -134,6 +134,12 @@ def test_units_that_differ_are_not_drawn_on_one_scale() -> None:
     ]
 
 
+def test_an_output_that_hardly_varies_is_no_map() -> None:
+    data = made("gap", "load")
+    data["largest impulse"].values[..., 1] = 5.0 + 0.004 * data["largest impulse"].values[..., 1]
+    assert [chart.panels[0].title for chart in number_maps(data, "largest impulse")] == ["joint"]
+
+
 def test_figures_of_samples_show_what_was_computed() -> None:
     data = made("sample")
     bars, winds = probability_bars(data), tornado(data)

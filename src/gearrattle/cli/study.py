@@ -64,10 +64,10 @@ def study(
 
     from gearrattle.cli.background import watched
     from gearrattle.studies import carry_out, opened, prepare
-    from gearrattle.studies.file import read_study
+    from gearrattle.studies.file import read_study, study_name
     from gearrattle.studies.store import Store
 
-    given = read_study(study)
+    given, title = read_study(study), study_name(study)
     if function is not None:
         given["function"] = _function(function)
     folder = output if output is not None else Path(f"{study.stem}-study")
@@ -88,7 +88,7 @@ def study(
         data, messages = store.dataset(), store.messages()
         watch.enter("writing the page")
         cost = _cost(found, store, before if not damaged else 0, time.perf_counter() - begun)
-        _page(data, messages, folder, study.stem.replace("_", " "), cost)
+        _page(data, messages, folder, title, cost)
         return data, messages, damaged
 
     try:

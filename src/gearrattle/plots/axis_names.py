@@ -23,8 +23,10 @@ Ticks = tuple[tuple[float, str], ...]
 
 
 def paths_of(data: xr.Dataset, axis: str) -> list[str]:
-    """What varies along an axis: the axis itself, or the paths that vary together in it."""
-    return [str(name) for name, values in data.coords.items() if values.dims == (axis,) and name != axis] or [axis]
+    """What varies along an axis: the axis itself, or the paths that vary together in it, by name."""
+    return sorted(str(name) for name, values in data.coords.items() if values.dims == (axis,) and name != axis) or [
+        axis
+    ]
 
 
 def title_of(data: xr.Dataset, axis: str) -> str:

@@ -8,6 +8,7 @@ Takes the Dataset of a study; gives Charts.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,7 @@ NOTHING = Key("no value", "#e8dcc0")
 MOST_PANELS = 12
 _HEIGHT, _ROW = 260, 26
 _SHADES = 8
+_LEAST = 0.01
 _RED = ("#f6e9ed", "#7d0a2c")
 _BLUE = ("#d3e3ef", "#083d60")
 
@@ -79,7 +81,7 @@ def probability_map(data: xr.Dataset) -> Chart | None:
 
 
 def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
-    """Draw an output of numbers over two axes: a chart a unit, a panel a subject whose values are not all equal."""
+    """Draw an output of numbers over two axes: a chart a unit, a panel a subject that varies by a hundredth."""
     if len(axes_in(data)) < 2:
         return []
     x, y = two_axes(data)
@@ -90,7 +92,7 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
     over = " Median over the samples." if SAMPLE in data.dims else ""
     found = []
     for i, unit in enumerate(dict.fromkeys(units.values())):
-        names = [name for name, one in units.items() if one == unit and _varies(_of(values, subject, name).values)]
+        names = [name for name, one in units.items() if one == unit and _tells(_of(values, subject, name).values)]
         if names:
             some = values.sel({subject: names}) if subject else values
             bounds = np.linspace(float(np.nanmin(some.values)), float(np.nanmax(some.values)), _SHADES + 1)
@@ -98,12 +100,24 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
             words = f"{_name(output)}{f', {unit}' if unit else ''}"
             caption = f"{words}, over {x} (level) and {y} (upright).{over}{_others(data, x, y)}"
             key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + (f"-{i + 1}" if i else "")
-            found.append(_chart(key, f"Map of the {output}", caption, panels, legend))
+            title = f"Map of the {output}" + (f", {unit}" if len(set(units.values())) > 1 else "")
+            found.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
     return found
 
 
 def _of(values: xr.DataArray, subject: str, name: str) -> xr.DataArray:
     return values.sel({subject: name}) if subject else values
+
+
+def _left_out(units: Mapping[str, str], drawn: list[str], unit: str) -> str:
+    left = [name for name, one in units.items() if one == unit and name not in drawn]
+    return f" Not drawn, varying by less than a hundredth: {', '.join(left)}." if left else ""
+
+
+def _tells(values: Array) -> bool:
+    """Whether finite values differ by a hundredth of the largest or more: less is no map."""
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and np.ptp(finite) >= _LEAST * np.abs(finite).max() and np.ptp(finite) > 0.0)
 
 
 def _varies(values: Array) -> bool:

@@ -78,6 +78,13 @@ def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
     return found
 
 
+def study_name(path: str | os.PathLike[str]) -> str:
+    """The name in a study file that ``read_study`` takes; without one, that of the file."""
+    name = os.fspath(path)
+    tables, _ = read_tables(read_text(name, "study file"), name, "study file")
+    return str(tables.get("name") or Path(name).stem)
+
+
 def _form(table: Any, known: Mapping[str, type], positions: Positions, under: str = "") -> list[Problem]:
     """Problems of keys that do not exist or hold the wrong kind of value."""
     if not isinstance(table, Mapping):

@@ -26,8 +26,10 @@ def axes_in(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def scattered(data: xr.Dataset) -> tuple[str, ...]:
-    """Paths of the values that scatter."""
-    return tuple(str(name) for name, values in data.coords.items() if values.dims == (SAMPLE,) and name != SAMPLE)
+    """Paths of the values that scatter, by name: Zarr keeps no order."""
+    return tuple(
+        sorted(str(name) for name, values in data.coords.items() if values.dims == (SAMPLE,) and name != SAMPLE)
+    )
 
 
 def outputs_in(data: xr.Dataset) -> tuple[str, ...]:
