@@ -60,12 +60,9 @@ def study(
     function
         MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
     """
-    import time
-
     from gearrattle.cli.background import watched
-    from gearrattle.studies import carry_out, opened, prepare
+    from gearrattle.studies import prepare
     from gearrattle.studies.file import read_study, study_name
-    from gearrattle.studies.store import Store
 
     given, title = read_study(study), study_name(study)
     if function is not None:
@@ -79,17 +76,8 @@ def study(
         print(found.estimate(workers or 1), file=sys.stderr)
         if estimate:
             return None
-        with opened(scheduler, workers, found.sensible()) as compute:
-            store = Store.open(folder, found.plan, found.outputs, resume=resume)
-            under_way.append(store)
-            watch.enter("computing cases")
-            before, begun = len(store.done()), time.perf_counter()
-            damaged = carry_out(store, compute, retry_failed=retry_failed, progress=watch)
-        data, messages = store.dataset(), store.messages()
-        watch.enter("writing the page")
-        cost = _cost(found, store, before if not damaged else 0, time.perf_counter() - begun)
-        _page(data, messages, folder, title, cost)
-        return data, messages, damaged
+        how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
+        return _carried_out(watch, found, folder, title, under_way, **how)
 
     try:
         done = watched(work, _GRACE)
@@ -97,6 +85,26 @@ def study(
         raise _with_what_is_kept(error, under_way) from error
     if done is not None:
         _tell(*done, folder, json=json)
+
+
+def _carried_out(watch: Watch, found: Prepared, folder: Path, title: str, under_way: list[Store], **how: Any) -> Done:
+    """Compute what is not done, and write the page."""
+    import time
+
+    from gearrattle.studies import carry_out, opened
+    from gearrattle.studies.store import Store
+
+    with opened(how["scheduler"], how["workers"], found.sensible()) as compute:
+        store = Store.open(folder, found.plan, found.outputs, resume=how["resume"])
+        under_way.append(store)
+        watch.enter("computing cases")
+        before, begun = len(store.done()), time.perf_counter()
+        damaged = carry_out(store, compute, retry_failed=how["retry_failed"], progress=watch)
+    data, messages = store.dataset(), store.messages()
+    watch.enter("writing the page")
+    cost = _cost(found, store, before if not damaged else 0, time.perf_counter() - begun)
+    _page(data, messages, folder, title, cost)
+    return data, messages, damaged
 
 
 def _with_what_is_kept(error: BaseException, under_way: list[Store]) -> BaseException:
