@@ -21,6 +21,7 @@ export MPLBACKEND           ?= Agg
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 .PHONY: help run test test-long lint docs bench peers growth cost variants advice forecast images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost advice forecast scaling images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -64,6 +65,9 @@ advice: $(VENV)/.package    ## how often advice comes true: writes docs/referenc
 
 forecast: $(VENV)/.package  ## forecasts of contact ratios against exact runs: writes docs/reference/forecast.md (minutes)
 	$(PY) -m benchmarks.forecast
+
+scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
+	$(PY) -m benchmarks.scaling
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py

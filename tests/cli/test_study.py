@@ -14,6 +14,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
+from gearrattle.studies.store import Store
+from tests.studies.clusters import dask, full_once
 from tests.studies.drivelines import TOML
 
 STUDY = """
@@ -100,6 +102,35 @@ def test_a_function_is_named_on_the_command_line_only(study: Path, capsys: pytes
     assert "largest speed" in gr.open_study("gaps-study")
     for wrong in ("nothing", "nothing:here", "tests.studies.drivelines:TOML"):
         assert main(["study", str(study), "--function", wrong, "-o", "other"]) == 2
+    assert not Path("other").exists()
+
+
+def test_a_full_disk_is_told_with_what_is_kept_and_resuming_gives_the_same(
+    study: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study.write_text(STUDY.replace("COUNT", "16"), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Store, "keep", full_once(Store.keep))
+        assert main(["study", str(study), "--scheduler", "threads", "--workers", "2"]) == 1
+    told = capsys.readouterr().err
+    assert "error: the disk is full; " in told
+    assert "chunks are kept in gaps-study; --resume goes on when there is space again" in told
+    assert main(["study", str(study), "--scheduler", "threads", "--resume"]) == 0
+    assert main(["study", str(study), "--workers", "1", "-o", "whole"]) == 0
+    assert gr.open_study("gaps-study").identical(gr.open_study("whole"))
+
+
+def test_a_cluster_is_named_by_its_address(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("distributed")
+    study.write_text(STUDY.replace("COUNT", "16"), encoding="utf-8")
+    Path("dask").mkdir()
+    with dask(Path("dask").absolute(), 1) as (address, scheduler):
+        assert main(["study", str(study), "--scheduler", address, "-o", "cluster"]) == 0
+        scheduler.kill()
+    assert main(["study", str(study), "--workers", "1", "-o", "whole"]) == 0
+    assert gr.open_study("cluster").identical(gr.open_study("whole"))
+    assert main(["study", str(study), "--scheduler", "slurm", "-o", "other"]) == 2
+    assert "must be one of local, threads, tcp://HOST:PORT" in capsys.readouterr().err
     assert not Path("other").exists()
 
 

@@ -1,4 +1,4 @@
-"""Dask schedulers and workers as processes of their own, to be killed; outputs that are slow, deadly or fill the disk."""
+"""Dask schedulers and workers as processes to be killed; outputs that are slow, deadly or fill the disk."""
 
 from __future__ import annotations
 

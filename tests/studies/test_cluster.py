@@ -120,7 +120,8 @@ def _moved(path: str, digest: str) -> Handed:
     return Handed("/nowhere/at/all/" + Path(path).name, digest)
 
 
-def test_nobody_at_an_address_is_told(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match=re.escape("tcp://127.0.0.1:9: no scheduler answers")):
+def test_nobody_at_an_address_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("gearrattle.studies.schedulers.cluster._PATIENCE_CONNECTING", 1.0)
+    with pytest.raises(ModelError, match=re.escape("found tcp://127.0.0.1:9; no scheduler answers")):
         gr.study(model(), {TORQUE: [0.4]}, ["verdict"], scheduler="tcp://127.0.0.1:9", output=tmp_path / "never")
     assert not (tmp_path / "never").exists()
