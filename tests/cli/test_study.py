@@ -124,9 +124,8 @@ def test_a_cluster_is_named_by_its_address(study: Path, capsys: pytest.CaptureFi
     pytest.importorskip("distributed")
     study.write_text(STUDY.replace("COUNT", "16"), encoding="utf-8")
     Path("dask").mkdir()
-    with dask(Path("dask").absolute(), 1) as (address, scheduler):
-        assert main(["study", str(study), "--scheduler", address, "-o", "cluster"]) == 0
-        scheduler.kill()
+    with dask(Path("dask").absolute(), 1) as cluster:
+        assert main(["study", str(study), "--scheduler", cluster.address, "-o", "cluster"]) == 0
     assert main(["study", str(study), "--workers", "1", "-o", "whole"]) == 0
     assert gr.open_study("cluster").identical(gr.open_study("whole"))
     assert main(["study", str(study), "--scheduler", "slurm", "-o", "other"]) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from gearrattle.results import Run
@@ -56,29 +58,46 @@ def full_once(keep: Callable[..., None]) -> Callable[..., None]:
     return keeping
 
 
-@contextmanager
-def dask(folder: Path, workers: int, threads: int = 1) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
-    """A scheduler, its address, and workers without a nanny."""
-    import json
+@dataclass
+class Dask:
+    """A scheduler and workers without nannies.
 
+    Attributes:
+        address, scheduler: of the scheduler.
+        workers: those hired so far that nobody has dismissed.
+        hire: starts one more.
+    """
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    workers: list[subprocess.Popen[bytes]]
+    hire: Callable[[], None]
+
+
+@contextmanager
+def dask(folder: Path, workers: int, threads: int = 1) -> Iterator[Dask]:
+    """Start a scheduler and workers, all to be killed in the end."""
     file = folder / "scheduler.json"
-    log = (folder / "dask.log").open("wb")
-    quiet = {"stdout": log, "stderr": log}
-    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
-    scheduler = subprocess.Popen([*command, "--no-dashboard", "--scheduler-file", str(file)], **quiet)  # type: ignore[call-overload]
-    started = [scheduler]
-    try:
-        deadline = time.monotonic() + 60.0
-        while not (file.exists() and file.stat().st_size) and time.monotonic() < deadline:
-            time.sleep(0.05)
-        address = json.loads(file.read_text())["address"]
-        worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", str(threads)]
-        for _ in range(workers):
-            more = ["--no-nanny", "--no-dashboard", "--death-timeout", "60", "--local-directory", str(folder)]
-            started.append(subprocess.Popen([*worker, *more], **quiet))  # type: ignore[call-overload]
-        yield address, scheduler
-    finally:
-        for process in reversed(started):
-            process.kill()
-            process.wait()
-        log.close()
+    with (folder / "dask.log").open("wb") as log:
+
+        def start(*words: str) -> subprocess.Popen[bytes]:
+            return subprocess.Popen([sys.executable, "-m", *words], stdout=log, stderr=log)
+
+        def hire() -> None:
+            more = ["--nthreads", str(threads), "--no-nanny", "--no-dashboard", "--local-directory", str(folder)]
+            hired.append(start("distributed.cli.dask_worker", "--scheduler-file", str(file), *more))
+
+        where = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file)]
+        scheduler = start("distributed.cli.dask_scheduler", *where)
+        hired: list[subprocess.Popen[bytes]] = []
+        try:
+            deadline = time.monotonic() + 60.0
+            while not (file.exists() and file.stat().st_size) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            for _ in range(workers):
+                hire()
+            yield Dask(json.loads(file.read_text())["address"], scheduler, hired, hire)
+        finally:
+            for process in (*hired, scheduler):
+                process.kill()
+                process.wait()

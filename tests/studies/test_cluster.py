@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,7 +35,7 @@ def whole() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Two processes that come again when they are killed; as a library of others hands it in."""
+    """Two processes, as a user hands them in."""
     scratch = str(tmp_path_factory.mktemp("dask"))
     options = {"dashboard_address": None, "local_directory": scratch, "silence_logs": 50}
     with (
@@ -48,25 +46,31 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("seed", [*range(3), *(pytest.param(i, marks=pytest.mark.long) for i in range(3, 23))])
-def test_workers_may_be_killed_and_nothing_is_lost(seed: int, client: Any, whole: xr.Dataset, tmp_path: Path) -> None:
+def test_workers_may_be_killed_and_nothing_is_lost(seed: int, whole: xr.Dataset, tmp_path: Path) -> None:
+    """At any moment, while they start as well; another is hired for each."""
     killed: list[int] = []
     over = threading.Event()
+    rng = np.random.default_rng(seed)
+    (tmp_path / "dask").mkdir()
+    with clusters.dask(tmp_path / "dask", 2) as cluster:
 
-    def hunt() -> None:
-        rng = np.random.default_rng(seed)
-        while not over.wait(float(rng.uniform(0.1, 1.2))) and len(killed) < 4:
-            prey = [nanny.pid for nanny in client.cluster.workers.values() if nanny.pid]
-            if prey:
-                killed.append(int(rng.choice(prey)))
-                os.kill(killed[-1], signal.SIGKILL)
+        def hunt() -> None:
+            while not (tmp_path / "s" / "done").exists() and not over.wait(0.01):
+                pass
+            while not over.wait(float(rng.uniform(0.1, 2.5))) and len(killed) < 4:
+                prey = cluster.workers.pop(int(rng.integers(2)))
+                prey.kill()
+                killed.append(prey.wait())
+                cluster.hire()
 
-    hunter = threading.Thread(target=hunt)
-    hunter.start()
-    try:
-        found = gr.study(model(), AXES, OUTPUTS, function=slow, scheduler=client, output=tmp_path / "s")
-    finally:
-        over.set()
-        hunter.join()
+        hunter = threading.Thread(target=hunt)
+        hunter.start()
+        try:
+            arguments: dict[str, Any] = {"scheduler": cluster.address, "output": tmp_path / "s"}
+            found = gr.study(model(), AXES, OUTPUTS, function=slow, **arguments)
+        finally:
+            over.set()
+            hunter.join()
     assert killed
     assert found.identical(whole)
     assert sorted(path.name for path in (tmp_path / "s").iterdir()) == ["done", "results.zarr", "study.json"]
@@ -78,14 +82,14 @@ def test_a_killed_scheduler_ends_the_study_and_it_goes_on(seed: int, whole: xr.D
     rng = np.random.default_rng(seed)
     (tmp_path / "dask").mkdir()
     share = float(rng.uniform(0.05, 0.9))
-    with clusters.dask(tmp_path / "dask", 2) as (address, scheduler):
+    with clusters.dask(tmp_path / "dask", 2) as cluster:
 
         def kill(reached: float) -> None:
             if reached >= share:
-                scheduler.kill()
+                cluster.scheduler.kill()
 
-        arguments: dict[str, Any] = {"function": slow, "scheduler": address, "output": tmp_path / "s"}
-        with pytest.raises(SchedulerLost, match=f"scheduler at {address} has gone"):
+        arguments: dict[str, Any] = {"function": slow, "scheduler": cluster.address, "output": tmp_path / "s"}
+        with pytest.raises(SchedulerLost, match=f"scheduler at {cluster.address} has gone"):
             gr.study(model(), AXES, OUTPUTS, **arguments, progress=kill)
     assert share * 0.99 <= float((gr.open_study(tmp_path / "s")["outcome"] == 1).mean()) < 1.0
     again = gr.study(model(), AXES, OUTPUTS, function=slow, workers=1, output=tmp_path / "s", resume=True)

@@ -40,8 +40,8 @@ def flag(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def addresses(flag: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple[str, int | None]]]:
     """By name of the table: what to ask for. A key of the table that is missing here fails the tests over it."""
     pytest.importorskip("distributed")
-    with clusters.dask(tmp_path_factory.mktemp("dask"), 2) as (address, _):
-        yield {"local": ("local", 2), "threads": ("threads", 4), "tcp://": (address, None)}
+    with clusters.dask(tmp_path_factory.mktemp("dask"), 2) as cluster:
+        yield {"local": ("local", 2), "threads": ("threads", 4), "tcp://": (cluster.address, None)}
 
 
 TABLE = sorted(set(SCHEDULERS) - {"tls://"})  # the same function as tcp://, and certificates
