@@ -26,7 +26,7 @@ from gearrattle.studies.store import Store
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "scaling.md"
-CASES, WORKERS, REPEATS = 256, 2, 3
+CASES, WORKERS, REPEATS = 192, 2, 3
 SIZES = (1, 2, 4, 8)
 SHORT = {"simulation.cycles": 30, "simulation.discard": 15, "simulation.samples_per_cycle": 32}
 NAMES = ("one process", "local", "threads", "cluster")
@@ -55,11 +55,12 @@ $$ T = \\frac{{\\text{{cases}} \\times t_{{case}}}}{{\\text{{workers}} \\times \
    + \\text{{chunks}} \\times t_{{chunk}} $$
 
 `--estimate` measures the time of a case. Chunks are cut so that one takes about five seconds, or holds 10 000 cases at most, so the second
-term is small: a cluster's scheduler hands out some {rate:.0f} chunks a second, enough for {most:.0f} workers with chunks of five seconds. With
+term is small: two workers on a cluster, computing included, get through {rate:.0f} chunks a second or more, so its scheduler is enough for {most:.0f} workers
+at least with chunks of five seconds; more was not tried. With
 the figures above, an efficiency of {efficiency:.2f}, and 64 workers on a cluster (extrapolated, not measured):
 
-| cases | chunks | core hours | on 2 workers | on 64 workers | on 1024 workers | store |
-|---|---|---|---|---|---|---|
+| cases | chunks | core hours | on 2 workers | on 64 workers | store |
+|---|---|---|---|---|---|
 {rows}
 
 A billion cases must be allowed (`most`), and points of distributions stand in memory, eight bytes each: vary in order, or in several studies
@@ -134,7 +135,11 @@ def page(found: Prepared, times: dict[str, list[float]], load: float) -> str:
     chunks = np.array([CASES / size for size in SIZES])
     fits = {name: np.polyfit(chunks, row, 1) for name, row in times.items()}
     alone = float(fits["one process"][1]) / CASES
-    busy = f"others kept {load:.1f} of them busy before it began." if load > 0.3 else "idle but for this."
+    busy = (
+        f"others kept {load:.1f} of them busy before it began: times are upper bounds, efficiencies may be off by tens of per cent."
+        if load > 0.3
+        else "idle but for this."
+    )
     text = HEAD.format(
         date=datetime.now(UTC).date().isoformat(), machine=machine(), cores=os.cpu_count(), cases=CASES, load=busy,
         case=1e3 * found.seconds, repeats=REPEATS, sizes=" | ".join(f"{size} a chunk" for size in SIZES),
@@ -160,7 +165,7 @@ def page(found: Prepared, times: dict[str, list[float]], load: float) -> str:
 def _row(cases: int, case: float, efficiency: float, chunk: float, storage: float) -> str:
     size = min(10_000, 1 << int(np.log2(5.0 / case)))
     chunks = -(-cases // size)
-    spans = [cases * case / (workers * efficiency) + chunks * chunk * 2 / workers for workers in (2, 64, 1024)]
+    spans = [cases * case / (workers * efficiency) + chunks * chunk * 2 / workers for workers in (2, 64)]
     cells = " | ".join(_span(each) for each in spans)
     kept = cases * storage
     unit, scale = next((u, s) for u, s in (("GB", 1e9), ("MB", 1e6)) if kept >= s or u == "MB")
