@@ -20,8 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost variants advice forecast images constraints clean distclean
-.PHONY: help run test test-long lint docs bench peers growth cost advice forecast scaling images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost variants advice forecast scaling images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22

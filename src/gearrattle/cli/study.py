@@ -47,8 +47,7 @@ def study(
     output
         Folder for the results; default: the study file's name with "-study", here.
     scheduler
-        Who computes: "local" (processes of this machine), "threads" (of this process) or "tcp://HOST:PORT" (a Dask
-        cluster whose workers see the output folder).
+        Who computes: "local" processes, "threads", or "tcp://HOST:PORT", a Dask cluster that sees the output folder.
     workers
         Processes or threads; default: as many as there are cores. A cluster has its own number.
     resume
@@ -64,10 +63,8 @@ def study(
     from gearrattle.studies import prepare
     from gearrattle.studies.file import read_study, study_name
 
-    given, title = read_study(study), study_name(study)
-    if function is not None:
-        given["function"] = _function(function)
-    folder = output if output is not None else Path(f"{study.stem}-study")
+    given = read_study(study) | ({} if function is None else {"function": _function(function)})
+    folder = output or Path(f"{study.stem}-study")
     under_way: list[Store] = []
 
     def work(watch: Watch) -> Done | None:
@@ -77,7 +74,7 @@ def study(
         if estimate:
             return None
         how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
-        return _carried_out(watch, found, folder, title, under_way, **how)
+        return _carried_out(watch, found, folder, study_name(study), under_way, **how)
 
     try:
         done = watched(work, _GRACE)

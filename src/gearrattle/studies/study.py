@@ -115,8 +115,7 @@ def study(
             ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``; by another name a mapping from
             paths to lists, which then vary together.
         outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
-        vary: what scatters: by path a mapping with ``distribution`` ("normal", "uniform", "log-normal", "triangular")
-            and its parameters.
+        vary: what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
         samples: points drawn of all that scatters, for every combination of the axes.
         method: "latin-hypercube", "sobol" or "random".
         seed: of the points.
@@ -124,12 +123,10 @@ def study(
         function: takes a Run, returns numbers by name: further outputs.
         most: a study of more cases is refused.
         output: folder to keep it in; None: in memory.
-        resume: go on with what the folder holds.
-        retry_failed: with ``resume``: compute chunks with failed cases anew.
-        workers: processes or threads; None: as many as there are cores, this process alone for few cases. Results are
-            the same.
-        scheduler: who computes: "local" (processes of this machine), "threads" (of this process), "tcp://HOST:PORT" or
-            a ``distributed.Client`` (a Dask cluster, which has its own number of workers; they must see ``output``).
+        resume, retry_failed: go on with what the folder holds; and compute chunks with failed cases anew.
+        workers: processes or threads, results are the same; None: as many as cores, one for few cases.
+        scheduler: "local" (processes of this machine), "threads" (of this process), "tcp://HOST:PORT" or a
+            ``distributed.Client`` (a Dask cluster with its own number of workers; they must see ``output``).
         progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
 
     Returns:
@@ -149,9 +146,7 @@ def study(
     with opened(scheduler, workers, found.sensible()) as compute, _folder(output) as folder:
         store = Store.open(folder, found.plan, found.outputs, resume=resume)
         carry_out(store, compute, retry_failed=retry_failed, progress=progress)
-        data = store.dataset()
-        data.attrs["failures"] = [f"{at}: {text}" for at, text in store.messages().items()]
-        return data
+        return store.dataset().assign_attrs(failures=[f"{at}: {text}" for at, text in store.messages().items()])
 
 
 def carry_out(
