@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,8 @@ def _moved(path: str, digest: str) -> Handed:
 
 
 def test_nobody_at_an_address_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("gearrattle.studies.schedulers.cluster._PATIENCE_CONNECTING", 1.0)
+    module = import_module("gearrattle.studies.schedulers.cluster")  # the shelf has a function of its name
+    monkeypatch.setattr(module, "_PATIENCE_CONNECTING", 1.0)
     with pytest.raises(ModelError, match=re.escape("found tcp://127.0.0.1:9; no scheduler answers")):
         gr.study(model(), {TORQUE: [0.4]}, ["verdict"], scheduler="tcp://127.0.0.1:9", output=tmp_path / "never")
     assert not (tmp_path / "never").exists()
