@@ -1,4 +1,4 @@
-"""Studies: one driveline, many variants; maps, tolerances, thousands of cases that survive whatever stops them.
+"""Studies: one driveline, many variants; maps and tolerances; what is done survives being killed.
 
 ``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
 of them, ``schedulers`` deal chunks out, ``store`` keeps them. What is made of the Dataset: ``boundary``,
