@@ -76,8 +76,7 @@ def fit(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
-    from gearrattle.cli.model_output import check_output, save_model
+    from gearrattle.cli.model_output import check_output, tell
 
     check_output(output, model, data)
     start, arguments = gearrattle.load(model), search.arguments()
@@ -86,15 +85,7 @@ def fit(
         watch.enter("fitting")
         return gearrattle.fit(start, data, free, progress=watch, **arguments)
 
-    found = watched(work)
-    if output is not None:
-        save_model(found.model, output)
-    if json:
-        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
-        return
-    print(found.report)
-    if output is not None:
-        print(f"saved: {output}")
+    tell(watched(work), output, json=json)
 
 
 def _bounds(given: Sequence[str]) -> dict[str, tuple[Any, Any]]:

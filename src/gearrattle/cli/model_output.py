@@ -1,12 +1,12 @@
-"""A model as a command's result: where it may go, and writing it whole or not at all.
+"""A model as a command's result: where it may go, writing it whole or not at all, and telling of it.
 
-Takes a Model and a path; writes the file.
+Takes a Model with its record and a path; writes the file, prints the record.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from gearrattle.errors import ModelError, Problem
 
@@ -32,7 +32,36 @@ def check_output(output: Path | None, *inputs: Path) -> None:
         )
 
 
-def save_model(model: Model, output: Path) -> None:
+class Found(Protocol):
+    """What a command found: a model and its record."""
+
+    @property
+    def model(self) -> Model:
+        """The model to save."""
+
+    @property
+    def report(self) -> str:
+        """The whole in words."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record in JSON types."""
+
+
+def tell(found: Found, output: Path | None, *, json: bool) -> None:
+    """Save the model where one is asked for, and print the record, in words or as JSON."""
+    from gearrattle.cli.columns import json_text
+
+    if output is not None:
+        _save(found.model, output)
+    if json:
+        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
+        return
+    print(found.report)
+    if output is not None:
+        print(f"saved: {output}")
+
+
+def _save(model: Model, output: Path) -> None:
     """Write a model, whole or not at all."""
     from gearrattle.report.staging import Staging
 

@@ -52,8 +52,7 @@ def reduce(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
-    from gearrattle.cli.model_output import check_output, save_model
+    from gearrattle.cli.model_output import check_output, tell
 
     check_output(output)
     driveline = gearrattle.load(model)
@@ -65,12 +64,4 @@ def reduce(
             check=check,
         )  # fmt: skip
 
-    found = watched(work)
-    if output is not None:
-        save_model(found.model, output)
-    if json:
-        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
-        return
-    print(found.report)
-    if output is not None:
-        print(f"saved: {output}")
+    tell(watched(work), output, json=json)
