@@ -149,21 +149,25 @@ def test_a_damaged_chunk_is_noticed_and_computed_again(whole: xr.Dataset, tmp_pa
 def test_workers_may_be_killed_and_nothing_is_lost(whole: xr.Dataset, tmp_path: Path) -> None:
     killed: list[int] = []
     over = threading.Event()
+    folder = tmp_path / "out"
 
     def hunt() -> None:
         rng = np.random.default_rng(5)
+        before = -1
         while not over.is_set() and len(killed) < 4:
-            time.sleep(float(rng.uniform(1.0, 3.0)))
+            time.sleep(float(rng.uniform(0.5, 2.0)))
+            done = len(list((folder / "done").glob("*.json")))
             prey = _workers_of(os.getpid())
-            if prey:
+            if prey and done > before:  # a chunk that loses three workers alone is given up, on a slow machine too
                 os.kill(int(rng.choice(prey)), signal.SIGKILL)
                 killed.append(1)
+                before = done
 
     longer = {**AXES, TORQUE: {"from": 0.2, "to": 1.2, "count": 31}}
     hunter = threading.Thread(target=hunt)
     hunter.start()
     try:
-        found = gr.study(model(), longer, OUTPUTS, workers=2, output=tmp_path / "out")
+        found = gr.study(model(), longer, OUTPUTS, workers=2, output=folder)
     finally:
         over.set()
         hunter.join()
