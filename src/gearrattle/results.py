@@ -26,8 +26,8 @@ from gearrattle.model import Model, loads
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.flow import flow_of
-from gearrattle.system.variation import Variation, variation
-from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
+from gearrattle.system.variation import Path, Variation, variation
+from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,6 +43,12 @@ _SAMPLED = {
     "region": ("clearance", "1"),
     "element_torque": ("element", "N m"),
 }
+_BESIDE = {
+    "slider": ("stretch", "rad, or m for a mesh"),
+    "slider_torque": ("torque", "N m, or N for a mesh"),
+    "slider_state": ("state", "1"),
+}
+_BESIDE_LOG = {"time": "f8", "watch": "i2", "upward": "i1", "rate": "f8"}
 
 
 class Run:
@@ -66,8 +72,9 @@ class Run:
         """Labelled samples.
 
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
-        (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. Attributes: period, units,
-        provenance.
+        (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped contact
+        damping also slider, the stretch of every slider's spring, slider_torque and slider_state (time, slider); what
+        states stand for is in flag_meanings. Attributes: period, units, provenance.
         """
         import xarray as xr
 
@@ -81,6 +88,12 @@ class Run:
             "clearance": list(t.layout.clearance_names),
             "element": list(t.layout.element_names),
         }
+        if t.companions is not None:
+            coordinates["slider"] = list(t.companions.names)
+            for name, (value, unit) in _BESIDE.items():
+                variables[name] = (("time", "slider"), getattr(t.companions, value), {"units": unit})
+            meanings = "; ".join(" ".join(words) for words in t.layout.companion_words)
+            variables["slider_state"][2]["flag_meanings"] = meanings
         return xr.Dataset(variables, coordinates, self._attributes())
 
     @cached_property
@@ -106,15 +119,18 @@ class Run:
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model))
-        first, clearances = t.layout.region_of_first_piece, t.layout.clearance
-        pieces = [0] * len(t.layout.element_names)
-        for k, piece in zip(clearances, t.initial_region - first, strict=True):
-            pieces[k] = int(piece)
-        log = t.events
-        entered = log.to_region - first[log.clearance] if len(log) else log.to_region
+        first, log, beside = t.layout.region_of_first_piece, t.events, t.companions
+        pieces = dict(zip(flow.system.places, t.initial_region - first, strict=False))
         start = t.first_cycle * t.layout.period
-        time, end = log.time - start, t.end - start
-        return variation(flow, tuple(pieces), time=time, clearance=log.clearance, piece=entered, end=end)
+        if beside is None:
+            unknown = np.zeros((len(log), 0))
+            upward = (log.to_region > log.from_region).astype(np.int64)
+            path = Path(log.time - start, log.clearance, upward, log.velocity, unknown)
+        else:
+            pieces |= dict(zip(flow.system.places[len(first) :], beside.initial, strict=True))
+            path = Path(beside.time - start, beside.watch, beside.upward, beside.rate, beside.stretched)
+        count = len(flow.system.laws) + len(flow.system.companions)
+        return variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), path, end=t.end - start)
 
     @cached_property
     def flow_gradient(self) -> xr.DataArray:
@@ -233,6 +249,8 @@ class Run:
             for name in ("clearance", "from_region", "to_region"):
                 group.create_variable(name, ("event",), "i2", data=getattr(log, name).astype("i2"))
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
+            if t.companions is not None:
+                _write_companions(file, t.companions)
 
     def _write_csv(self, path: Path) -> None:
         import pandas as pd
@@ -243,6 +261,29 @@ class Run:
             labels = t.layout.inertia_names if _SAMPLED[name][0] == "inertia" else t.layout.clearance_names
             columns.update({f"{name}.{label}": getattr(t, name)[:, i] for i, label in enumerate(labels)})
         pd.DataFrame(columns).to_csv(path, index=False)
+
+
+def _write_companions(file: Any, companions: Companions) -> None:
+    """Write sliders and limiters as a group of their own."""
+    group = file.create_group("companions")
+    count, names, memories = companions.time.size, len(companions.names), companions.stretched.shape[1]
+    group.dimensions = {"sample": len(companions.state), "slider": names, "event": count, "memory": memories}
+    for name in ("torque", "stretch"):
+        group.create_variable(name, ("sample", "slider"), "f8", data=getattr(companions, name))
+    group.create_variable("state", ("sample", "slider"), "i1", data=companions.state.astype("i1"))
+    group.create_variable("initial", ("slider",), "i1", data=companions.initial.astype("i1"))
+    for name, kind in _BESIDE_LOG.items():
+        group.create_variable(name, ("event",), kind, data=getattr(companions, name).astype(kind))
+    group.create_variable("stretched", ("event", "memory"), "f8", data=companions.stretched)
+
+
+def _read_companions(group: Any, names: tuple[str, ...]) -> Companions:
+    whole = ("state", "initial", "watch", "upward")
+    found = {
+        name: np.array(group[name][...], np.int64 if name in whole else float)
+        for name in ("torque", "stretch", "state", "initial", *_BESIDE_LOG, "stretched")
+    }
+    return Companions(names, **found)
 
 
 def _listed(energy: EnergyAudit) -> dict[str, list[float]]:
@@ -288,8 +329,10 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         }
         sampled: dict[str, Any] = {name: np.array(file[name][...]) for name in _SAMPLED}
         sampled["region"] = sampled["region"].astype(np.int64)
+        layout = name_plate(model, assemble(model))
+        beside = file.groups.get("companions")
         trajectory = Trajectory(
-            layout=name_plate(model, assemble(model)),
+            layout=layout,
             time=np.array(file["time"][...]),
             **sampled,
             events=EventLog(**logged),
@@ -302,5 +345,6 @@ def open_run(path: str | os.PathLike[str]) -> Run:
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=int(file.attrs.get("first_cycle", 0)),
+            companions=None if beside is None else _read_companions(beside, layout.companion_names),
         )
     return Run(trajectory, model)

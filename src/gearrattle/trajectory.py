@@ -42,6 +42,8 @@ class Layout:
         period: common period T of all orders [s].
         orders: ascending distinct orders of the excitation (torques and transmission errors).
         reference: index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
+        companion_names: (C,) sliders ("damper.1": its second stage) and limiters ("gear.pull", "gear.push").
+        companion_words: what the pieces of each stand for.
     """
 
     inertia_names: tuple[str, ...]
@@ -61,6 +63,8 @@ class Layout:
     period: float
     orders: Array
     reference: int
+    companion_names: tuple[str, ...] = ()
+    companion_words: tuple[tuple[str, ...], ...] = ()
 
     @property
     def clearance_names(self) -> tuple[str, ...]:
@@ -118,6 +122,34 @@ class Cost:
 
 
 @dataclass(frozen=True)
+class Companions:
+    """Sliders and limiters of contact damping along a motion (``system.companion``); C of them, S with a memory.
+
+    Attributes:
+        names: (C,) as in the layout.
+        torque: (Nt, C) what each adds to its element's force [N m or N].
+        stretch: (Nt, C) of the springs of sliders [rad or m]; 0 for a limiter.
+        state: (Nt, C) pieces.
+        initial: (C,) pieces at the first sample.
+        time, watch, upward: (E,) of all crossings, clearances' and companions' in the order in which they came [s]; which
+            clearance, or K and the companion; 1 beyond an upper bound.
+        rate: (E,) deflection rate of a clearance [rad/s or m/s].
+        stretched: (E, S) of the springs before each crossing [rad or m].
+    """
+
+    names: tuple[str, ...]
+    torque: Array
+    stretch: Array
+    state: IntArray
+    initial: IntArray
+    time: Array
+    watch: IntArray
+    upward: IntArray
+    rate: Array
+    stretched: Array
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """A sampled motion with its exact log of corner crossings.
 
@@ -136,6 +168,7 @@ class Trajectory:
         notes: everything the user must know about this motion.
         energy: where the energy went (None: no audit).
         first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
+        companions: sliders and limiters (None: the driveline has none).
     """
 
     layout: Layout
@@ -157,6 +190,7 @@ class Trajectory:
     notes: tuple[str, ...] = field(default=())
     energy: EnergyAudit | None = None
     first_cycle: int = 0
+    companions: Companions | None = None
 
     @property
     def end(self) -> float:

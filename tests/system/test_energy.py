@@ -57,8 +57,9 @@ def tampered(**changes: object) -> EnergyAudit:
         "samples": march.sampled_z(),
         "per_cycle": 4,
         "time": crossings.time,
-        "clearance": crossings.clearance,
-        "piece": crossings.to_piece,
+        "watch": crossings.clearance,
+        "upward": (crossings.to_piece > crossings.from_piece).astype(np.int64),
+        "memory": np.zeros((len(crossings.time), 0)),
     }
     first = march.slots.pieces[march.slots.slot_of((int(march.initial[0]),))]
     auditor = Auditor(march.flow, first, **{k: changes[k](v) if k in changes else v for k, v in true.items()})  # type: ignore[operator]

@@ -7,7 +7,7 @@ import pytest
 
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.system.variation import Variation, variation
+from gearrattle.system.variation import Path, Variation, variation
 from tests.solvers.tasks import oscillator, run, task
 from tests.system.drivelines import clearance, random_chain
 
@@ -19,7 +19,9 @@ def of(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles:
     log = motion.crossings
     first = march.slots.pieces[march.march.counts[1]]
     end = cycles * system.inputs.period
-    return variation(march.flow, first, time=log.time, clearance=log.clearance, piece=log.to_piece, end=end)
+    upward = (log.to_piece > log.from_piece).astype(np.int64)
+    path = Path(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
+    return variation(march.flow, first, path, end=end)
 
 
 def relative_state(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> np.ndarray:

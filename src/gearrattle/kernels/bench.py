@@ -4,8 +4,9 @@ A compiled function that is handed dozens of arrays takes seconds to compile, so
 columns) of floats, ``waves`` the same of complex numbers, ``laws`` and ``marks``. The pages up to ``VECTORS`` hold what
 a driveline's regions have in common (written by ``system.building``); those behind it are written anew by every region.
 
-m elements, n inertias, r deflections that are states, N = r + n states, U = 1 + 2 H inputs, Z = N + U, K clearances,
-R reference angles, C = R + K carried quantities, Y the length of y, J rows of bounds.
+m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Z = N + U, K
+clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, Y the length of y, J rows of
+bounds.
 """
 
 from __future__ import annotations
@@ -22,25 +23,26 @@ MOTION, BALANCE, ELEMENTS, DEFLECTION, RATE, REFERENCES, SEEN, CURVATURE, VECTOR
 """Pages of ``work``: (r, Z) rates of the deflections that are states; (n, Z) torques less drag; (m, n) W; (m, Z)
 deflections and rates; (R, Z) rates of the reference angles; (2 K, Z) deflections and rates of the clearances in corner
 scales; (K, Z) their e'' [SI]; the vectors below."""
-INERTIA, PACE, CORNER_SCALE, FREQUENCY, AMPLITUDE, INPUT_SIZE, LIMITS = _numbers(7)
-"""Rows of the page ``VECTORS``: (n,); (n,) T times the scale of every velocity; (K,); (H,) radians a period; (1 + H,);
-(U,) the amplitude of every input; the limits below."""
+INERTIA, PACE, CORNER_SCALE, FREQUENCY, AMPLITUDE, INPUT_SIZE, LIMITS, MEMORY_SCALE = _numbers(8)
+"""Rows of the page ``VECTORS``: (n,); (n,) T times the scale of every velocity; (W,); (H,) radians a period; (1 + H,);
+(U,) the amplitude of every input; the limits below; of every companion's memory."""
 PERIOD, MOST, MOST_SEEN, FAST, FAST_ROUNDING = _numbers(5)
 """Limits: T [s]; the largest state and the largest deflection up to which a particular solution is used; modes beyond
 so many radians a period are fast; what the bound on them gets for rounding, in corner scales."""
 
 FORCES, ACCELERATION, MATRIX, PASSED, WATCHED_ALL = _numbers(9, 14)
-"""(m, Z); (n, Z); (N, Z) A and G; (C, Z) rates of the carried quantities; (3 K, Z) deflections, rates, curvatures."""
+"""(m, Z); (n, Z); (N, Z) A and G; (C, Z) rates of the carried quantities; (3 W, Z) what is watched, its first and second
+derivatives."""
 RATES, GENERATOR, WATCHED, CALM = _numbers(14, 18)
-"""(C + Y, Y) rates of the carried quantities and of y; (Y, Y) of y alone; (4 K, Y) deflections and three derivatives;
+"""(C + Y, Y) rates of the carried quantities and of y; (Y, Y) of y alone; (4 W, Y) what is watched and three derivatives;
 the same without the fast modes."""
 PARTICULAR, FORCED, FLOWING, INTEGRAL = _numbers(18, 22)
-"""(N, U) P; (4 K, U) what the inputs split off make of the deflections, and three derivatives; (C, U) of the carried
+"""(N, U) P; (4 W, U) what the inputs split off make of what is watched, and three derivatives; (C, U) of the carried
 quantities, and their integral."""
 WEIGHTS, PART, FOUND = _numbers(22, 25)
-"""(3 K, J) of the bounds; (K, Y) the fast modes' part of the deflections; the rows below."""
+"""(3 W, J) of the bounds; (W, Y) the fast modes' part of what is watched; the rows below."""
 OFFSETS, KEPT_AMPLITUDE, TURNING = _numbers(3)
-"""Rows of the page ``FOUND``: (3 K,) constants of the bounds; of the kept constant and harmonics; (ORDER + 1,) the
+"""Rows of the page ``FOUND``: (3 W,) constants of the bounds; of the kept constant and harmonics; (ORDER + 1,) the
 largest Taylor coefficient of every order."""
 ONE, TWO, THREE, FOUR, PAGES = _numbers(25, 30)
 """Scratch."""
@@ -51,15 +53,18 @@ linear system; the vectors below."""
 FORCE, SOLUTION, LEFT_OVER = _numbers(3)
 """Rows of the page ``COLUMNS``."""
 
-STIFFNESS, DAMPING, OFFSET, LOWER, UPPER = _numbers(5)
-"""Rows of ``laws``, over all pieces of all elements: the offset over the constant input's scale, the corners around."""
+STIFFNESS, DAMPING, OFFSET, LOWER, UPPER, BY_MEMORY, MOVES, BY_DEFLECTION, BY_RATE, BY_ITSELF, LAWS = _numbers(11)
+"""Rows of ``laws``, over all pieces of all elements, then of all companions: the offset over the constant input's scale;
+the bounds around; of companions alone: the force for a unit of memory, whether that moves, and what of the deflection,
+its rate and the memory is watched."""
 
-SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, MARKS = _numbers(9)
-"""Rows of ``marks``: the sizes below; (m,) pieces of the region to build; (m,) where an element's begin in ``laws``;
-(K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin, or pivots; simple modes."""
+SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, PARENT, MEMORY, MARKS = _numbers(11)
+"""Rows of ``marks``: the sizes below; (m + companions,) pieces of the region to build; where an element's or companion's
+begin in ``laws``; (K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin, or pivots;
+simple modes; of every companion its element, and its memory's place among the states, -1 without."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
-LEAST, DEEPEST, WIDTH, MODES, FINE = _numbers(6, 11)
-"""Sizes: m, n, N, K, R, H; the finest step's least and largest level; then found: Y, J, its level."""
+LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, WIDTH, MODES, FINE = _numbers(6, 13)
+"""Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r; then found: Y, J, its level."""
 
 TOP = np.int64(0)
 """The first row of a page."""

@@ -85,7 +85,7 @@ def _open(gap, rate, curvature, jerk, fourth, band, h):
 
 
 @inlined
-def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, steps, level, fine, unsafe):
+def _choose_level(lower, upper, bands, slot, seen, calm, bound, side, band, steps, level, fine, unsafe):
     """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
 
     Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
@@ -104,7 +104,7 @@ def _choose_level(lower, upper, fixed, slot, seen, calm, bound, side, band, step
         if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * (abs(jerk) / 6.0 + h * fourth / 24.0))):
             continue
         travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
-        band[k] = band_of(fixed[k], travel)
+        band[k] = band_of(bands[slot, k], travel)
         if has_left(side[k], below, above, band[k]):
             side[k] = 0
         on_lower, on_upper = (band[k] if side[k] == -1 else 0.0), (band[k] if side[k] == 1 else 0.0)
@@ -235,9 +235,11 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
     weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
     series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
-    bound, tried, fixed, pieces = march.bound, march.tried, regions.band, regions.piece
+    bound, tried, bands, pieces = march.bound, march.tried, regions.band, regions.piece
+    known, memories = regions.known, regions.known.shape[1]
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
-    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - side.size
+    clearances = regions.clearances
+    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - clearances
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
     rows, longest = carried.size + y.size, y.size
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
@@ -257,6 +259,9 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
             _anchor(regions, inputs, march)
             ahead = _ahead(counts, clock, per_cycle)
         if not counts[ENTERED]:
+            for i in range(memories):
+                if known[slot, i] == known[slot, i]:  # not NaN
+                    y[states - memories + i] = known[slot, i]
             enter(particular, kept, states, width, slot, u, y, carried, out)
             counts[ENTERED], counts[ENTRY], clock[2] = 1, counts[CYCLE], clock[0] + clock[1]
             counts[UNBOUNDED] = _BOUND_EVERY
@@ -266,7 +271,7 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
         _look(forced, probe, calm, slot, width, watched, y, u, seen, calm_seen)
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(
-            lower, upper, fixed, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
+            lower, upper, bands, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
         )
         h = steps[level]
         passed, k, upward, rate, x = h, -1, 0, 0.0, NEVER
@@ -299,8 +304,10 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
             leave(particular, drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
             log_crossing(
                 log, counts[EVENTS], counts[CYCLE], clock[0] + clock[1], k, upward, pieces[slot, k], rate,
-                carried[integrals + k],
+                carried[integrals + k] if k < clearances else 0.0,
             )  # fmt: skip
+            for i in range(memories):
+                log.memory[counts[EVENTS], i] = y[states - memories + i]
             counts[EVENTS] += 1
             _step_over(neighbour, counts, side, k, upward)
             counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0

@@ -3,8 +3,9 @@
 Inside a region the states are x = w + P u (``system.forced``): w moves freely, P u is the particular solution of the
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
 
-Sizes: N states, U = 1 + 2 H inputs, C carried quantities, K clearances, M <= N + U the longest y so far. A *slot* is a
-region that has been visited. Rows lie in strips of four, (strips, columns, 4), the last strip of each group filled up
+Sizes: N states, the last S of them memories of companions, U = 1 + 2 H inputs, C carried quantities, K clearances, W
+watched (the clearances, then the companions), M <= N + U the longest y so far. A *slot* is a region that has been
+visited. Rows lie in strips of four, (strips, columns, 4), the last strip of each group filled up
 with zeros; rows of rates and increments hold the carried quantities' strips first, then those of y.
 """
 
@@ -30,6 +31,7 @@ class Regions(NamedTuple):
     """What is known of every slot."""
 
     states: int  # N
+    clearances: int  # K
     width: Any  # (slots,) length of y
     kept: Any  # (slots, U) which inputs are kept, in the order they have in y
     first_table: Any  # (slots,) where its tables begin in `tables`
@@ -38,21 +40,22 @@ class Regions(NamedTuple):
     powers: Any  # (4 slots, strips, M, 4) (h A)^1 ... (h A)^4, h the finest step
     particular: Any  # (slots, strips, U, 4) P, carried rows first
     drift: Any  # (slots, C filled up to fours) what the constant input adds to the carried quantities in a period
-    probe: Any  # (slots, strips, M, 4) deflections, rates, curvatures
+    probe: Any  # (slots, strips, M, 4) what is watched and three derivatives
     calm: Any  # (slots, strips, M, 4) the same without the fast modes
-    forced: Any  # (slots, strips, U, 4) the same deflections, rates, curvatures from the inputs split off
-    series: Any  # (K slots, strips, M, 4) Taylor coefficients of each deflection over the finest step
-    forced_series: Any  # (K slots, strips, U, 4)
+    forced: Any  # (slots, strips, U, 4) the same from the inputs split off
+    series: Any  # (W slots, strips, M, 4) Taylor coefficients of all that is watched over the finest step
+    forced_series: Any  # (W slots, strips, U, 4)
     forced_strips: Any  # (slots,) how many of them count: inputs turn little in a finest step
     modes: Any  # (slots,) how many modes bound the fourth derivatives
     bounds: Any  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
-    weights: Any  # (slots, strips, modes, 4) K bounds on fourth derivatives, K without fast modes, K on fast modes
+    weights: Any  # (slots, strips, modes, 4) W bounds on fourth derivatives, W without fast modes, W on fast modes
     constant: Any  # (slots, 4 strips)
-    band: Any  # (K,) rounding band of each clearance, corner scales; 0: relative to its motion
-    lower: Any  # (slots, K) corners, corner scales
-    upper: Any  # (slots, K)
-    piece: Any  # (slots, K) piece of every clearance
-    neighbour: Any  # (slots, K, 2) slot beyond the lower, the upper corner; -1: not built yet
+    lower: Any  # (slots, W) bounds of what is watched, corner scales
+    upper: Any  # (slots, W)
+    band: Any  # (slots, W) rounding bands, corner scales; 0: relative to its motion
+    known: Any  # (slots, S) memories on entering, scaled; NaN where they go on
+    piece: Any  # (slots, W)
+    neighbour: Any  # (slots, W, 2) slot beyond the lower, the upper corner; -1: not built yet
 
 
 class Samples(NamedTuple):
@@ -61,7 +64,7 @@ class Samples(NamedTuple):
     per_cycle: int
     first: int
     states: Any  # (samples, N + C) x, carried
-    pieces: Any  # (samples, K) piece of every clearance
+    pieces: Any  # (samples, W)
 
 
 class Notes(NamedTuple):
@@ -80,11 +83,12 @@ class Log(NamedTuple):
 
     cycle: Any  # (capacity,) whole periods
     fraction: Any  # (capacity,) the rest of the time, in periods
-    clearance: Any  # (capacity,)
+    clearance: Any  # (capacity,) or what else is watched
     upward: Any  # (capacity,) 1: delta grows through the corner
     piece: Any  # (capacity,) the piece left
     rate: Any  # (capacity,) d delta / ds in corner scales
     integral: Any  # (capacity,) the clearance's force integral
+    memory: Any  # (capacity, S) memories before the crossing
 
 
 class March(NamedTuple):
@@ -98,7 +102,7 @@ class March(NamedTuple):
     counts: Any  # (COUNTS,) integers, see the names below
     tried: Any  # (1,) sum of all steps tried, in periods
     bound: Any  # (4 strips,) the present bounds, as in `weights`
-    side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    side: Any  # (W,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
 
 
 LONGEST = 0.125

@@ -15,8 +15,10 @@ class Powers(NamedTuple):
     advance: Any  # (regions, strips, Z, 4) increments of z over a full step
     nodes: Any  # (regions Q, strips, Z, 4) increments of z to every node of a full step
     generator: Any  # (regions, strips, Z, 4) rates of z
-    forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates (m each)
-    damping: Any  # (regions, m)
+    forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates, forces that are
+    #   not elastic (m each)
+    known: Any  # (regions, S) memories on entering, scaled; NaN where they go on
+    first_memory: int  # where they stand in z
     drag: Any  # (n,)
     abscissas: Any  # (Q,) in 0 ... 1
     weights: Any  # (Q,)
@@ -31,8 +33,7 @@ def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
         torque[i] += weight * values[n + i] * values[i]
         drag[i] += weight * powers.drag[i] * values[i] * values[i]
     for k in range(m):
-        rate = values[2 * n + k]
-        loss[k] += weight * powers.damping[region, k] * rate * rate
+        loss[k] += weight * values[2 * n + 3 * m + k] * values[2 * n + k]
         error[k] -= weight * values[2 * n + m + k] * values[2 * n + 2 * m + k]
 
 
@@ -93,6 +94,9 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
         if sample >= 0:
             for j in range(width):
                 scratch[0, j] = samples[sample, j]
+        for j in range(powers.known.shape[1]):
+            if powers.known[region, j] == powers.known[region, j]:  # not NaN
+                scratch[0, powers.first_memory + j] = powers.known[region, j]
         left = durations[i]
         while left >= powers.step[region]:
             _full_step(powers, region, scratch, width, values, torque, drag, loss, error)

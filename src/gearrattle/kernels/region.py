@@ -10,12 +10,18 @@ from gearrattle.kernels.bench import (
     ACCELERATION,
     AMPLITUDE,
     BALANCE,
+    BY_DEFLECTION,
+    BY_ITSELF,
+    BY_MEMORY,
+    BY_RATE,
+    CLEARANCE_COUNT,
     CLEARANCES,
     COLUMN,
     CORNER_SCALE,
     CURVATURE,
     DAMPING,
     DEFLECTION,
+    DEFLECTIONS,
     ELEMENT_COUNT,
     ELEMENTS,
     FIRST_PIECE,
@@ -33,9 +39,13 @@ from gearrattle.kernels.bench import (
     KEPT_AMPLITUDE,
     LIMITS,
     MATRIX,
+    MEMORY,
+    MEMORY_SCALE,
     MOTION,
+    MOVES,
     OFFSET,
     PACE,
+    PARENT,
     PARTICULAR,
     PASSED,
     PERIOD,
@@ -60,17 +70,35 @@ from gearrattle.kernels.dense import copy_rows, times
 from gearrattle.kernels.strips import differentiate
 
 
+@strict
+def _accompany(work, laws, marks, c, width):
+    """Add a companion's force to its element's, and write the rate of its memory."""
+    at = marks[SIZES, ELEMENT_COUNT] + c
+    k, piece, memory = marks[PARENT, c], marks[FIRST_PIECE, at] + marks[PIECES, at], marks[MEMORY, c]
+    stiffness, damping, scale = laws[STIFFNESS, piece], laws[DAMPING, piece], work[VECTORS, MEMORY_SCALE, c]
+    for j in range(width):
+        work[FORCES, k, j] += stiffness * work[DEFLECTION, k, j] + damping * work[RATE, k, j]
+    work[FORCES, k, marks[SIZES, STATES]] += laws[OFFSET, piece]
+    if memory >= 0:
+        work[FORCES, k, memory] += laws[BY_MEMORY, piece] / scale
+        pace = laws[MOVES, piece] * work[VECTORS, LIMITS, PERIOD] * scale
+        for j in range(width):
+            work[MATRIX, memory, j] = pace * work[RATE, k, j]
+
+
 @strict_entry
 def accelerate(work, laws, marks):
     """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
     m, n, states = marks[SIZES, ELEMENT_COUNT], marks[SIZES, INERTIA_COUNT], marks[SIZES, STATES]
-    width, r, finite = states + 1 + 2 * marks[SIZES, HARMONICS], states - n, True
+    width, r, finite = states + 1 + 2 * marks[SIZES, HARMONICS], marks[SIZES, DEFLECTIONS], True
     for k in range(m):
         piece = marks[FIRST_PIECE, k] + marks[PIECES, k]
         stiffness, damping = laws[STIFFNESS, piece], laws[DAMPING, piece]
         for j in range(width):
             work[FORCES, k, j] = stiffness * work[DEFLECTION, k, j] + damping * work[RATE, k, j]
         work[FORCES, k, states] += laws[OFFSET, piece]
+    for c in range(marks[SIZES, WATCHED_COUNT] - marks[SIZES, CLEARANCE_COUNT]):
+        _accompany(work, laws, marks, c, width)
     for j in range(width):
         for i in range(r):
             work[MATRIX, i, j] = work[MOTION, i, j]
@@ -85,20 +113,36 @@ def accelerate(work, laws, marks):
 
 
 @strict_entry
-def look(work, marks):
+def look(work, laws, marks):
     """Rates of the carried quantities, and what is watched: rows over z."""
-    n, clearances, references = marks[SIZES, INERTIA_COUNT], marks[SIZES, WATCHED_COUNT], marks[SIZES, REFERENCE_COUNT]
-    width, period = marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS], work[VECTORS, LIMITS, PERIOD]
+    n, clearances, watched = marks[SIZES, INERTIA_COUNT], marks[SIZES, CLEARANCE_COUNT], marks[SIZES, WATCHED_COUNT]
+    references, period = marks[SIZES, REFERENCE_COUNT], work[VECTORS, LIMITS, PERIOD]
+    width = marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS]
     copy_rows(work, REFERENCES, TOP, references, width, PASSED)
-    copy_rows(work, SEEN, TOP, 2 * clearances, width, WATCHED_ALL)
     for k in range(clearances):
         element, unit = marks[CLEARANCES, k], period * period / work[VECTORS, CORNER_SCALE, k]
         for j in range(width):
             work[PASSED, references + k, j] = period * work[FORCES, element, j]
+            work[WATCHED_ALL, k, j] = work[SEEN, k, j]
+            work[WATCHED_ALL, watched + k, j] = work[SEEN, clearances + k, j]
             second = -work[CURVATURE, k, j]
             for i in range(n):
                 second += work[ELEMENTS, element, i] * work[ACCELERATION, i, j]
-            work[WATCHED_ALL, 2 * clearances + k, j] = second * unit
+            work[WATCHED_ALL, 2 * watched + k, j] = second * unit
+    for c in range(watched - clearances):
+        _watch(work, laws, marks, c, clearances + c, width)
+
+
+@strict
+def _watch(work, laws, marks, c, row, width):
+    """What a companion watches; its derivatives follow from the rates of y."""
+    at, k, memory = marks[SIZES, ELEMENT_COUNT] + c, marks[PARENT, c], marks[MEMORY, c]
+    piece, unit = marks[FIRST_PIECE, at] + marks[PIECES, at], 1.0 / work[VECTORS, CORNER_SCALE, row]
+    of_deflection, of_rate = laws[BY_DEFLECTION, piece] * unit, laws[BY_RATE, piece] * unit
+    for j in range(width):
+        work[WATCHED_ALL, row, j] = of_deflection * work[DEFLECTION, k, j] + of_rate * work[RATE, k, j]
+    if memory >= 0:
+        work[WATCHED_ALL, row, memory] += laws[BY_ITSELF, piece] * unit / work[VECTORS, MEMORY_SCALE, c]
 
 
 @strict
@@ -140,7 +184,8 @@ def _force(work, marks, page, count, out):
 @strict_entry
 def generate(work, marks):
     """Rates over y: carried quantities, states, kept inputs; and what is watched over y."""
-    states, count, clearances = marks[SIZES, STATES], marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
+    states, count, watched = marks[SIZES, STATES], marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
+    clearances, one = marks[SIZES, CLEARANCE_COUNT], TOP + 1
     carried, width = marks[SIZES, REFERENCE_COUNT] + clearances, _keep(work, marks)
     marks[SIZES, WIDTH] = width
     _take(work, marks, PASSED, carried, width, RATES, TOP)
@@ -155,18 +200,21 @@ def generate(work, marks):
                 rate = work[VECTORS, FREQUENCY, other - 1]
             work[RATES, carried + i, j] = rate
     copy_rows(work, RATES, carried, width, width, GENERATOR)
-    _take(work, marks, WATCHED_ALL, 3 * clearances, width, WATCHED, TOP)
-    times(work, 1.0, WATCHED, 2 * clearances, GENERATOR, clearances, width, WATCHED, 3 * clearances)
+    _take(work, marks, WATCHED_ALL, 3 * watched, width, WATCHED, TOP)
+    for i in range(clearances, watched):
+        times(work, 1.0, WATCHED, i, GENERATOR, one, width, WATCHED, watched + i)
+        times(work, 1.0, WATCHED, watched + i, GENERATOR, one, width, WATCHED, 2 * watched + i)
+    times(work, 1.0, WATCHED, 2 * watched, GENERATOR, watched, width, WATCHED, 3 * watched)
 
 
 @strict_entry
 def split_off(work, marks):
     """What the inputs split off make of the deflections and of the carried quantities."""
-    count, clearances = marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
-    carried = marks[SIZES, REFERENCE_COUNT] + clearances
-    _force(work, marks, WATCHED_ALL, clearances, FORCED)
-    for i in range(3 * clearances):
-        differentiate(work, FORCED, i, count, 1.0, i + clearances)
+    count, watched = marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
+    carried = marks[SIZES, REFERENCE_COUNT] + marks[SIZES, CLEARANCE_COUNT]
+    _force(work, marks, WATCHED_ALL, watched, FORCED)
+    for i in range(3 * watched):
+        differentiate(work, FORCED, i, count, 1.0, i + watched)
     _force(work, marks, PASSED, carried, FLOWING)
     for i in range(carried):
         work[INTEGRAL, i, 0] = 0.0

@@ -23,7 +23,7 @@ def propagate(tables, generator, steps, fine, h, order, columns, term):
 
 
 @kernel
-def gradient_segments(tables, generators, steps, fine, order, path, durations, kicks, rows, out):
+def gradient_segments(tables, generators, steps, fine, order, path, durations, kicks, reset, rows, out):
     """Gradient of the flow over consecutive segments.
 
     Args:
@@ -32,6 +32,7 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
         path: (I, 3) region, clearance crossed at the end of the interval (-1: none), whether a segment ends there.
         durations: (I,) lengths of the intervals.
         kicks: (I, N) change of the state for a unit of the crossed clearance's deflection, crossing damping jump.
+        reset: (I, S) whether a memory, the last S states, does not depend on what was before the crossing.
         rows: (K, N) deflections by state.
         out: (segments, N, N) results; segment i maps perturbations at its begin to its end.
     """
@@ -44,13 +45,15 @@ def gradient_segments(tables, generators, steps, fine, order, path, durations, k
     for i in range(durations.size):
         region, clearance = path[i, 0], path[i, 1]
         propagate(tables[region], generators[region], steps, fine[region], durations[i], order, columns, term)
-        if clearance >= 0:
-            for p in range(size):
-                moved = 0.0
-                for j in range(size):
-                    moved += rows[clearance, j] * columns[j, p]
-                for j in range(size):
-                    columns[j, p] += kicks[i, j] * moved
+        for p in range(size):
+            moved = 0.0
+            for j in range(size if clearance >= 0 else 0):
+                moved += rows[clearance, j] * columns[j, p]
+            for j in range(reset.shape[1]):
+                if reset[i, j]:
+                    columns[size - reset.shape[1] + j, p] = 0.0
+            for j in range(size if clearance >= 0 else 0):
+                columns[j, p] += kicks[i, j] * moved
         if path[i, 2] and segment + 1 < out.shape[0]:
             segment += 1
             columns = out[segment]

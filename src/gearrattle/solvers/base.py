@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gearrattle.outcome import Outcome
 from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.system.variation import Path
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -60,6 +61,23 @@ class Crossings:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """What companions did; C of them, S with a memory [SI].
+
+    Attributes:
+        force, memory, piece: (t, C) force, state e and piece at the samples.
+        initial: (C,) piece at the start.
+        path: all crossings, clearances' and companions', in the order in which they came.
+    """
+
+    force: Array
+    memory: Array
+    piece: IntArray
+    initial: IntArray
+    path: Path
+
+
+@dataclass(frozen=True)
 class Motion:
     """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
@@ -86,6 +104,7 @@ class Motion:
     notes: tuple[str, ...] = ()
     energy: EnergyAudit | None = None
     aside: float = 0.0
+    beside: Beside | None = None
 
 
 @dataclass(frozen=True)

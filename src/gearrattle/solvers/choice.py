@@ -30,9 +30,10 @@ def regions_of(system: PiecewiseSystem) -> int:
 
 @remembered(8)
 def is_large(system: PiecewiseSystem) -> bool:
-    """Whether the sweep suits a system better; it needs every element to join two inertias at most."""
+    """Whether the sweep suits a system better; every element must join two inertias at most, and stand alone."""
     return (
-        regions_of(system) > FEW_REGIONS
+        not system.companions
+        and regions_of(system) > FEW_REGIONS
         and is_sparse(system)
         and regions_of(system) > windows_of(system, Majorant(system))
     )

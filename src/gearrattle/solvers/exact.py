@@ -15,8 +15,17 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
-from gearrattle.solvers.base import Crossings, Motion, Place, Task
-from gearrattle.solvers.handover import chatters, crossings_of, doubled, empty_log, sampled_quantities, sampled_z
+from gearrattle.solvers.base import Beside, Motion, Place, Task
+from gearrattle.solvers.handover import (
+    chatters,
+    crossings_of,
+    doubled,
+    empty_log,
+    first_of,
+    sampled_quantities,
+    sampled_z,
+    path_of,
+)
 from gearrattle.solvers.slots import Slots, packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
@@ -52,7 +61,8 @@ class ExactMarch:
         self.flow = self.slots.flow
         flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
         deflection = flow.coordinates.basis @ task.angle
-        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity])
+        unloaded = np.zeros(size.memories)
+        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, unloaded])
         u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
         counts = np.zeros(packed.COUNTS, np.int64)
@@ -65,18 +75,18 @@ class ExactMarch:
         references = task.angle[list(flow.coordinates.references)]
         carried = aligned(4 * strips_for(size.carried))
         carried[: references.size] = references
-        bound = aligned(4 * strips_for(3 * size.clearances))
+        bound = aligned(4 * strips_for(3 * size.watched))
         self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
         self.notes = _paper(size)
         self.inputs = packed_inputs(flow)
-        self.log = empty_log()
+        self.log = empty_log(size.memories)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
         """Make room for the samples of some cycles, the first of them taken already, and count anew."""
         counts, per_cycle = self.march.counts, self.task.samples_per_cycle
         rows, pieces_now = cycles * per_cycle + 1, self.slots.pieces[counts[packed.SLOT]]
-        self.initial = np.array([pieces_now[k] for k in self.flow.system.clearances], dtype=np.int64)
+        self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
         states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
         states[0], pieces[0] = sample, self.initial
         self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces)
@@ -149,9 +159,15 @@ class ExactMarch:
             states += self.slots.store.particular(self.march.counts[packed.SLOT]) @ self.march.u
         z = np.concatenate([states, self.march.u])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
-        count = int(self.march.counts[packed.EVENTS])
-        last = int(self.log.clearance[count - 1]) if count else None
-        return Place(float(now * self.flow.system.inputs.period), deflection, last)
+        return Place(float(now * self.flow.system.inputs.period), deflection, self._last_crossed())
+
+    def _last_crossed(self) -> int | None:
+        """The clearance that was crossed last, by itself or by what stands beside it."""
+        count, system = int(self.march.counts[packed.EVENTS]), self.flow.system
+        if not count:
+            return None
+        element = system.element_watched(int(self.log.clearance[count - 1]))
+        return system.clearances.index(element) if element in system.clearances else None
 
     def _chatters(self) -> bool:
         """Whether crossings have become too many for one period."""
@@ -164,10 +180,13 @@ class ExactMarch:
         counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
         sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
+        clearances, beside, log = len(flow.system.clearances), sampled.pop("beside"), self._logged()
+        companions = Beside(*beside, self.initial[clearances:], path_of(flow, log)) if flow.system.companions else None
         return Motion(
             **sampled,
-            crossings=self._crossings(),
-            initial_piece=self.initial,
+            crossings=crossings_of(flow, log),
+            beside=companions,
+            initial_piece=self.initial[:clearances],
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,
             function_calls=steps + int(counted[packed.EXPANSIONS]),
@@ -181,18 +200,20 @@ class ExactMarch:
         return sampled_z(self.flow, self.samples)
 
     def _audit(self) -> Auditor:
-        pieces, crossings = [0] * len(self.flow.system.laws), self._crossings()
-        for k, piece in zip(self.flow.system.clearances, self.initial, strict=True):
+        system, log = self.flow.system, self._logged()
+        pieces = [0] * (len(system.laws) + len(system.companions))
+        for k, piece in zip(system.places, self.initial, strict=True):
             pieces[k] = int(piece)
         return Auditor(
             self.flow,
             tuple(pieces),
             samples=self.sampled_z(),
             per_cycle=self.samples.per_cycle,
-            time=crossings.time / self.flow.system.inputs.period - self.first_cycle,
-            clearance=crossings.clearance,
-            piece=crossings.to_piece,
+            time=log.cycle + log.fraction - self.first_cycle,
+            watch=log.clearance,
+            upward=log.upward,
+            memory=log.memory,
         )
 
-    def _crossings(self) -> Crossings:
-        return crossings_of(self.flow, self.log, int(self.march.counts[packed.EVENTS]))
+    def _logged(self) -> packed.Log:
+        return first_of(self.log, int(self.march.counts[packed.EVENTS]))

@@ -11,6 +11,7 @@ from gearrattle.kernels import packed
 from gearrattle.solvers.base import Crossings
 from gearrattle.system.flow import Flow
 from gearrattle.system.region import strips
+from gearrattle.system.variation import Path
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -20,10 +21,10 @@ _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
-def empty_log() -> packed.Log:
+def empty_log(memories: int = 0) -> packed.Log:
     """Room for some crossings."""
     kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
-    return packed.Log(*(np.empty(FIRST_LOG, kind) for kind in kinds))
+    return packed.Log(*(np.empty(FIRST_LOG, kind) for kind in kinds), np.empty((FIRST_LOG, memories)))
 
 
 def doubled(log: packed.Log) -> packed.Log:
@@ -63,11 +64,14 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[st
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
     seen = _by_row(np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate]), z)
     angle, velocity, torque, deflection, rate = np.split(seen, np.cumsum([n, n, n, m]), axis=1)
-    clearances = list(system.clearances)
-    force = np.empty_like(deflection)
+    clearances, piece_of = list(system.clearances), dict(zip(system.places, samples.pieces.T, strict=True))
+    force, linear = np.empty_like(deflection), np.zeros(len(z), np.int64)
     for k, law in enumerate(system.laws):
-        piece = samples.pieces[:, clearances.index(k)] if k in clearances else np.zeros(len(z), np.int64)
+        piece = piece_of.get(k, linear)
         force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
+    forces, memory = forces_beside(flow, z, samples, deflection, rate)
+    for c, each in enumerate(system.companions):
+        force[:, each.element] += forces[:, c]
     balance = torque - system.drag * velocity - _by_row(np.ascontiguousarray(system.rows.T), force)
     return {
         "angle": angle + _by_row(coordinates.angle_from_reference, np.ascontiguousarray(references)),
@@ -75,13 +79,31 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[st
         "acceleration": balance / system.inertia,
         "deflection": deflection[:, clearances],
         "force": force,
-        "piece": samples.pieces,
+        "piece": samples.pieces[:, : len(clearances)],
+        "beside": (forces, memory, samples.pieces[:, len(clearances) :]),
     }
 
 
-def crossings_of(flow: Flow, log: packed.Log, count: int) -> Crossings:
-    """The first crossings of a log, those of one instant in element order and with one time."""
-    log = packed.Log(*(a[:count] for a in log))
+def forces_beside(flow: Flow, z: Array, samples: packed.Samples, deflection: Array, rate: Array) -> tuple[Array, Array]:
+    """Force and state e of every companion at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
+    memory = z @ flow.memory_rows.T
+    force, first = np.empty_like(memory), len(flow.system.clearances)
+    for c, each in enumerate(flow.system.companions):
+        k, piece = each.element, samples.pieces[:, first + c]
+        force[:, c] = each.stiffness[piece] * deflection[:, k] + each.damping[piece] * rate[:, k] + each.offset[piece]
+        force[:, c] += each.memory[piece] * memory[:, c]
+    return force, memory
+
+
+def first_of(log: packed.Log, count: int) -> packed.Log:
+    """The first crossings of a log."""
+    return packed.Log(*(a[:count] for a in log))
+
+
+def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
+    """The clearances' among the crossings of a log, those of one instant in element order and with one time."""
+    own = np.flatnonzero(log.clearance < len(flow.system.clearances))
+    log = packed.Log(*(a[own] for a in log))
     order = _element_order(log)
     log = packed.Log(*(a[order] for a in log))
     period = flow.system.inputs.period
@@ -93,6 +115,13 @@ def crossings_of(flow: Flow, log: packed.Log, count: int) -> Crossings:
         velocity=log.rate * flow.corner_scale[log.clearance] / period,
         force_integral=log.integral,
     )
+
+
+def path_of(flow: Flow, log: packed.Log) -> Path:
+    """All crossings of a log in the order in which they came."""
+    period, count = flow.system.inputs.period, len(flow.system.clearances)
+    velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
+    return Path((log.cycle + log.fraction) * period, log.clearance, log.upward, velocity, log.memory / flow.memory)
 
 
 def _element_order(log: packed.Log) -> IntArray:

@@ -67,10 +67,7 @@ class Slots:
 
     def beyond(self, slot: int, clearance: int, upward: int) -> tuple[Slots, int]:
         """The slots to go on with, and in them that of the region across a corner; remembered as the neighbour."""
-        k = self.flow.system.clearances[clearance]
-        beyond = list(self.pieces[slot])
-        beyond[k] += 1 if upward else -1
-        pieces = tuple(beyond)
+        pieces = self.flow.system.beyond(self.pieces[slot], clearance, upward)
         if pieces not in self._index and self.store.is_full(MOST_BYTES):
             fresh = self.renewed()
             return fresh, fresh.slot_of(pieces)

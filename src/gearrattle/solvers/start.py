@@ -20,13 +20,13 @@ _DERIVATIVES = 6
 
 
 def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...], IntArray]:
-    """Pieces of all elements at the state z (Z,), and for each clearance the side of its piece that it sits on.
+    """Pieces of all elements and companions at the state z (Z,), and of all watched the side of the piece they sit on.
 
     ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
 
     Returns:
-        pieces: (m,) indices.
-        side: (K,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
+        pieces: (m + companions,) indices.
+        side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
     """
     pieces = [0] * len(flow.system.laws)
     on_corner: dict[int, int] = {}
@@ -46,9 +46,12 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
                 pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
                 del undecided[i]
-    side = np.zeros(len(flow.system.clearances), dtype=np.int64)
+    side = np.zeros(flow.system.watched, dtype=np.int64)
     for i, c in on_corner.items():
         side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1
+    for each in flow.system.companions:
+        k = each.element
+        pieces.append(each.start(pieces[k], float(flow.deflection[k] @ z), float(flow.rate[k] @ z)))
     return tuple(pieces), side
 
 

@@ -168,6 +168,7 @@ class SweepMarch:
         task, counts, period = self.task, self.sweep.counts, self.flow.system.inputs.period
         samples = self.samples._replace(states=self._states(self.samples.states))
         sampled: dict[str, Any] = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
+        del sampled["beside"]  # there is nothing beside the laws
         steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
         step = task.cycles * period / max(steps, 1)
         return Motion(
@@ -186,7 +187,7 @@ class SweepMarch:
         count = int(self.sweep.counts[packed.EVENTS])
         log = packed.Log(*(a[:count] for a in self.log))
         log = log._replace(rate=log.rate / self.flow.corner_scale[log.clearance])
-        return crossings_of(self.flow, log, count)
+        return crossings_of(self.flow, log)
 
 
 def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns: Array) -> Any:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels import bench
 from gearrattle.kernels.packed import LONGEST, ORDER
 from gearrattle.system import forced
+from gearrattle.system.companion import Companion
 from gearrattle.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -44,30 +45,50 @@ class Bench:
 
     def __init__(self, flow: Flow) -> None:
         system = flow.system
-        m, k, z = len(system.laws), len(system.clearances), flow.width
+        m, k, w, z = len(system.laws), len(system.clearances), system.watched, flow.width
         carried = len(flow.coordinates.references) + k
-        rows, columns = max(carried + z, 4 * k, ORDER + 1, m), max(z + 1, m, 3 * k, ORDER + 1)
+        rows, columns = max(carried + z, 4 * w, ORDER + 1, m), max(z + 1, m + w, 3 * w, ORDER + 1)
         self.work, self.waves = np.zeros((bench.PAGES, rows, columns)), np.zeros((bench.WAVES, z, z), complex)
         self.marks = np.zeros((bench.MARKS, columns), np.int64)
         self.sizes = self.marks[bench.SIZES]
-        self.carried, self.clearances = carried, k
+        self.carried, self.watched = carried, w
         self.states, self.inputs = flow.states, z - flow.states
         _share(flow, self.work)
-        first = np.cumsum([0, *(law.pieces for law in system.laws)])
-        self.laws = np.empty((5, first[-1]))
-        for law, begin, end in zip(system.laws, first, first[1:], strict=False):
-            own = self.laws[:, begin:end]
-            own[bench.STIFFNESS], own[bench.DAMPING] = law.stiffness, law.damping
-            own[bench.OFFSET] = law.offset / flow.scaling.inputs[0]
-            own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, law.corners
-            own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, law.corners
-        counts = (m, system.size, flow.states, k, len(flow.coordinates.references), flow.frequency.size)
-        self.sizes[: len(counts) + 2] = (*counts, level_of_turns(flow.frequency), DEEPEST)
-        self.marks[bench.FIRST_PIECE, :m] = first[:-1]
+        self._write_laws(flow)
+        counts = (m, system.size, flow.states, w, len(flow.coordinates.references), flow.frequency.size)
+        sizes = (*counts, level_of_turns(flow.frequency), DEEPEST, k, len(flow.coordinates.elements))
+        self.sizes[: len(sizes)] = sizes
         self.marks[bench.CLEARANCES, :k] = system.clearances
-        self.corners = self.laws[[bench.LOWER, bench.UPPER]], first[:-1][list(system.clearances)]
-        self.corner_scale, self.watched = flow.corner_scale, list(system.clearances)
+        self.corner_scale = flow.corner_scale
+        self.which = np.array([*system.clearances, *range(m, m + w - k)], dtype=np.int64)  # of all pieces
         self._prepare_lapack()
+
+    def _write_laws(self, flow: Flow) -> None:
+        """Write down all pieces of all elements, then of all companions."""
+        system, unit = flow.system, 1.0 / flow.scaling.inputs[0]
+        members = (*system.laws, *system.companions)
+        first = np.cumsum([0, *(each.pieces for each in members)])
+        self.laws = np.zeros((bench.LAWS, first[-1]))
+        for each, begin, end in zip(members, first, first[1:], strict=False):
+            own = self.laws[:, begin:end]
+            own[bench.STIFFNESS], own[bench.DAMPING], own[bench.OFFSET] = (
+                each.stiffness,
+                each.damping,
+                each.offset * unit,
+            )
+            if isinstance(each, Companion):
+                own[bench.LOWER], own[bench.UPPER] = each.lower, each.upper
+                own[bench.BY_MEMORY], own[bench.MOVES] = each.memory, each.moves
+                own[[bench.BY_DEFLECTION, bench.BY_RATE, bench.BY_ITSELF]] = each.watched.T
+            else:
+                own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, each.corners
+                own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, each.corners
+        self.marks[bench.FIRST_PIECE, : len(members)] = first[:-1]
+        for c, companion in enumerate(system.companions):
+            self.marks[bench.PARENT, c], self.marks[bench.MEMORY, c] = companion.element, -1
+        for i, c in enumerate(system.memories):
+            self.marks[bench.MEMORY, c] = flow.states - len(system.memories) + i
+            self.work[bench.VECTORS, bench.MEMORY_SCALE, c] = flow.memory[i]
 
     def _prepare_lapack(self) -> None:
         """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
@@ -91,7 +112,7 @@ class Bench:
         marks[bench.PIECES, : len(pieces)] = pieces
         if not do.accelerate(work, self.laws, marks):
             raise FloatingPointError(f"the region {pieces} cannot be built: its rates are not finite")
-        do.look(work, marks)
+        do.look(work, self.laws, marks)
         do.split_inputs(work, waves, marks)
         do.generate(work, marks)
         do.split_off(work, marks)
@@ -116,7 +137,7 @@ class Bench:
     def pack(self, a: dict[str, NDArray[Any]], slot: int, first: int) -> None:
         """Write it into a slot of the arrays of ``packed.Regions``, its tables from ``first`` on."""
         do, work, marks, (width, modes, fine) = stages(), self.work, self.marks, self.found()
-        c, k, u, h = self.carried, self.clearances, self.inputs, LONGEST / 2.0**fine
+        c, k, u, h = self.carried, self.watched, self.inputs, LONGEST / 2.0**fine
         a["width"][slot], a["modes"][slot], a["fine"][slot], a["first_table"][slot] = width, modes, fine, first
         a["kept"][slot, : width - self.states] = marks[bench.COLUMN, self.states : width] - self.states
         do.fill_tables(a["tables"], first, work, c, width, fine)
@@ -132,9 +153,10 @@ class Bench:
         a["forced_strips"][slot] = do.fill_forced(a["forced_series"], slot, work, marks, h)
         a["drift"][slot, :c] = work[bench.FLOWING, :c, 0] * work[bench.VECTORS, bench.AMPLITUDE, 0]
         a["constant"][slot, : 3 * k] = work[bench.FOUND, bench.OFFSETS, : 3 * k]
-        pieces = marks[bench.PIECES, self.watched]
-        (lower, upper), law = self.corners[0], self.corners[1] + pieces
-        a["lower"][slot], a["upper"][slot] = lower[law] / self.corner_scale, upper[law] / self.corner_scale
+        pieces = marks[bench.PIECES, self.which]
+        law = marks[bench.FIRST_PIECE, self.which] + pieces
+        a["lower"][slot] = self.laws[bench.LOWER, law] / self.corner_scale
+        a["upper"][slot] = self.laws[bench.UPPER, law] / self.corner_scale
         a["piece"][slot], a["neighbour"][slot] = pieces, -1
 
 
@@ -153,7 +175,8 @@ def stages() -> SimpleNamespace:
 def _share(flow: Flow, work: Array) -> None:
     """Write the pages that all regions share."""
     system, scaling, period = flow.system, flow.scaling, flow.system.inputs.period
-    clearances, unit = list(system.clearances), 1.0 / flow.corner_scale[:, None]
+    clearances = list(system.clearances)
+    unit = 1.0 / flow.corner_scale[: len(clearances), None]
     fastest = float(flow.frequency.max(initial=2 * np.pi))
     limits = np.array([period, forced.LARGEST * flow.typical, forced.LARGEST, FAST * fastest, FAST_ROUNDING])
     pages = {

@@ -1,8 +1,10 @@
 """The energy audit: does what goes in equal what is lost and stored?
 
-    d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k c_k delta_k'^2 - sum_k F_k e_k'
+    d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k L_k delta_k' - sum_k F_k e_k'
 
-with U_k the elastic potential and the last sum the work of the transmission errors. The right side is integrated by
+with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
+for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
+lost where the slider is let go. The right side is integrated by
 Gauss-Legendre quadrature of the power on dense output, interval by interval between samples and crossings; the left
 side is taken from the sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a
 wrong region shows up as a residual.
@@ -34,7 +36,7 @@ class EnergyAudit:
         torque_work: (n,) work of the torques on every inertia, mean drag torques included.
         error_work: (m,) work of every transmission error.
         drag_loss: (n,) viscous drag.
-        element_loss: (m,) damping of every element.
+        element_loss: (m,) damping and friction of every element.
         stored: energy at the start and at the end.
     """
 
@@ -69,6 +71,11 @@ def stored_energy(flow: Flow, deflection: Array, velocity: Array) -> float:
     return kinetic + sum(_potential(law, float(d)) for law, d in zip(flow.system.laws, deflection, strict=True))
 
 
+def _sliders(flow: Flow) -> Array:
+    """(companions,) half the stiffness of every slider's spring."""
+    return np.array([0.5 * each.memory.max() for each in flow.system.companions])
+
+
 def _potential(law: PiecewiseLaw, deflection: float) -> float:
     """Elastic energy: the force integrated from zero, piece by piece."""
     low, high = min(0.0, deflection), max(0.0, deflection)
@@ -89,17 +96,19 @@ class Auditor:
         samples: Array,
         per_cycle: int,
         time: Array,
-        clearance: IntArray,
-        piece: IntArray,
+        watch: IntArray,
+        upward: IntArray,
+        memory: Array,
     ) -> None:
         """Prepare the audit of a motion.
 
         Args:
             flow: the system.
-            initial: piece of every element at the start.
+            initial: piece of every element and companion at the start.
             samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
             per_cycle: samples a period.
-            time, clearance, piece: (E,) crossing times in periods, the clearance crossed, the piece entered.
+            time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+            memory: (E, S) memories before each crossing, scaled.
         """
         self.flow, self.samples = flow, samples
         grid = np.arange(1, len(samples)) / per_cycle
@@ -108,13 +117,14 @@ class Auditor:
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
         self.path = np.full((len(at), 2), -1, dtype=np.int64)
         index: dict[Pieces, int] = {}
-        pieces, fresh = list(initial), 0
+        pieces, fresh = initial, 0
         for i, which in enumerate(order):
-            self.path[i] = index.setdefault(tuple(pieces), len(index)), fresh
+            self.path[i] = index.setdefault(pieces, len(index)), fresh
             event = which - len(grid)
             fresh = int(which) + 1 if event < 0 else -1
             if event >= 0:
-                pieces[flow.system.clearances[clearance[event]]] = int(piece[event])
+                pieces = flow.system.beyond(pieces, int(watch[event]), int(upward[event]))
+        self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.powers = _powers(flow, list(index))
         n, m = flow.system.size, len(flow.system.laws)
         self.sums = (np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))
@@ -142,9 +152,28 @@ class Auditor:
         """The audit, once ``advance`` has answered True."""
         flow, period = self.flow, self.flow.system.inputs.period
         ends = (self.samples[0], self.samples[-1])
-        begin, end = (stored_energy(flow, flow.deflection @ z, flow.velocity @ z) for z in ends)
+        springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in ends]
+        begin, end = (
+            stored_energy(flow, flow.deflection @ z, flow.velocity @ z) + spring
+            for z, spring in zip(ends, springs, strict=True)
+        )
         torque, drag, loss, error = (period * total for total in self.sums)
-        return EnergyAudit(torque, error, drag, loss, (begin, end))
+        return EnergyAudit(torque, error, drag, loss + self.let_go, (begin, end))
+
+
+def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memory: Array) -> Array:
+    """(m,) energy in the springs of sliders that were let go, by element [J]."""
+    system, lost, pieces = flow.system, np.zeros(len(flow.system.laws)), initial
+    if not system.memories:
+        return lost
+    sliders = _sliders(flow)
+    for which, up, held in zip(watch, upward, memory, strict=True):
+        pieces = system.beyond(pieces, int(which), int(up))
+        known = flow.known(pieces)
+        for i, c in enumerate(system.memories):
+            if not np.isnan(known[i]):
+                lost[system.companions[c].element] += sliders[c] * (held[i] ** 2 - known[i] ** 2) / flow.memory[i] ** 2
+    return lost
 
 
 def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
@@ -163,9 +192,22 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
         nodes += [strips(exponential_increments(matrix, none, float(c) * step, 0)[0]) for c in abscissas]
         generators.append(strips(matrix))
         error_rate = system.rows @ flow.velocity - flow.rate
-        forms.append(strips(np.vstack([flow.velocity, flow.torque, flow.rate, flow.force_rows(pieces), error_rate])))
-    damping = np.array([[law.damping[p] for law, p in zip(system.laws, pieces, strict=True)] for pieces in regions])
+        force = flow.force_rows(pieces)
+        loss = force - _elastic_rows(flow, pieces)
+        forms.append(strips(np.vstack([flow.velocity, flow.torque, flow.rate, force, error_rate, loss])))
+    known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
-        np.array(steps), np.array(advance), np.array(nodes), np.array(generators), np.array(forms),
-        damping.reshape(len(regions), -1), system.drag, abscissas, weights,
+        np.array(steps), np.array(advance), np.array(nodes), np.array(generators), np.array(forms), known,
+        flow.states - flow.memory.size, system.drag, abscissas, weights,
     )  # fmt: skip
+
+
+def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
+    """(m, Z) the part of every element's force that is stored: by its law, and by sliders that stick."""
+    rows = np.empty_like(flow.deflection)
+    for k, (law, piece) in enumerate(zip(flow.system.laws, pieces, strict=False)):
+        rows[k] = law.stiffness[piece] * flow.deflection[k]
+        rows[k, flow.states] += law.offset[piece] / flow.scaling.inputs[0]
+    for each, piece, memory in flow.beside(pieces):
+        rows[each.element] += each.moves[piece] * each.memory[piece] * memory
+    return rows

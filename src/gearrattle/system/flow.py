@@ -1,20 +1,22 @@
 """What the exact engine sees of a piecewise system: rows over one augmented state.
 
-    z = (x, v, u),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
+    z = (x, v, e, u),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``scaling.py``). The inputs are states of their own (oscillators), so inside a region dz/ds = M z with one
+all scaled (``scaling.py``); e are the memories of companions, if there are any. The inputs are states of their own (oscillators), so inside a region dz/ds = M z with one
 constant matrix: free motion, forced motion, resonance, drift under a mean torque are one and the same case. Every
 quantity anyone asks for - an angle, a deflection, a force, an acceleration - is a row of numbers times z.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.system.companion import Companion
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.system.forced import oscillation, responses
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -30,12 +32,14 @@ class Flow:
 
     Attributes:
         system, coordinates, scaling: what it was made from.
-        states: N, the number of deflections and velocities in z.
+        states: N, the number of deflections, velocities and memories in z.
         deflection, rate, curvature_of_error: (m, Z) delta_k, delta_k', and e_k'' of every element [SI].
         velocity: (n, Z) q' [SI].
         torque: (n, Z) applied torque [SI].
         frequency: (H,) 2 pi p_j, radians a period.
-        corner_scale: (K,) power of two near the largest corner of each clearance.
+        corner_scale: (W,) power of two near the largest corner of each clearance, then the size of what each companion
+            watches.
+        memory: (S,) scale of every memory: a power of two by which it is multiplied in z.
     """
 
     system: PiecewiseSystem
@@ -49,6 +53,7 @@ class Flow:
     torque: Array
     frequency: Array
     corner_scale: Array
+    memory: Array
 
     @property
     def width(self) -> int:
@@ -72,17 +77,39 @@ class Flow:
         pushed = np.abs(matrix[:n, n : n + 1 + self.frequency.size]).max(axis=0, initial=0.0)
         reached = np.fmin(pushed, [np.abs(x).max(initial=0.0) for x in made])
         sizes = list(reached * self.scaling.inputs)
-        for k, scale in zip(self.system.clearances, self.corner_scale, strict=True):
+        for k, scale in zip(self.system.clearances, self.corner_scale, strict=False):
             if np.any(self.system.laws[k].corners != 0.0):
                 sizes.append(float(scale / np.abs(self.deflection[k]).max()))
         return max(sizes, default=0.0) or 1.0
 
     def force_rows(self, pieces: Pieces) -> Array:
-        """(m, Z) force of every element with the elements in the pieces given [SI]."""
-        rows = np.empty_like(self.deflection)
-        for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=True)):
+        """(m, Z) force of every element, its companions' included, with all in the pieces given [SI].
+
+        Without pieces of companions these are left out.
+        """
+        rows, unit = np.empty_like(self.deflection), 1.0 / self.scaling.inputs[0]
+        for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=False)):
             rows[k] = law.stiffness[piece] * self.deflection[k] + law.damping[piece] * self.rate[k]
-            rows[k, self.states] += law.offset[piece] / self.scaling.inputs[0]
+            rows[k, self.states] += law.offset[piece] * unit
+        for each, piece, memory in self.beside(pieces):
+            k = each.element
+            rows[k] += each.stiffness[piece] * self.deflection[k] + each.damping[piece] * self.rate[k]
+            rows[k] += each.memory[piece] * memory
+            rows[k, self.states] += each.offset[piece] * unit
+        return rows
+
+    def beside(self, pieces: Pieces) -> Iterator[tuple[Companion, int, Array]]:
+        """Yield the companions that take part: each, its piece, and the row (Z,) of its memory [SI]."""
+        rows = self.memory_rows
+        for each, piece, row in zip(self.system.companions, pieces[len(self.system.laws) :], rows, strict=False):
+            yield each, piece, row
+
+    @cached_property
+    def memory_rows(self) -> Array:
+        """(companions, Z) e of every companion [SI]; zero for one without."""
+        rows, first = np.zeros((len(self.system.companions), self.width)), self.states - self.memory.size
+        for i, c in enumerate(self.system.memories):
+            rows[c, first + i] = 1.0 / self.memory[i]
         return rows
 
     def acceleration_rows(self, pieces: Pieces) -> Array:
@@ -97,9 +124,22 @@ class Flow:
         r = len(self.coordinates.elements)
         matrix = np.zeros((self.width, self.width))
         matrix[:r] = period * self.scaling.deflection[:, None] * (self.coordinates.basis @ self.velocity)
-        matrix[r : self.states] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
+        moving = r + self.system.size
+        matrix[r:moving] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
+        for i, (each, piece) in enumerate(self.remembering(pieces)):
+            matrix[moving + i] = each.moves[piece] * period * self.memory[i] * self.rate[each.element]
         matrix[self.states :, self.states :] = oscillation(self.frequency)
         return matrix
+
+    def remembering(self, pieces: Pieces) -> list[tuple[Companion, int]]:
+        """The companions with a memory, each with its piece; none without pieces of companions."""
+        first, companions = len(self.system.laws), self.system.companions
+        return [(companions[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
+
+    def known(self, pieces: Pieces) -> Array:
+        """(S,) memories as they are known in a region, scaled; NaN where they go on."""
+        values = [each.known[piece] for each, piece in self.remembering(pieces)]
+        return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
 
     def carried_rows(self, pieces: Pieces) -> Array:
         """(R + K, Z) rates a period of what is integrated beside z: reference angles, then force integrals [SI]."""
@@ -108,16 +148,27 @@ class Flow:
         return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))
 
     def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
-        """(K, Z) deflection, its first and second derivative by s of every clearance, in corner scales."""
+        """(W, Z) what is watched, its first and second derivative by s, in corner scales."""
         clearances = list(self.system.clearances)
-        period = self.system.inputs.period
-        unit = 1.0 / self.corner_scale[:, None]
+        period, count = self.system.inputs.period, len(clearances)
+        unit = 1.0 / self.corner_scale[:count, None]
         second = self.system.rows[clearances] @ self.acceleration_rows(pieces) - self.curvature_of_error[clearances]
+        limits, matrix = self.limit_rows(pieces), self.generator(pieces)
         return (
-            self.deflection[clearances] * unit,
-            self.rate[clearances] * unit * period,
-            second * unit * period**2,
+            np.vstack([self.deflection[clearances] * unit, limits]),
+            np.vstack([self.rate[clearances] * unit * period, limits @ matrix]),
+            np.vstack([second * unit * period**2, limits @ matrix @ matrix]),
         )
+
+    def limit_rows(self, pieces: Pieces) -> Array:
+        """(companions, Z) what every companion watches in its piece, in corner scales."""
+        rows = np.zeros((len(self.system.companions), self.width))
+        scales = self.corner_scale[len(self.system.clearances) :]
+        for c, (each, piece, memory) in enumerate(self.beside(pieces)):
+            of_deflection, of_rate, of_memory = each.watched[piece]
+            row = of_deflection * self.deflection[each.element] + of_rate * self.rate[each.element]
+            rows[c] = (row + of_memory * memory) / scales[c]
+        return rows
 
     def inputs_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, 1 + 2 H) scaled inputs at times cycle + fraction, in periods, each (t,)."""
@@ -145,7 +196,8 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     scaling = energy_scaling(system, coordinates)
     inputs = system.inputs
     r, n, m = len(coordinates.elements), system.size, len(system.laws)
-    states = r + n
+    moving = r + n
+    states = moving + len(system.memories)
     width = states + 1 + 2 * inputs.count
     cosine = np.arange(states + 1, states + 1 + inputs.count)
     sine = cosine + inputs.count
@@ -153,7 +205,7 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     omega = 2 * np.pi * inputs.cycles / inputs.period
 
     velocity = np.zeros((n, width))
-    velocity[:, r:states] = np.diag(1.0 / scaling.velocity)
+    velocity[:, r:moving] = np.diag(1.0 / scaling.velocity)
     deflection = np.zeros((m, width))
     deflection[:, :r] = coordinates.combination / scaling.deflection
     rate = system.rows @ velocity
@@ -171,7 +223,8 @@ def flow_of(system: PiecewiseSystem) -> Flow:
 
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
-    scale = power_of_two(np.array([c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]))
+    sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
+    scale = power_of_two(np.array([*sizes, *(each.scale for each in system.companions)]))
     return Flow(
         system,
         coordinates,
@@ -184,4 +237,5 @@ def flow_of(system: PiecewiseSystem) -> Flow:
         torque,
         2 * np.pi * inputs.cycles,
         scale,
+        power_of_two(np.array([np.sqrt(system.companions[c].memory.max()) for c in system.memories])),
     )

@@ -4,6 +4,7 @@
 
 J and D are diagonal, w_k is row k of W, F_k a ``PiecewiseLaw``. T and the transmission errors e_k are means plus
 harmonics of one reference speed. Given the piece of every element, the system is linear with constant coefficients.
+An element may have companions, forces beside its law that remember or are limited; they have pieces of their own.
 No gears, clutches or units exist here; q, delta and time carry whatever consistent units the maker chose (SI).
 """
 
@@ -15,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.system.companion import Companion
 from gearrattle.system.law import PiecewiseLaw
 
 Array = NDArray[np.float64]
@@ -55,6 +57,7 @@ class PiecewiseSystem:
         rows: (m, n) W, one row an element.
         laws: m laws.
         inputs: T(t) and e(t).
+        companions: forces beside the laws. What looks at a system linearly leaves them out.
     """
 
     inertia: Array
@@ -62,6 +65,7 @@ class PiecewiseSystem:
     rows: Array
     laws: tuple[PiecewiseLaw, ...]
     inputs: Harmonics
+    companions: tuple[Companion, ...] = ()
 
     @property
     def size(self) -> int:
@@ -72,6 +76,47 @@ class PiecewiseSystem:
     def clearances(self) -> tuple[int, ...]:
         """Indices of the elements that have a corner."""
         return tuple(k for k, law in enumerate(self.laws) if law.corners.size)
+
+    @cached_property
+    def memories(self) -> tuple[int, ...]:
+        """Indices of the companions that have a state."""
+        return tuple(c for c, companion in enumerate(self.companions) if companion.remembers)
+
+    @property
+    def watched(self) -> int:
+        """How many things may leave their piece: clearances, then companions."""
+        return len(self.clearances) + len(self.companions)
+
+    @cached_property
+    def places(self) -> tuple[int, ...]:
+        """Where the pieces of those watched stand among all pieces, (W,)."""
+        first = len(self.laws)
+        return (*self.clearances, *range(first, first + len(self.companions)))
+
+    def element_watched(self, watch: int) -> int:
+        """The element that one of those watched belongs to."""
+        beside = watch - len(self.clearances)
+        return self.companions[beside].element if beside >= 0 else self.clearances[watch]
+
+    def beyond(self, pieces: tuple[int, ...], watch: int, upward: int) -> tuple[int, ...]:
+        """The pieces, of elements and then of companions, after one of those watched has left its own.
+
+        Args:
+            pieces: before.
+            watch: the clearance, or the number of clearances and the companion.
+            upward: 1 beyond its upper bound, 0 beyond the lower one.
+        """
+        after, first, companion = list(pieces), len(self.laws), watch - len(self.clearances)
+        if companion >= 0:
+            way = self.companions[companion].above if upward else self.companions[companion].below
+            after[first + companion] = int(way[pieces[first + companion]])
+            return tuple(after)
+        element = self.clearances[watch]
+        after[element] += 1 if upward else -1
+        for c, each in enumerate(self.companions):
+            if each.element == element:
+                after[first + c] = int(each.follow[after[element], pieces[first + c]])
+        return tuple(after)
 
     def stiffness_of(self, pieces: tuple[int, ...]) -> Array:
         """Stiffness matrix (n, n) with every element in the piece given, (m,) indices."""

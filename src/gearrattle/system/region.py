@@ -130,7 +130,7 @@ def build_region(flow: Flow, pieces: Pieces) -> Region:
 
 def region_in(store: Store, slot: int) -> Region:
     """The region in a slot, its arrays unpacked."""
-    a, c, k, n = store.packed, store.size.carried, store.size.clearances, store.flow.states
+    a, c, k, n = store.packed, store.size.carried, store.size.watched, store.flow.states
     width, modes, first = int(a.width[slot]), int(a.modes[slot]), int(a.first_table[slot])
     kept = a.kept[slot, : width - n].copy()
     tables = []

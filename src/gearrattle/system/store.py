@@ -43,13 +43,15 @@ class Size:
     inputs: int
     carried: int
     clearances: int
+    watched: int
+    memories: int
 
     @classmethod
     def of(cls, flow: Flow) -> Size:
         """Read them off a flow."""
         clearances = len(flow.system.clearances)
         carried = len(flow.coordinates.references) + clearances
-        return cls(flow.states, flow.width - flow.states, carried, clearances)
+        return cls(flow.states, flow.width - flow.states, carried, clearances, flow.system.watched, flow.memory.size)
 
     def made(self, width: int) -> int:
         """Strips of the rates of the carried quantities and of y."""
@@ -57,7 +59,7 @@ class Size:
 
     def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
         """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
-        u, k, order = self.inputs, self.clearances, strips_for(ORDER + 1)
+        u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
         floats: dict[str, tuple[int, ...]] = {
             "tables": (0, self.made(width), width, 4),
             "powers": (0, self.made(width), width, 4),
@@ -73,6 +75,8 @@ class Size:
             "constant": (0, 4 * strips_for(3 * k)),
             "lower": (0, k),
             "upper": (0, k),
+            "band": (0, k),
+            "known": (0, self.memories),
         }
         integers: dict[str, tuple[int, ...]] = {
             "width": (0,), "kept": (0, u), "first_table": (0,), "fine": (0,), "modes": (0,), "forced_strips": (0,),
@@ -101,14 +105,14 @@ class Store:
         self._bench = Bench(flow)
         self._tables_used = self._last = 0
         laws = [flow.system.laws[k] for k in flow.system.clearances]
-        self._band = np.array([BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
+        self._bands = [BAND if np.any(law.corners != 0.0) else 0.0 for law in laws]
         self._arrays: dict[str, NDArray[Any]] = {}
         self._make_room(room or Room(0, 0, flow.states, 0))
 
     @property
     def packed(self) -> Regions:
         """The arrays for the kernels; ask again after every ``add``."""
-        return Regions(self.flow.states, band=self._band, **self._arrays)
+        return Regions(self.flow.states, self.size.clearances, **self._arrays)
 
     def fine(self, slot: int) -> int:
         """Level of a region's finest step."""
@@ -131,10 +135,20 @@ class Store:
         if not self._has_room(slot + 1, self._tables_used + fine + 1, width, modes):
             self._make_room(Room(slot + 1, self._tables_used + fine + 1, width, modes))
         self._bench.pack(self._arrays, slot, self._tables_used)
+        self._arrays["band"][slot] = [*self._bands, *self._bands_beside(pieces)]
+        self._arrays["known"][slot] = self.flow.known(pieces)
         self.pieces.append(pieces)
         self._last = self.fine(slot) + 1
         self._tables_used += self._last
         return slot
+
+    def _bands_beside(self, pieces: Pieces) -> list[float]:
+        """Rounding bands of what companions watch: none where all bounds are zero."""
+        found = []
+        for each, piece, _ in self.flow.beside(pieces):
+            bounds = [bound for bound in (each.lower[piece], each.upper[piece]) if np.isfinite(bound)]
+            found.append(BAND if any(bound != 0.0 for bound in bounds) else 0.0)
+        return found
 
     def is_full(self, most: int) -> bool:
         """Whether one more region like the last would make the arrays larger than so many bytes."""
@@ -143,9 +157,10 @@ class Store:
         return not fits and 2 * sum(array.nbytes for array in self._arrays.values()) > most
 
     def join(self, slot: int, clearance: int, upward: int, target: int) -> None:
-        """Remember which slot lies beyond a corner, and which on this side of it."""
+        """Remember which slot lies beyond a corner, and which on this side of it, where the way back leads there."""
         self._arrays["neighbour"][slot, clearance, upward] = target
-        self._arrays["neighbour"][target, clearance, 1 - upward] = slot
+        if self.flow.system.beyond(self.pieces[target], clearance, 1 - upward) == self.pieces[slot]:
+            self._arrays["neighbour"][target, clearance, 1 - upward] = slot
 
     def room(self) -> Room:
         """What the arrays hold, for a store that is likely to need as much."""
@@ -162,8 +177,8 @@ class Store:
         for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
             rows = {"tables": room.tables, "powers": bench.POWERS * room.slots,
-                    "series": room.slots * self.size.clearances,
-                    "forced_series": room.slots * self.size.clearances}.get(name, room.slots)  # fmt: skip
+                    "series": room.slots * self.size.watched,
+                    "forced_series": room.slots * self.size.watched}.get(name, room.slots)  # fmt: skip
             first = array.shape[0] if array.shape[0] >= rows else max(rows, 2 * array.shape[0])
             full = (first, *map(max, shape[1:], array.shape[1:]))
             if full != array.shape or name not in self._arrays:

@@ -6,7 +6,9 @@ by
     S = I - [0; J^-1 w] (c_after - c_before) [w^T, 0],
 
 the saltation matrix with delta' divided out: valid at grazing too, and the identity where the damping does not jump.
-So the gradient follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
+Where a slider is let go its torque F vanishes, and F / delta' is added to the jump; where one is engaged its spring is
+stretched by what the deflection is ahead; where one begins to slip its spring is stretched no more. So the gradient
+follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
 many cycles of a chaotic motion the product overflows.
 
 A perturbation is measured in the engine's balanced coordinates (roots of energies, ``scaling.py``). The *predictability
@@ -123,44 +125,92 @@ def _norm_bound(matrix: Array) -> float:
     return float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
 
 
-def variation(
-    flow: Flow, initial: Pieces, *, time: Array, clearance: IntArray, piece: IntArray, end: float
-) -> Variation:
+@dataclass(frozen=True)
+class Path:
+    """The crossings along a motion, in the order in which they came.
+
+    Attributes:
+        time: (E,) [s].
+        watch, upward: (E,) what crossed its bound (a clearance, or behind them a companion), 1 for the upper one.
+        velocity: (E,) delta' of clearances [SI].
+        memory: (E, S) memories of companions before each crossing [SI].
+    """
+
+    time: Array
+    watch: IntArray
+    upward: IntArray
+    velocity: Array
+    memory: Array
+
+
+def variation(flow: Flow, initial: Pieces, path: Path, *, end: float) -> Variation:
     """The gradient along a motion, from its log of crossings.
 
     Args:
         flow: the system.
-        initial: piece of every element at the start.
-        time, clearance, piece: (E,) crossing times [s], the clearance crossed, the piece entered.
+        initial: piece of every element and companion at the start.
+        path: the crossings.
         end: length of the motion [s].
     """
-    period, n = flow.system.inputs.period, flow.states
+    system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
     grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
-    at = np.concatenate([time / period, grid])
+    at = np.concatenate([path.time / period, grid])
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
     index: dict[Pieces, int] = {}
     free: list[tuple[Array, Array]] = []
-    path, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
-    push = _kicks(flow)
-    pieces = list(initial)
+    steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
+    reset = np.zeros((len(at), s), dtype=np.bool_)
+    push, pieces = _kicks(flow), initial
     for i, which in enumerate(order):
-        here = tuple(pieces)
-        if here not in index:
-            index[here] = len(free)
-            free.append(_free_motion(flow, here))
-        path[i] = index[here], -1, which >= len(time)
-        if which < len(time):
-            k = flow.system.clearances[clearance[which]]
-            damping, entered = flow.system.laws[k].damping, int(piece[which])
-            path[i, 1] = clearance[which]
-            kicks[i] = -push[clearance[which]] * (damping[entered] - damping[pieces[k]])
-            pieces[k] = entered
-    rows = np.ascontiguousarray(flow.deflection[list(flow.system.clearances), :n])
+        if pieces not in index:
+            index[pieces] = len(free)
+            free.append(_free_motion(flow, pieces))
+        steps[i] = index[pieces], -1, which >= len(path.time)
+        if which < len(path.time):
+            watch = int(path.watch[which])
+            after = system.beyond(pieces, watch, int(path.upward[which]))
+            reset[i] = ~np.isnan(flow.known(after)) | ~np.isnan(flow.known(pieces))
+            if watch < len(system.clearances):
+                k = system.clearances[watch]
+                let_go = _let_go(flow, k, pieces, after, path.memory[which])
+                jump = _damping(flow, k, after) - _damping(flow, k, pieces)
+                steps[i, 1] = watch
+                kicks[i] = -push[watch] * (jump - let_go / path.velocity[which] if let_go != 0.0 else jump)
+                kicks[i, n - s :] = _engaged(flow, k, pieces, after)
+            pieces = after
+    rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
-    _run(free, (path, durations, kicks, rows), segments)
-    scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity])
+    _run(free, (steps, durations, kicks, reset, rows), segments)
+    scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
     return Variation(np.concatenate([[0.0], grid * period]), segments, scale)
+
+
+def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
+    """Damping of an element in its piece, its companions' included."""
+    own = float(flow.system.laws[element].damping[pieces[element]])
+    return own + sum(float(c.damping[p]) for c, p, _ in flow.beside(pieces) if c.element == element)
+
+
+def _let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
+    """Torque of an element's sliders that vanishes where its piece changes."""
+    total, companions = 0.0, flow.system.companions
+    held = dict(zip(flow.system.memories, memory, strict=True))
+    for c, (each, old, _) in enumerate(flow.beside(before)):
+        new = after[len(flow.system.laws) + c]
+        if each.element == element and c in held and each.known[old] != 0.0 and companions[c].known[new] == 0.0:
+            total += float(each.memory[old] * held[c] + each.offset[old])
+    return total
+
+
+def _engaged(flow: Flow, element: int, before: Pieces, after: Pieces) -> Array:
+    """(S,) 1, scaled, for every slider of an element that is engaged where its piece changes."""
+    old, new = flow.remembering(before), flow.remembering(after)
+    moved = [
+        each.element == element and each.moves[p] == 0.0 and entered.moves[q] != 0.0
+        for (each, p), (entered, q) in zip(old, new, strict=True)
+    ]
+    return np.array(moved, dtype=float) * flow.memory
 
 
 def _kicks(flow: Flow) -> Array:
@@ -168,7 +218,8 @@ def _kicks(flow: Flow) -> Array:
     system, n = flow.system, flow.states
     out = np.zeros((len(system.clearances), n))
     rows = system.rows[list(system.clearances)]
-    out[:, n - system.size :] = rows / system.inertia * flow.scaling.velocity
+    first = n - flow.memory.size - system.size
+    out[:, first : first + system.size] = rows / system.inertia * flow.scaling.velocity
     return out
 
 
@@ -180,7 +231,11 @@ def _free_motion(flow: Flow, pieces: Pieces) -> tuple[Array, Array]:
     return generator, exponential_increments(generator, np.zeros((0, n)), LONGEST / 2.0**fine, fine)
 
 
-def _run(free: Sequence[tuple[Array, Array]], path: tuple[IntArray, Array, Array, Array], segments: Array) -> None:
+def _run(
+    free: Sequence[tuple[Array, Array]],
+    path: tuple[IntArray, Array, Array, NDArray[np.bool_], Array],
+    segments: Array,
+) -> None:
     """Pack the regions' free motions and let the kernel multiply."""
     from gearrattle.kernels._jit import vectorised
     from gearrattle.kernels.variation import gradient_segments
