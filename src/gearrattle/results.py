@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly.friction import WORDS
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, loads
+from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.flow import flow_of
-from gearrattle.system.variation import Path, Variation, variation
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 
 if TYPE_CHECKING:
@@ -43,11 +44,7 @@ _SAMPLED = {
     "region": ("clearance", "1"),
     "element_torque": ("element", "N m"),
 }
-_BESIDE = {
-    "slider": ("stretch", "rad, or m for a mesh"),
-    "slider_torque": ("torque", "N m, or N for a mesh"),
-    "slider_state": ("state", "1"),
-}
+_BESIDE = {"slider_stretch": ("stretch", "rad"), "slider_force": ("torque", "N m, or N for a mesh")}
 _BESIDE_LOG = {"time": "f8", "watch": "i2", "upward": "i1", "rate": "f8"}
 
 
@@ -72,9 +69,9 @@ class Run:
         """Labelled samples.
 
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
-        (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped contact
-        damping also slider, the stretch of every slider's spring, slider_torque and slider_state (time, slider); what
-        states stand for is in flag_meanings. Attributes: period, units, provenance.
+        (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
+        contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
+        slider_force (time, companion) [-, rad, N m or N]. Attributes: period, units, provenance.
         """
         import xarray as xr
 
@@ -89,11 +86,12 @@ class Run:
             "element": list(t.layout.element_names),
         }
         if t.companions is not None:
-            coordinates["slider"] = list(t.companions.names)
+            coordinates["companion"] = list(t.companions.names)
             for name, (value, unit) in _BESIDE.items():
-                variables[name] = (("time", "slider"), getattr(t.companions, value), {"units": unit})
-            meanings = "; ".join(" ".join(words) for words in t.layout.companion_words)
-            variables["slider_state"][2]["flag_meanings"] = meanings
+                variables[name] = (("time", "companion"), getattr(t.companions, value), {"units": unit})
+            codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
+            states = np.stack([code[s] for code, s in zip(codes, t.companions.state.T, strict=True)], axis=1)
+            variables["slider"] = (("time", "companion"), states, {"units": "1", "flag_meanings": ", ".join(WORDS)})
         return xr.Dataset(variables, coordinates, self._attributes())
 
     @cached_property
@@ -115,7 +113,7 @@ class Run:
         )
 
     @cached_property
-    def variation(self) -> Variation:
+    def variation(self) -> growth.Variation:
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model))
@@ -125,18 +123,19 @@ class Run:
         if beside is None:
             unknown = np.zeros((len(log), 0))
             upward = (log.to_region > log.from_region).astype(np.int64)
-            path = Path(log.time - start, log.clearance, upward, log.velocity, unknown)
+            path = growth.Path(log.time - start, log.clearance, upward, log.velocity, unknown)
         else:
             pieces |= dict(zip(flow.system.places[len(first) :], beside.initial, strict=True))
-            path = Path(beside.time - start, beside.watch, beside.upward, beside.rate, beside.stretched)
+            path = growth.Path(beside.time - start, beside.watch, beside.upward, beside.rate, beside.stretched)
         count = len(flow.system.laws) + len(flow.system.companions)
-        return variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), path, end=t.end - start)
+        return growth.variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), path, end=t.end - start)
 
     @cached_property
     def flow_gradient(self) -> xr.DataArray:
         """d y(end) / d y(0) over relative coordinates, (state, start) [SI].
 
-        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]);
+        y are independent deflections (``deflection.NAME`` [rad or m]), then velocities (``velocity.NAME`` [rad/s]),
+        then the stretch of sliders (``slider.NAME`` [rad]);
         the rigid-body angles play no part. Entries overflow to infinity over many cycles of a chaotic motion.
         """
         import xarray as xr
@@ -145,6 +144,7 @@ class Run:
         elements = relative_coordinates(assemble(self.model)).elements
         names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
         names += [f"velocity.{name}" for name in t.layout.inertia_names]
+        names += [f"slider.{t.layout.companion_names[c]}" for c in assemble(self.model).memories]
         return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
 
     @cached_property

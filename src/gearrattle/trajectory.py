@@ -131,8 +131,8 @@ class Companions:
         stretch: (Nt, C) of the springs of sliders [rad or m]; 0 for a limiter.
         state: (Nt, C) pieces.
         initial: (C,) pieces at the first sample.
-        time, watch, upward: (E,) of all crossings, clearances' and companions' in the order in which they came [s]; which
-            clearance, or K and the companion; 1 beyond an upper bound.
+        time, watch, upward: (E,) of all crossings, clearances' and companions', in the order in which they came [s];
+            which clearance, or K and the companion; 1 beyond an upper bound.
         rate: (E,) deflection rate of a clearance [rad/s or m/s].
         stretched: (E, S) of the springs before each crossing [rad or m].
     """

@@ -166,8 +166,10 @@ CASES = [
     Broken("last stage ends", '"5 kN*m/rad"', '"5 kN*m/rad", until = 1', 29, "stages.2.until", ("last stage",)),
     Broken("stage of nothing", '"5 kN*m/rad"', '"5 kN*m/rad" }, {', 29, "stages", ("stiffness", "required")),
     Broken("coast without drive", "stiffness_ratio = 0.1", "coast_stages = [{stiffness = 1}]", 21, "coast_stages", ()),
-    Broken("hysteresis", "damping = 0.02", 'hysteresis = "2 N*m"', 27, "stages.0.hysteresis", ("not supported yet",)),
-    Broken("stick stiffness", "damping = 0.02", "stick_stiffness = 2", 27, "stick_stiffness", ("not supported yet",)),
+    Broken("hysteresis", "damping = 0.02", "hysteresis = 2", 28, "stages.1.hysteresis", ("must not fall", "2 N m")),
+    Broken("friction on a flat", '"5 kN*m/rad"', "0, hysteresis = 3", 29, "stages.2.hysteresis", ("stick_stiffness",)),
+    Broken("stick stiffness", "damping = 0.02", "stick_stiffness = 0", 27, "stick_stiffness", ("positive",)),
+    Broken("clipped, no gap", 'backlash = "0.1 mm"', 'contact_damping = "clipped"', 38, "contact_damping", ("gap",)),
     Broken("signal", 'mean = "10 N*m"', 'signal = { file = "t.csv" }', 46, "torque.0.signal", ("not supported yet",)),
     Broken(
         "mesh on ground", 'between = ["flywheel", "hub"]\nradii', 'between = ["ground", "hub"]\nradii', 34, "gear", ()

@@ -18,7 +18,8 @@ from gearrattle.model import Model
 from gearrattle.system.characteristic import Scales
 from gearrattle.trajectory import Layout, Trajectory
 
-_STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle"}
+_FRICTION = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
+_STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle", **_FRICTION}
 KINDS: dict[str, Any] = {
     "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque"},
     "coupling": {
@@ -28,6 +29,7 @@ KINDS: dict[str, Any] = {
         "preload": "torque",
         "stages": _STAGE,
         "coast_stages": _STAGE,
+        **_FRICTION,
     },
     "mesh": {
         "radii": "radius",

@@ -11,6 +11,7 @@ from math import cos, sin
 
 import numpy as np
 
+from gearrattle.assembly.friction import Named, companions_of, is_parted
 from gearrattle.assembly.period import CommonPeriod, common_period
 from gearrattle.model import GROUND, Coupling, Harmonic, Mesh, Model
 from gearrattle.remember import remembered
@@ -28,7 +29,19 @@ def law_of(element: Coupling | Mesh) -> PiecewiseLaw:
     """The element's piecewise-linear law."""
     drive = [Stage(p.stiffness, p.damping, p.until) for p in element.drive_pieces]
     coast = [Stage(p.stiffness, p.damping, p.until) for p in element.coast_pieces]
-    return staged(drive, coast, element.preload if isinstance(element, Coupling) else 0.0)
+    preload = element.preload if isinstance(element, Coupling) else 0.0
+    return staged(drive, coast, preload, parted=is_parted(element))
+
+
+@remembered(8)
+def companions(model: Model) -> tuple[Named, ...]:
+    """Everything beside the laws, in element order."""
+    period = period_of(model).period
+    return tuple(
+        named
+        for k, element in enumerate(elements_of(model))
+        for named in companions_of(k, element, law_of(element), period)
+    )
 
 
 @remembered(8)
@@ -68,6 +81,7 @@ def assemble(model: Model) -> PiecewiseSystem:
         rows=rows,
         laws=tuple(law_of(element) for element in elements),
         inputs=Harmonics(common.period, common.cycles, mean, torque[0], torque[1], error[0], error[1]),
+        companions=tuple(named.companion for named in companions(model)),
     )
 
 
@@ -100,4 +114,6 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
         period=common.period,
         orders=common.orders,
         reference=names.index(model.torques[0].on) if model.torques else 0,
+        companion_names=tuple(named.name for named in companions(model)),
+        companion_words=tuple(named.words for named in companions(model)),
     )

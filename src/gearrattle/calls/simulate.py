@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, name_plate, period_of
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model
 from gearrattle.results import Run
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -116,6 +117,9 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
     assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
     system = assemble(model)
+    if system.companions and settings.algorithm != "exact":
+        name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
+        raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}"))
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)

@@ -4,8 +4,8 @@ A compiled function that is handed dozens of arrays takes seconds to compile, so
 columns) of floats, ``waves`` the same of complex numbers, ``laws`` and ``marks``. The pages up to ``VECTORS`` hold what
 a driveline's regions have in common (written by ``system.building``); those behind it are written anew by every region.
 
-m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Z = N + U, K
-clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, Y the length of y, J rows of
+m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Z = N + U,
+K clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, Y the length of y, J rows of
 bounds.
 """
 
@@ -31,11 +31,11 @@ PERIOD, MOST, MOST_SEEN, FAST, FAST_ROUNDING = _numbers(5)
 so many radians a period are fast; what the bound on them gets for rounding, in corner scales."""
 
 FORCES, ACCELERATION, MATRIX, PASSED, WATCHED_ALL = _numbers(9, 14)
-"""(m, Z); (n, Z); (N, Z) A and G; (C, Z) rates of the carried quantities; (3 W, Z) what is watched, its first and second
-derivatives."""
+"""(m, Z); (n, Z); (N, Z) A and G; (C, Z) rates of the carried quantities; (3 W, Z) what is watched, its first and
+second derivatives."""
 RATES, GENERATOR, WATCHED, CALM = _numbers(14, 18)
-"""(C + Y, Y) rates of the carried quantities and of y; (Y, Y) of y alone; (4 W, Y) what is watched and three derivatives;
-the same without the fast modes."""
+"""(C + Y, Y) rates of the carried quantities and of y; (Y, Y) of y alone; (4 W, Y) what is watched and three
+derivatives; the same without the fast modes."""
 PARTICULAR, FORCED, FLOWING, INTEGRAL = _numbers(18, 22)
 """(N, U) P; (4 W, U) what the inputs split off make of what is watched, and three derivatives; (C, U) of the carried
 quantities, and their integral."""
@@ -54,14 +54,14 @@ FORCE, SOLUTION, LEFT_OVER = _numbers(3)
 """Rows of the page ``COLUMNS``."""
 
 STIFFNESS, DAMPING, OFFSET, LOWER, UPPER, BY_MEMORY, MOVES, BY_DEFLECTION, BY_RATE, BY_ITSELF, LAWS = _numbers(11)
-"""Rows of ``laws``, over all pieces of all elements, then of all companions: the offset over the constant input's scale;
-the bounds around; of companions alone: the force for a unit of memory, whether that moves, and what of the deflection,
-its rate and the memory is watched."""
+"""Rows of ``laws``, over all pieces of all elements, then of all companions: the offset over the constant input's
+scale; the bounds around; of companions alone: the force for a unit of memory, whether that moves, and what of the
+deflection, its rate and the memory is watched."""
 
 SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, PARENT, MEMORY, MARKS = _numbers(11)
-"""Rows of ``marks``: the sizes below; (m + companions,) pieces of the region to build; where an element's or companion's
-begin in ``laws``; (K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin, or pivots;
-simple modes; of every companion its element, and its memory's place among the states, -1 without."""
+"""Rows of ``marks``: the sizes below; (m + companions,) pieces of the region to build; where an element's or
+companion's begin in ``laws``; (K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin,
+or pivots; simple modes; of every companion its element, and its memory's place among the states, -1 without."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
 LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, WIDTH, MODES, FINE = _numbers(6, 13)
 """Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r; then found: Y, J, its level."""

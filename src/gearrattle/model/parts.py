@@ -3,7 +3,8 @@
 A coupling (clutch damper, shaft, spline) acts on ``delta = theta_a - theta_b`` [rad], a mesh on the line of action,
 ``delta = R_a theta_a - R_b theta_b - e(t)`` [m]. Both have a piecewise-linear law: eqs. (9)-(10) of Padmanabhan et
 al., J. Mech. Design 117 (1995) 185, are its two-stage case, a multi-stage clutch damper its general one. Either way
-``drive_pieces`` and ``coast_pieces`` give the law from the centre outward.
+``drive_pieces`` and ``coast_pieces`` give the law from the centre outward. Friction in a coupling (``hysteresis``) and
+contact damping that cannot pull (``contact_damping``) stand beside the law.
 
 Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
 """
@@ -11,18 +12,23 @@ Takes value kinds from ``quantity``; gives the nouns of a ``Model``.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.quantity import GROUND, Between, Label, Name, Plain, Quantity, attempt, two
+from gearrattle.model.quantity import GROUND, Between, Choice, Label, Name, Plain, Quantity, attempt, two
 from gearrattle.model.table import Breach, Table
 
 _until = Quantity(units.ANGLE, "positive")
 TorsionalStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "non-negative")]
 TorsionalDamping = Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")]
 Ratio = Annotated[float, Plain("non-negative")]
+_hysteresis = OverSpeed(units.TORQUE, "non-negative")
+Hysteresis = Annotated[float, _hysteresis]
+StickStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "positive")]
+ContactDamping = Annotated[Literal["kelvin-voigt", "clipped"], Choice(("kelvin-voigt", "clipped"))]
+_STICK = 20.0
 Radius = Annotated[float, Quantity(units.LENGTH, "positive")]
 
 
@@ -33,11 +39,15 @@ class Piece(NamedTuple):
         stiffness: slope [N m/rad or N/m].
         damping: [N m s/rad or N s/m].
         until: where the piece ends, a positive magnitude of the deflection [rad or m]; None for the last.
+        hysteresis: full height of the friction loop in this piece [N m].
+        stick_stiffness: of the springs that stick in it [N m/rad].
     """
 
     stiffness: float
     damping: float
     until: float | None
+    hysteresis: float = 0.0
+    stick_stiffness: float = 0.0
 
 
 class Inertia(Table):
@@ -56,14 +66,17 @@ class Inertia(Table):
 class Stage(Table):
     """One stage of a staged clutch damper; the last one of a side has no ``until``."""
 
-    later: ClassVar[frozenset[str]] = frozenset({"hysteresis", "stick_stiffness"})
-
     stiffness: TorsionalStiffness
     """Slope of this stage [N m/rad]."""
     until: Annotated[float, _until] | None = None
     """Deflection at which the stage ends [rad]; absent in the last stage."""
     damping: TorsionalDamping = 0.0
     """Damping in this stage [N m s/rad]."""
+    hysteresis: Hysteresis = 0.0
+    """Full height of the torque-angle loop that dry friction makes in this stage [N m], in all; may be a table over
+    speed. What it has beyond the stage before is a slider of its own, engaged unloaded where the stage begins."""
+    stick_stiffness: StickStiffness | None = None
+    """Slope of a slider's torque until it slips [N m/rad], beside the stage's; default: 20 times the stage's slope."""
 
 
 class Coupling(Table):
@@ -73,9 +86,9 @@ class Coupling(Table):
     (``stages``, optionally ``coast_stages``).
     """
 
-    later: ClassVar[frozenset[str]] = frozenset({"hysteresis", "stick_stiffness"})
     clearance_form: ClassVar[tuple[str, ...]] = (
-        "stiffness", "damping", "clearance", "stiffness_ratio", "damping_ratio",
+        "stiffness", "damping", "clearance", "stiffness_ratio", "damping_ratio", "hysteresis", "stick_stiffness",
+        "contact_damping",
     )  # fmt: skip
 
     name: Name
@@ -98,24 +111,32 @@ class Coupling(Table):
     """Coast side (delta < 0), positive magnitudes; None: the drive side mirrored."""
     preload: Annotated[float, Quantity(units.TORQUE)] = 0.0
     """Torque at delta = 0 [N m]."""
+    hysteresis: Hysteresis = 0.0
+    """Full height of the torque-angle loop of dry friction at any deflection [N m]; may be a table over speed."""
+    stick_stiffness: StickStiffness | None = None
+    """Slope of the friction's torque until it slips [N m/rad]; default: 20 K."""
+    contact_damping: ContactDamping = "kelvin-voigt"
+    """"clipped": the torque of contact neither pulls nor passes twice the spring's; needs a free gap."""
 
     @property
     def drive_pieces(self) -> tuple[Piece, ...]:
         """The law for delta > 0, from the centre outward."""
         if self.stages is not None:
-            return tuple(Piece(stage.stiffness, stage.damping, stage.until) for stage in self.stages)
+            return tuple(_piece_of(stage) for stage in self.stages)
         stiffness = self.stiffness or 0.0
-        last = Piece(stiffness, self.damping, None)
+        friction = _friction(self.hysteresis, self.stick_stiffness, stiffness)
+        last = Piece(stiffness, self.damping, None, *friction)
         if self.clearance == 0.0:
             return (last,)
-        return (Piece(self.stiffness_ratio * stiffness, self.damping_ratio * self.damping, self.clearance), last)
+        ratios = self.stiffness_ratio, self.damping_ratio
+        return (Piece(ratios[0] * stiffness, ratios[1] * self.damping, self.clearance, *friction), last)
 
     @property
     def coast_pieces(self) -> tuple[Piece, ...]:
         """The law for delta < 0, from the centre outward, in positive magnitudes."""
         if self.coast_stages is None:
             return self.drive_pieces
-        return tuple(Piece(stage.stiffness, stage.damping, stage.until) for stage in self.coast_stages)
+        return tuple(_piece_of(stage) for stage in self.coast_stages)
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
@@ -132,6 +153,53 @@ class Coupling(Table):
             yield Breach(("coast_stages",), table["coast_stages"], rule)
         for key in ("stages", "coast_stages"):
             yield from _stage_order(key, table.get(key), dimensionless)
+            yield from _stage_friction(key, table.get(key), dimensionless)
+        yield from _sticks((), table, "20 K is zero")
+        if table.get("contact_damping") == "clipped":
+            free = table.get("clearance") and not table.get("stiffness_ratio") and not table.get("damping_ratio")
+            yield from _clipped(free, 'such as clearance = "1 deg", without stiffness_ratio and damping_ratio')
+
+
+def _piece_of(stage: Stage) -> Piece:
+    friction = _friction(stage.hysteresis, stage.stick_stiffness, stage.stiffness)
+    return Piece(stage.stiffness, stage.damping, stage.until, *friction)
+
+
+def _friction(hysteresis: float, stick: float | None, slope: float) -> tuple[float, float]:
+    """Hysteresis and stick stiffness of a piece; 0 and 0 without friction."""
+    return (hysteresis, _STICK * slope if stick is None else stick) if hysteresis > 0.0 else (0.0, 0.0)
+
+
+def _clipped(free: object, remedy: str) -> Iterator[Breach]:
+    """Yield a breach of clipped contact damping where there is no free gap."""
+    if not free:
+        yield Breach(("contact_damping",), "clipped", "clipped contact damping needs a gap free of torque", remedy)
+
+
+def _sticks(location: tuple[str | int, ...], table: Mapping[str, Any], why: str) -> Iterator[Breach]:
+    """Yield a breach of friction without a slope to stick with."""
+    flat = table.get("stiffness") in (0, 0.0) and not isinstance(table.get("stiffness"), bool)
+    if flat and table.get("hysteresis") and table.get("stick_stiffness") is None:
+        remedy = 'such as stick_stiffness = "100 N*m/rad"'
+        yield Breach(
+            (*location, "hysteresis"), table["hysteresis"], f"friction needs a stick_stiffness here: {why}", remedy
+        )
+
+
+def _stage_friction(key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
+    """Yield breaches of hysteresis in stages: it may not fall outward, and needs a slope."""
+    before = 0.0
+    for index, stage in enumerate(stages if isinstance(stages, (list, tuple)) else ()):
+        table = stage if isinstance(stage, Mapping) else getattr(stage, "__dict__", {})
+        yield from _sticks((key, index), table, "20 times the stage's slope is zero")
+        found = table.get("hysteresis", 0.0)
+        if isinstance(found, Mapping):  # a table over speed: judged where the values are known, in the assembly
+            return
+        value = attempt(_hysteresis.read, found, dimensionless)
+        if value is not None and value < before:
+            rule = f"hysteresis must not fall from stage to stage: the stage before has {before:.6g} N m in all"
+            yield Breach((key, index, "hysteresis"), found, rule, "give each stage the full height of its loop")
+        before = value if value is not None else before
 
 
 def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
@@ -175,6 +243,14 @@ class Mesh(Table):
     """Total gap on the line of action, twice the half gap [m]; 0: no gap."""
     transmission_error: tuple[Harmonic, ...] = ()
     """e(t) = sum of amplitude sin(order Omega t + phase) [m]."""
+    contact_damping: ContactDamping = "kelvin-voigt"
+    """"clipped": the force of contact neither pulls nor passes twice the spring's; needs backlash."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: clipped damping without a gap."""
+        if table.get("contact_damping") == "clipped":
+            yield from _clipped(table.get("backlash"), 'such as backlash = "0.1 mm"')
 
     @property
     def drive_pieces(self) -> tuple[Piece, ...]:

@@ -22,9 +22,9 @@ from gearrattle.solvers.handover import (
     doubled,
     empty_log,
     first_of,
+    path_of,
     sampled_quantities,
     sampled_z,
-    path_of,
 )
 from gearrattle.solvers.slots import Slots, packed_inputs, slots_of
 from gearrattle.solvers.start import starting_pieces
@@ -181,11 +181,11 @@ class ExactMarch:
         steps = int(counted[packed.STEPS])
         sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
         clearances, beside, log = len(flow.system.clearances), sampled.pop("beside"), self._logged()
-        companions = Beside(*beside, self.initial[clearances:], path_of(flow, log)) if flow.system.companions else None
+        initial, path = self.initial[clearances:], path_of(flow, log)
         return Motion(
             **sampled,
             crossings=crossings_of(flow, log),
-            beside=companions,
+            beside=Beside(*(*beside, initial, path)) if flow.system.companions else None,
             initial_piece=self.initial[:clearances],
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,

@@ -24,7 +24,7 @@ _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 def empty_log(memories: int = 0) -> packed.Log:
     """Room for some crossings."""
     kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
-    return packed.Log(*(np.empty(FIRST_LOG, kind) for kind in kinds), np.empty((FIRST_LOG, memories)))
+    return packed.Log(*[np.empty(FIRST_LOG, kind) for kind in kinds] + [np.empty((FIRST_LOG, memories))])
 
 
 def doubled(log: packed.Log) -> packed.Log:

@@ -12,8 +12,10 @@ they need no more.
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import fields
 from hashlib import sha256
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,12 +130,10 @@ def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
 @remembered(8)
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
-    inputs = system.inputs
-    arrays = [system.inertia, system.drag, system.rows, np.array(inputs.period), inputs.cycles, inputs.mean]
-    arrays += [inputs.torque_sine, inputs.torque_cosine, inputs.error_sine, inputs.error_cosine]
-    for law in system.laws:
-        arrays += [law.corners, law.stiffness, law.damping, law.offset]
+    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions)
+    arrays = [system.inertia, system.drag, system.rows]
+    arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part)]
     digest = sha256()
     for array in arrays:
-        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array, dtype=np.float64).tobytes())
+        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.digest()

@@ -22,6 +22,7 @@ from gearrattle.kernels.packed import LONGEST, ORDER
 from gearrattle.system import forced
 from gearrattle.system.companion import Companion
 from gearrattle.system.flow import Flow, Pieces
+from gearrattle.system.law import PiecewiseLaw
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class Bench:
     def _write_laws(self, flow: Flow) -> None:
         """Write down all pieces of all elements, then of all companions."""
         system, unit = flow.system, 1.0 / flow.scaling.inputs[0]
-        members = (*system.laws, *system.companions)
+        members: tuple[PiecewiseLaw | Companion, ...] = (*system.laws, *system.companions)
         first = np.cumsum([0, *(each.pieces for each in members)])
         self.laws = np.zeros((bench.LAWS, first[-1]))
         for each, begin, end in zip(members, first, first[1:], strict=False):

@@ -91,19 +91,19 @@ class Companion:
 
 
 def slider(
-    element: int, law: PiecewiseLaw, stiffness: float, limit: float, labels: Sequence[int], period: float
+    element: int, law: PiecewiseLaw, spring: tuple[float, float], labels: Sequence[int], period: float
 ) -> Companion:
     """A spring in series with a slider that slips at a torque.
 
     Args:
         element: whose deflection it acts on.
         law: the element's.
-        stiffness: of the spring.
-        limit: H > 0, the torque at which it slips.
+        spring: its stiffness, and H > 0, the torque at which it slips.
         labels: of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
         period: a time [s] by which rates are made deflections.
     """
-    reach, none = limit / stiffness, np.inf
+    (stiffness, limit), none = spring, np.inf
+    reach = limit / stiffness
     follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
     for piece in range(law.pieces):
         if piece + law.first_label in labels:

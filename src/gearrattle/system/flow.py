@@ -2,9 +2,10 @@
 
     z = (x, v, e, u),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``scaling.py``); e are the memories of companions, if there are any. The inputs are states of their own (oscillators), so inside a region dz/ds = M z with one
-constant matrix: free motion, forced motion, resonance, drift under a mean torque are one and the same case. Every
-quantity anyone asks for - an angle, a deflection, a force, an acceleration - is a row of numbers times z.
+all scaled (``scaling.py``); e are the memories of companions, if there are any. The inputs are states of their own
+(oscillators), so inside a region dz/ds = M z with one constant matrix: free motion, forced motion, resonance, drift
+under a mean torque are one and the same case. Every quantity anyone asks for - an angle, a deflection, a force, an
+acceleration - is a row of numbers times z.
 """
 
 from __future__ import annotations
@@ -99,10 +100,8 @@ class Flow:
         return rows
 
     def beside(self, pieces: Pieces) -> Iterator[tuple[Companion, int, Array]]:
-        """Yield the companions that take part: each, its piece, and the row (Z,) of its memory [SI]."""
-        rows = self.memory_rows
-        for each, piece, row in zip(self.system.companions, pieces[len(self.system.laws) :], rows, strict=False):
-            yield each, piece, row
+        """The companions that take part: each, its piece, and the row (Z,) of its memory [SI]."""
+        return zip(self.system.companions, pieces[len(self.system.laws) :], self.memory_rows, strict=False)
 
     @cached_property
     def memory_rows(self) -> Array:

@@ -69,12 +69,14 @@ class PiecewiseLaw:
         return piece if abs(piece + self.first_label) <= abs(other + self.first_label) else other
 
 
-def staged(drive: Sequence[Stage], coast: Sequence[Stage], preload: float = 0.0) -> PiecewiseLaw:
+def staged(
+    drive: Sequence[Stage], coast: Sequence[Stage], preload: float = 0.0, *, parted: bool = False
+) -> PiecewiseLaw:
     """Build the law from its stages on both sides, each from the centre outward.
 
-    ``preload`` is the force at delta = 0.
+    ``preload`` is the force at delta = 0; ``parted`` says that the first stages differ even if the law is the same.
     """
-    centre_is_one = drive[0][:2] == coast[0][:2]
+    centre_is_one = drive[0][:2] == coast[0][:2] and not parted
     drive_ends = [stage.until for stage in drive[:-1] if stage.until is not None]
     coast_ends = [-stage.until for stage in coast[:-1] if stage.until is not None]
     outward = list(drive[1:]) if centre_is_one else list(drive)

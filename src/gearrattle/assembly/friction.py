@@ -1,0 +1,78 @@
+"""Model -> companions: friction of couplings as sliders, clipped contact damping as limiters.
+
+A stage's hysteresis is the full height of its loop, 2 H, in all; what it has beyond the stage before is a slider of its
+own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
+that is engaged throughout.
+
+Takes elements of a model and their laws; gives companions with names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Coupling, Mesh, Piece
+from gearrattle.system.companion import Companion, limiters, slider
+from gearrattle.system.law import PiecewiseLaw
+
+WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits")
+"""What the pieces of companions stand for; those of a slider first, in order."""
+
+
+class Named(NamedTuple):
+    """A companion with its name, and what its pieces stand for."""
+
+    companion: Companion
+    name: str
+    words: tuple[str, ...]
+
+
+def is_parted(element: Coupling | Mesh) -> bool:
+    """Whether the first stages of both sides differ in their friction."""
+    return element.drive_pieces[0][3:] != element.coast_pieces[0][3:]
+
+
+def companions_of(index: int, element: Coupling | Mesh, law: PiecewiseLaw, period: float) -> Iterator[Named]:
+    """Yield the companions of one element.
+
+    Args:
+        index: of the element.
+        element: a coupling or mesh.
+        law: its law.
+        period: a time by which rates are made deflections [s].
+
+    Raises:
+        ModelError: hysteresis that falls from stage to stage at the model's speed.
+    """
+    if element.contact_damping == "clipped":
+        for each, way in zip(limiters(index, law), ("push", "pull"), strict=True):
+            words = tuple("limits" if p > 0 and p % 2 == 0 else "idle" for p in range(each.pieces))
+            yield Named(each, f"{element.name}.{way}", words)
+    for name, reach, stick, labels in _sliders(element, law):
+        made = slider(index, law, (stick, 0.5 * reach), labels, period)
+        yield Named(made, f"{element.name}.{name}", WORDS[:4])
+
+
+def _sliders(element: Coupling | Mesh, law: PiecewiseLaw) -> Iterator[tuple[str, float, float, range]]:
+    """Yield name, loop height, spring and the labels of the pieces in which it is engaged, of every slider."""
+    last = law.first_label + law.pieces
+    drive, coast = element.drive_pieces, element.coast_pieces
+    inner = min((drive[0], coast[0]), key=lambda piece: piece.hysteresis)
+    if inner.hysteresis > 0.0:
+        yield "0", inner.hysteresis, inner.stick_stiffness, range(law.first_label, last)
+    parted = law.corners.size > 0 and 0.0 in law.corners
+    before = Piece(0.0, 0.0, None, inner.hysteresis)
+    for side, stages in (("drive", drive), ("coast", coast)):
+        for i, (sooner, piece) in enumerate(pairwise((before, *stages))):
+            more = piece.hysteresis - sooner.hysteresis
+            if more < 0.0:
+                fall = f"{sooner.hysteresis:.6g} N m, then {piece.hysteresis:.6g}"
+                rule = f"hysteresis must not fall from stage to stage: {fall}"
+                raise ModelError(Problem(f"coupling.{element.name}", f"{side} stage {i}", rule))
+            first = i if side == "drive" else -i - parted
+            labels = range(first, last) if side == "drive" else range(law.first_label, first + 1)
+            if more > 0.0:
+                yield f"{side}.{i}", more, piece.stick_stiffness, labels
