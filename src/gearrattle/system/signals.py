@@ -2,7 +2,7 @@
 
     T(t) += A p(t),    e(t) += B p(t),    p_c(t) = sum_j a_gcj (t - t_g)^j   for t_g <= t < t_(g+1)
 
-Inside an interval p and its derivatives are states with p^(D + 1) = 0, so the exact engine's motion under them is exact;
+Inside an interval p and its derivatives are states, p^(D + 1) = 0, so the exact engine moves under them exactly;
 an interval's end is an instant known beforehand. Time is counted from the start of the run.
 
 Takes arrays; gives a frozen table of polynomials.
@@ -24,7 +24,7 @@ class Signals:
 
     Attributes:
         knots: (G + 1,) ascending times [s] from 0 to no less than the end of the run.
-        coefficients: (G, C, D + 1) a, of ascending powers of the time since the interval's begin [SI].
+        coefficients: (G, C, D + 1) a, of ascending powers of the time since its begin [SI].
         torque: (n, C) A, torque on every inertia for a unit of every channel.
         error: (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
             their first derivatives.
