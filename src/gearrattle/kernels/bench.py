@@ -4,9 +4,9 @@ A compiled function that is handed dozens of arrays takes seconds to compile, so
 columns) of floats, ``waves`` the same of complex numbers, ``laws`` and ``marks``. The pages up to ``VECTORS`` hold what
 a driveline's regions have in common (written by ``system.building``); those behind it are written anew by every region.
 
-m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Z = N + U,
-K clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, Y the length of y, J rows of
-bounds.
+m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Q entries
+of chains, Z = N + U + Q, K clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, Y
+the length of y, J rows of bounds.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ scales; (K, Z) their e'' [SI]; the vectors below."""
 INERTIA, PACE, CORNER_SCALE, FREQUENCY, AMPLITUDE, INPUT_SIZE, LIMITS, MEMORY_SCALE = _numbers(8)
 """Rows of the page ``VECTORS``: (n,); (n,) T times the scale of every velocity; (W,); (H,) radians a period; (1 + H,);
 (U,) the amplitude of every input; the limits below; of every companion's memory."""
-PERIOD, MOST, MOST_SEEN, FAST, FAST_ROUNDING = _numbers(5)
+PERIOD, MOST, MOST_SEEN, FAST, FAST_ROUNDING, CHAIN_PACE, HORIZON = _numbers(7)
 """Limits: T [s]; the largest state and the largest deflection up to which a particular solution is used; modes beyond
-so many radians a period are fast; what the bound on them gets for rounding, in corner scales."""
+so many radians a period are fast; what the bound on them gets for rounding, in corner scales; the pace of chains; how
+long bounds must hold, in periods."""
 
 FORCES, ACCELERATION, MATRIX, PASSED, WATCHED_ALL = _numbers(9, 14)
 """(m, Z); (n, Z); (N, Z) A and G; (C, Z) rates of the carried quantities; (3 W, Z) what is watched, its first and
@@ -63,8 +64,8 @@ SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, PARENT, ME
 companion's begin in ``laws``; (K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin,
 or pivots; simple modes; of every companion its element, and its memory's place among the states, -1 without."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
-LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, WIDTH, MODES, FINE = _numbers(6, 13)
-"""Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r; then found: Y, J, its level."""
+LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, CHAIN, LINKS, WIDTH, MODES, FINE = _numbers(6, 15)
+"""Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r, Q, D + 1; then found: Y, J, its level."""
 
 TOP = np.int64(0)
 """The first row of a page."""

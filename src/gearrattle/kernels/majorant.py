@@ -14,6 +14,7 @@ from gearrattle.kernels.bench import (
     BASIS,
     BOUNDS,
     CALM,
+    CHAIN,
     FAST,
     FAST_ROUNDING,
     FORCED,
@@ -22,6 +23,7 @@ from gearrattle.kernels.bench import (
     FREQUENCY,
     GENERATOR,
     HARMONICS,
+    HORIZON,
     KEPT,
     KEPT_AMPLITUDE,
     LEFT,
@@ -46,7 +48,6 @@ from gearrattle.kernels.bench import (
     WIDTH,
 )  # fmt: skip
 from gearrattle.kernels.dense import copy_rows, norm_of_columns, times
-from gearrattle.kernels.packed import LONGEST
 from gearrattle.kernels.responses import modulus
 
 SLACK = 1.0 + 1e-6  # covers the rounding of the decomposition itself
@@ -56,21 +57,22 @@ _SAME = 1e-9  # of their size: eigenvalues this near count as one
 
 @strict_entry
 def triangular_form(work, waves, marks):
-    """Complex Schur form of M = [A G; 0 S] with its vectors: Schur of A, and the known eigenvectors of S.
+    """Complex Schur form of M = [A G; 0 S] with its vectors: Schur of A, known eigenvectors of S, chains as they are.
 
     M = ``GENERATOR`` = V T V^-1: T is written on the page ``TRIANGLE``, V on ``RIGHT``, V^-1 on ``LEFT``.
     """
     n, width, constant = marks[SIZES, STATES], marks[SIZES, WIDTH], marks[KEPT, 0]
+    chained = width - marks[SIZES, CHAIN]
     for i in range(width):
         for j in range(width):
-            waves[TRIANGLE, i, j] = 0.0
-            waves[RIGHT, i, j] = 0.0
+            waves[TRIANGLE, i, j] = work[GENERATOR, i, j] if i >= chained else 0.0
+            waves[RIGHT, i, j] = 1.0 if i == j and i >= chained else 0.0
     for i in range(n):
         for j in range(n):
             waves[RIGHT, i, j] = waves[BASIS, j, i]
             if j >= i:
                 waves[TRIANGLE, i, j] = waves[SCHUR, j, i]
-    harmonics = (width - n - constant) // 2
+    harmonics = (chained - n - constant) // 2
     if constant:
         waves[RIGHT, n, n] = 1.0
     for h in range(harmonics):
@@ -132,7 +134,7 @@ def _multiplicity(waves, marks, i, width):
 
 
 @strict
-def _largest_of_inputs(work, waves, i, n, constant, width):
+def _largest_of_inputs(work, waves, i, n, constant, chained):
     """Largest |row i . u| over all phases, summed over harmonics.
 
     max over phi of |p cos phi + q sin phi|^2 = (|p|^2 + |q|^2 + |p^2 + q^2|) / 2.
@@ -140,7 +142,7 @@ def _largest_of_inputs(work, waves, i, n, constant, width):
     total = 0.0
     if constant:
         total = modulus(waves[BOUNDS, i, n]) * work[FOUND, KEPT_AMPLITUDE, 0]
-    harmonics = (width - n - constant) // 2
+    harmonics = (chained - n - constant) // 2
     for h in range(harmonics):
         p, q = waves[BOUNDS, i, n + constant + h], waves[BOUNDS, i, n + constant + harmonics + h]
         squares = p.real * p.real + p.imag * p.imag + q.real * q.real + q.imag * q.imag
@@ -170,7 +172,7 @@ def weigh(work, waves, marks, a, b):
             size = modulus(waves[TRIANGLE, i, j]) if j > i else 0.0
             if j == i:
                 size = max(waves[TRIANGLE, i, i].real, 0.0)
-            work[ONE, i - a, j - a] = 2.0 * LONGEST * size
+            work[ONE, i - a, j - a] = work[VECTORS, LIMITS, HORIZON] * size
     if b - a == 1:
         work[ONE, 0, 0] = exp(work[ONE, 0, 0])
     else:
@@ -196,8 +198,8 @@ def weigh(work, waves, marks, a, b):
 
 
 @strict
-def _has_states(waves, page, i, n):
-    for j in range(n):
+def _has_some(waves, page, i, begin, end):
+    for j in range(begin, end):
         if waves[page, i, j] != 0.0:
             return True
     return False
@@ -216,7 +218,7 @@ def gather(work, waves, marks):
         marks[KEPT, 0],
         marks[SIZES, WATCHED_COUNT],
     )
-    fast = work[VECTORS, LIMITS, FAST]
+    fast, chained = work[VECTORS, LIMITS, FAST], width - marks[SIZES, CHAIN]
     for k in range(clearances):
         for part in range(3):
             work[FOUND, OFFSETS, part * clearances + k] = 0.0
@@ -225,14 +227,14 @@ def gather(work, waves, marks):
     count = 0
     for i in range(width):
         how_often, speed, swift = _multiplicity(waves, marks, i, width), modulus(waves[TRIANGLE, i, i]), 0.0
-        if marks[SIMPLE, i] and speed > fast and _has_states(waves, LEFT, i, n):
+        if marks[SIMPLE, i] and speed > fast and _has_some(waves, LEFT, i, 0, n):
             swift = 1.0 / (speed * speed * speed * speed)
             for k in range(clearances):
                 shape = _shape(work, waves, k, i, width)
                 for j in range(width):
                     work[PART, k, j] += (shape * waves[LEFT, i, j]).real
-        if not _has_states(waves, BOUNDS, i, n):
-            largest = _largest_of_inputs(work, waves, i, n, constant, width)
+        if not _has_some(waves, BOUNDS, i, 0, n) and not _has_some(waves, BOUNDS, i, chained, width):
+            largest = _largest_of_inputs(work, waves, i, n, constant, chained)
             for k in range(clearances):
                 more = how_often * work[WEIGHTS, k, i] * largest
                 work[FOUND, OFFSETS, k] += more

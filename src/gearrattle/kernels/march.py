@@ -31,13 +31,14 @@ from gearrattle.kernels.corners import (
     log_crossing,
 )
 from gearrattle.kernels.notes import note
-from gearrattle.kernels.oscillators import inputs_at, turn_little, turn_step
+from gearrattle.kernels.oscillators import chains_at, inputs_at, turn_little, turn_step
 from gearrattle.kernels.packed import (
     CYCLE,
     ENTERED,
     ENTRY,
     EVENTS,
     EXPANSIONS,
+    INTERVAL,
     LEVEL,
     LONGEST,
     NOTED,
@@ -195,6 +196,21 @@ def _step_over(neighbour, counts, side, k, upward):
 
 
 @inlined
+def _until_knot(inputs, counts, clock):
+    """Time from now to the end of the signals' interval, in periods."""
+    i = counts[INTERVAL] + 1
+    return (inputs.knot_cycle[i] - counts[CYCLE]) + (inputs.knot_fraction[i] - (clock[0] + clock[1]))
+
+
+@inlined
+def _write_chains(regions, inputs, march):
+    """Write the signals' chains into y as they are now."""
+    i, slot = march.counts[INTERVAL], march.counts[SLOT]
+    since = (march.counts[CYCLE] - inputs.knot_cycle[i]) + (march.clock[0] + march.clock[1] - inputs.knot_fraction[i])
+    chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain)
+
+
+@inlined
 def _anchor(regions, inputs, march):
     """Compute the inputs afresh, those kept as states too."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
@@ -202,8 +218,9 @@ def _anchor(regions, inputs, march):
     counts[UNANCHORED] = 0
     states = regions.states
     if counts[ENTERED]:
-        for i in range(states, regions.width[slot]):
+        for i in range(states, regions.width[slot] - regions.chain):
             march.y[i] = march.u[regions.kept[slot, i - states]]
+        _write_chains(regions, inputs, march)
 
 
 @inlined
@@ -258,11 +275,18 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
             _anchor(regions, inputs, march)
             ahead = _ahead(counts, clock, per_cycle)
+        until = _until_knot(inputs, counts, clock)
+        if until <= 0.0:
+            counts[INTERVAL] += 1
+            counts[UNBOUNDED] = _BOUND_EVERY
+            _write_chains(regions, inputs, march)
+            until = _until_knot(inputs, counts, clock)
         if not counts[ENTERED]:
             for i in range(memories):
                 if known[slot, i] == known[slot, i]:  # not NaN
                     y[states - memories + i] = known[slot, i]
-            enter(particular, kept, states, width, slot, u, y, carried, out)
+            enter(particular, kept, states, width - regions.chain, slot, u, y, carried, out)
+            _write_chains(regions, inputs, march)
             counts[ENTERED], counts[ENTRY], clock[2] = 1, counts[CYCLE], clock[0] + clock[1]
             counts[UNBOUNDED] = _BOUND_EVERY
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
@@ -273,6 +297,8 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
         level, safe = _choose_level(
             lower, upper, bands, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
         )
+        while steps[level] > until and level < fine:
+            level += 1
         h = steps[level]
         passed, k, upward, rate, x = h, -1, 0, 0.0, NEVER
         if not safe:
@@ -280,6 +306,8 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
                 series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h
             )
             passed = x * h if x < NEVER else h
+        if passed > until:
+            passed, x = until, NEVER
         if ahead < passed + _NEAR:
             _pass_samples(march, samples, notes, passed)
             ahead = _ahead(counts, clock, per_cycle)
@@ -313,6 +341,12 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
             counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
+            continue
+        if passed < h:
+            move_within(powers, slot, width, passed / h, y, carried, out, terms, total)
+            turn_little(frequency, passed, u)
+            counts[CYCLE] = int(inputs.knot_cycle[counts[INTERVAL] + 1])
+            clock[0], clock[1] = inputs.knot_fraction[counts[INTERVAL] + 1], 0.0
             continue
         advance(tables, first_table[slot] + level, width, y, carried, out)
         turn_step(cosines, sines, level, u)

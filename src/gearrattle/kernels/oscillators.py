@@ -1,4 +1,7 @@
-"""The inputs u = (1, cos 2 pi p_j s, sin 2 pi p_j s), all cosines first, scaled: at a time, and turned on from it."""
+"""The inputs u = (1, cos 2 pi p_j s, sin 2 pi p_j s), all cosines first, scaled: at a time, and turned on from it.
+
+Signals are chains of derivatives, which are written afresh where they are needed.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,18 @@ def inputs_at(inputs, cycle, fraction, u):
         angle = 2.0 * pi * (turn - floor(turn))
         u[1 + j] = inputs.scale[1 + j] * cos(angle)
         u[1 + count + j] = inputs.scale[1 + j] * sin(angle)
+
+
+@kernel
+def chains_at(inputs, interval, since, y, first):
+    """Write the signals' chains into y, s periods after their interval began: q_j = sum_k q_(j+k) (w s)^k / k!."""
+    moved, links = inputs.pace * since, inputs.links
+    for c in range(0, inputs.chains.shape[1], links):
+        for j in range(links):
+            value = inputs.chains[interval, c + links - 1]
+            for k in range(links - 2, j - 1, -1):
+                value = value * moved / (k - j + 1) + inputs.chains[interval, c + k]
+            y[first + c + j] = value
 
 
 @inlined

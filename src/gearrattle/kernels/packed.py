@@ -4,9 +4,10 @@ Inside a region the states are x = w + P u (``system.forced``): w moves freely, 
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
 
 Sizes: N states, the last S of them memories of companions, U = 1 + 2 H inputs, C carried quantities, K clearances, W
-watched (the clearances, then the companions), M <= N + U the longest y so far. A *slot* is a region that has been
-visited. Rows lie in strips of four, (strips, columns, 4), the last strip of each group filled up
-with zeros; rows of rates and increments hold the carried quantities' strips first, then those of y.
+watched (the clearances, then the companions), Q entries of the chains of signals (``system.signals``), which are kept
+behind the other inputs; M <= N + U + Q the longest y so far. A *slot* is a region that has been visited. Rows lie in
+strips of four, (strips, columns, 4), the last strip of each group filled up with zeros; rows of rates and
+increments hold the carried quantities' strips first, then those of y.
 """
 
 from __future__ import annotations
@@ -23,6 +24,11 @@ class Inputs(NamedTuple):
     frequency: Any  # (H,) radians a period
     scale: Any  # (1 + H,) constant amplitudes
     steps: Any  # (levels,) LONGEST / 2^level
+    knot_cycle: Any  # (G + 1,) begins of the signals' intervals, whole periods
+    knot_fraction: Any  # (G + 1,) the rest; the last one is never passed
+    chains: Any  # (G, Q) at the begin of every interval
+    pace: float  # of the chains
+    links: int  # D + 1, entries a channel has
     turn_cosine: Any  # (levels, H) rotation over one step of each level
     turn_sine: Any  # (levels, H)
 
@@ -32,6 +38,7 @@ class Regions(NamedTuple):
 
     states: int  # N
     clearances: int  # K
+    chain: int  # Q, the last entries of y
     width: Any  # (slots,) length of y
     kept: Any  # (slots, U) which inputs are kept, in the order they have in y
     first_table: Any  # (slots,) where its tables begin in `tables`
@@ -74,7 +81,7 @@ class Notes(NamedTuple):
     slot: Any  # (room,)
     ahead: Any  # (room,) periods from the state noted to the sample
     elapsed: Any  # (room,) periods from the entry of the region to the sample
-    y: Any  # (room, N + U filled up to fours)
+    y: Any  # (room, N + U + Q filled up to fours)
     carried: Any  # (room, C filled up to fours)
 
 
@@ -94,7 +101,7 @@ class Log(NamedTuple):
 class March(NamedTuple):
     """The marcher itself: everything that changes, and all a later run needs to go on with the same bits."""
 
-    y: Any  # (N + U, filled up to fours) w and kept inputs, or x while no region is entered
+    y: Any  # (N + U + Q, filled up to fours) w and kept inputs, or x while no region is entered
     carried: Any  # (C, filled up to fours) relative to their own particular solution, as w is
     u: Any  # (U,) inputs
     clock: Any  # (4,) anchor, offset, entry, age: time = cycle + anchor + offset, offset dyadic; the region was entered
@@ -121,10 +128,11 @@ A clearance whose only corner is at zero has no such scale; its band is relative
 """
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
-UNANCHORED, UNBOUNDED, NOTED, COUNTS = range(12, 16)
+UNANCHORED, UNBOUNDED, NOTED, INTERVAL, COUNTS = range(12, 17)
 """Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
 1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
-since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken."""
+since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken; INTERVAL
+is that of the signals."""
 
 
 def window_norm(terms: int) -> float:

@@ -19,6 +19,7 @@ class Powers(NamedTuple):
     #   not elastic (m each)
     known: Any  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
+    chains: Any  # (G, Q) chains of signals at the begin of every interval; they stand last in z
     drag: Any  # (n,)
     abscissas: Any  # (Q,) in 0 ... 1
     weights: Any  # (Q,)
@@ -81,7 +82,8 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
 
     Args:
         powers: see ``Powers``.
-        path: (I, 2) region of each interval, and the sample its first state is taken from (-1: goes on).
+        path: (I, 3) region of each interval, the sample its first state is taken from (-1: goes on), and the signals'
+            interval that begins with it (-1: none).
         durations: (I,) lengths in periods.
         samples: (t, Z) sampled states z.
         scratch: (order of the Taylor series + 5, room for the longest product).
@@ -94,6 +96,9 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
         if sample >= 0:
             for j in range(width):
                 scratch[0, j] = samples[sample, j]
+        if path[i, 2] >= 0:
+            for j in range(powers.chains.shape[1]):
+                scratch[0, width - powers.chains.shape[1] + j] = powers.chains[path[i, 2], j]
         for j in range(powers.known.shape[1]):
             if powers.known[region, j] == powers.known[region, j]:  # not NaN
                 scratch[0, powers.first_memory + j] = powers.known[region, j]

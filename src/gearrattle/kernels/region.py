@@ -14,6 +14,8 @@ from gearrattle.kernels.bench import (
     BY_ITSELF,
     BY_MEMORY,
     BY_RATE,
+    CHAIN,
+    CHAIN_PACE,
     CLEARANCE_COUNT,
     CLEARANCES,
     COLUMN,
@@ -38,6 +40,7 @@ from gearrattle.kernels.bench import (
     KEPT,
     KEPT_AMPLITUDE,
     LIMITS,
+    LINKS,
     MATRIX,
     MEMORY,
     MEMORY_SCALE,
@@ -71,6 +74,12 @@ from gearrattle.kernels.strips import differentiate
 
 
 @strict
+def _width(marks):
+    """Z."""
+    return marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS] + marks[SIZES, CHAIN]
+
+
+@strict
 def _accompany(work, laws, marks, c, width):
     """Add a companion's force to its element's, and write the rate of its memory."""
     at = marks[SIZES, ELEMENT_COUNT] + c
@@ -90,7 +99,7 @@ def _accompany(work, laws, marks, c, width):
 def accelerate(work, laws, marks):
     """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
     m, n, states = marks[SIZES, ELEMENT_COUNT], marks[SIZES, INERTIA_COUNT], marks[SIZES, STATES]
-    width, r, finite = states + 1 + 2 * marks[SIZES, HARMONICS], marks[SIZES, DEFLECTIONS], True
+    width, r, finite = _width(marks), marks[SIZES, DEFLECTIONS], True
     for k in range(m):
         piece = marks[FIRST_PIECE, k] + marks[PIECES, k]
         stiffness, damping = laws[STIFFNESS, piece], laws[DAMPING, piece]
@@ -117,7 +126,7 @@ def look(work, laws, marks):
     """Rates of the carried quantities, and what is watched: rows over z."""
     n, clearances, watched = marks[SIZES, INERTIA_COUNT], marks[SIZES, CLEARANCE_COUNT], marks[SIZES, WATCHED_COUNT]
     references, period = marks[SIZES, REFERENCE_COUNT], work[VECTORS, LIMITS, PERIOD]
-    width = marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS]
+    width = _width(marks)
     copy_rows(work, REFERENCES, TOP, references, width, PASSED)
     for k in range(clearances):
         element, unit = marks[CLEARANCES, k], period * period / work[VECTORS, CORNER_SCALE, k]
@@ -147,7 +156,7 @@ def _watch(work, laws, marks, c, row, width):
 
 @strict
 def _keep(work, marks):
-    """Which of z stand in y, and the amplitudes of the inputs among them; answers Y."""
+    """Which of z stand in y, chains last, and the amplitudes of the oscillators among them; answers Y."""
     states, count = marks[SIZES, STATES], marks[SIZES, HARMONICS]
     width = states
     for i in range(states):
@@ -158,6 +167,9 @@ def _keep(work, marks):
                 work[FOUND, KEPT_AMPLITUDE, width - states] = work[VECTORS, AMPLITUDE, j]
             marks[COLUMN, width] = states + j
             width += 1
+    for j in range(marks[SIZES, CHAIN]):
+        marks[COLUMN, width] = states + 1 + 2 * count + j
+        width += 1
     return width
 
 
@@ -194,7 +206,10 @@ def generate(work, marks):
         mine = marks[COLUMN, i] - states
         for j in range(width):
             other, rate = marks[COLUMN, j] - states, 0.0
-            if 0 < mine <= count and other == mine + count:
+            if mine > 2 * count:
+                last = (mine - 2 * count) % marks[SIZES, LINKS] == 0
+                rate = work[VECTORS, LIMITS, CHAIN_PACE] if other == mine + 1 and not last else 0.0
+            elif 0 < mine <= count and other == mine + count:
                 rate = -work[VECTORS, FREQUENCY, mine - 1]
             elif mine > count and other == mine - count:
                 rate = work[VECTORS, FREQUENCY, other - 1]

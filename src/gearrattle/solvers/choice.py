@@ -33,6 +33,7 @@ def is_large(system: PiecewiseSystem) -> bool:
     """Whether the sweep suits a system better; every element must join two inertias at most, and stand alone."""
     return (
         not system.companions
+        and system.signals is None
         and regions_of(system) > FEW_REGIONS
         and is_sparse(system)
         and regions_of(system) > windows_of(system, Majorant(system))

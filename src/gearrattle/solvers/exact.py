@@ -40,7 +40,7 @@ _NOTES = 256  # samples passed before they are worked out
 
 def _paper(size: Size) -> packed.Notes:
     """Room for the notes of some samples."""
-    whole, carried = 4 * strips_for(size.states + size.inputs), 4 * strips_for(size.carried)
+    whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
     places, times = np.empty((2, _NOTES), np.int64), np.empty((2, _NOTES))
     return packed.Notes(
         places[0], places[1], times[0], times[1], np.empty((_NOTES, whole)), np.empty((_NOTES, carried))
@@ -70,13 +70,13 @@ class ExactMarch:
         counts[packed.PENDING] = -1
         counts[packed.UNANCHORED] = 1 << 20
         counts[packed.LEVEL] = self.slots.store.fine(counts[packed.SLOT])
-        y = aligned(4 * strips_for(size.states + size.inputs))
+        y = aligned(4 * strips_for(size.longest))
         y[: size.states] = states
         references = task.angle[list(flow.coordinates.references)]
         carried = aligned(4 * strips_for(size.carried))
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
-        self.march = packed.March(y, carried, u, np.zeros(4), counts, np.zeros(1), bound, side)
+        self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
         self.notes = _paper(size)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
@@ -153,13 +153,13 @@ class ExactMarch:
 
     def place(self) -> Place:
         """Time, deflections and the last clearance crossed."""
-        now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
+        cycle, fraction = self.march.counts[packed.CYCLE], self.march.clock[:2].sum()
         states = self.march.y[: self.flow.states].copy()
         if self.march.counts[packed.ENTERED]:
             states += self.slots.store.particular(self.march.counts[packed.SLOT]) @ self.march.u
-        z = np.concatenate([states, self.march.u])
+        z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
-        return Place(float(now * self.flow.system.inputs.period), deflection, self._last_crossed())
+        return Place(float((cycle + fraction) * self.flow.system.inputs.period), deflection, self._last_crossed())
 
     def _last_crossed(self) -> int | None:
         """The clearance that was crossed last, by itself or by what stands beside it."""
@@ -213,6 +213,7 @@ class ExactMarch:
             watch=log.clearance,
             upward=log.upward,
             memory=log.memory,
+            first_cycle=self.first_cycle,
         )
 
     def _logged(self) -> packed.Log:

@@ -37,7 +37,14 @@ def packed_inputs(flow: Flow) -> Inputs:
     high, low = split_cycles(flow.system.inputs.cycles)
     steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
-    return Inputs(high, low, flow.frequency, flow.scaling.inputs, steps, np.cos(angle), np.sin(angle))
+    whole = np.floor(flow.knots[:-1])
+    knots = np.append(whole, np.inf), np.append(flow.knots[:-1] - whole, 0.0)
+    signals = flow.system.signals
+    pace, links = (0.0, 1) if signals is None else (signals.pace(flow.system.inputs.period), signals.degree + 1)
+    chains = np.ascontiguousarray(flow.chains)
+    return Inputs(
+        high, low, flow.frequency, flow.scaling.inputs, steps, *knots, chains, pace, links, np.cos(angle), np.sin(angle)
+    )
 
 
 class Slots:
@@ -130,7 +137,8 @@ def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
 @remembered(8)
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
-    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions)
+    signals = () if system.signals is None else (system.signals,)
+    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *signals)
     arrays = [system.inertia, system.drag, system.rows]
     arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part)]
     digest = sha256()

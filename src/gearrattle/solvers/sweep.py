@@ -95,8 +95,9 @@ class SweepMarch:
         high, low = split_cycles(inputs.cycles)
         none = np.zeros(0)
         self.inputs = packed.Inputs(
-            high, low, flow.frequency, np.ones(1 + inputs.count), none, none[:, None], none[:, None]
-        )
+            high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, none[:, None], 0.0, 1,
+            none[:, None], none[:, None],
+        )  # fmt: skip
         self.log = empty_log()
         self.auditor: SweepAuditor | None = None
 

@@ -53,11 +53,13 @@ class Bench:
         self.marks = np.zeros((bench.MARKS, columns), np.int64)
         self.sizes = self.marks[bench.SIZES]
         self.carried, self.watched = carried, w
-        self.states, self.inputs = flow.states, z - flow.states
+        self.states, self.inputs = flow.states, flow.inputs
         _share(flow, self.work)
         self._write_laws(flow)
         counts = (m, system.size, flow.states, w, len(flow.coordinates.references), flow.frequency.size)
-        sizes = (*counts, level_of_turns(flow.frequency), DEEPEST, k, len(flow.coordinates.elements))
+        links = 1 if system.signals is None else system.signals.degree + 1
+        chains = len(flow.coordinates.elements), flow.chain.size, links
+        sizes = (*counts, level_of_turns(flow.frequency), DEEPEST, k, *chains)
         self.sizes[: len(sizes)] = sizes
         self.marks[bench.CLEARANCES, :k] = system.clearances
         self.corner_scale = flow.corner_scale
@@ -179,7 +181,11 @@ def _share(flow: Flow, work: Array) -> None:
     clearances = list(system.clearances)
     unit = 1.0 / flow.corner_scale[: len(clearances), None]
     fastest = float(flow.frequency.max(initial=2 * np.pi))
-    limits = np.array([period, forced.LARGEST * flow.typical, forced.LARGEST, FAST * fastest, FAST_ROUNDING])
+    pace = float(flow.pace_of_chains.max(initial=0.0))
+    horizon = min(2.0 * LONGEST, float(np.diff(flow.knots).max()))
+    limits = np.array([
+        period, forced.LARGEST * flow.typical, forced.LARGEST, FAST * fastest, FAST_ROUNDING, pace, horizon
+    ])  # fmt: skip
     pages = {
         bench.MOTION: period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
         bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,

@@ -99,6 +99,7 @@ class Auditor:
         watch: IntArray,
         upward: IntArray,
         memory: Array,
+        first_cycle: int = 0,
     ) -> None:
         """Prepare the audit of a motion.
 
@@ -109,20 +110,26 @@ class Auditor:
             per_cycle: samples a period.
             time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
             memory: (E, S) memories before each crossing, scaled.
+            first_cycle: whole periods before the first sample.
         """
         self.flow, self.samples = flow, samples
         grid = np.arange(1, len(samples)) / per_cycle
-        at = np.concatenate([grid, time])
+        knots = flow.knots[1:-1] - first_cycle
+        first_knot = int(np.searchsorted(knots, 0.0, side="right"))
+        knots = knots[first_knot : np.searchsorted(knots, grid[-1])]
+        at = np.concatenate([grid, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
-        self.path = np.full((len(at), 2), -1, dtype=np.int64)
+        self.path = np.full((len(at), 3), -1, dtype=np.int64)
         index: dict[Pieces, int] = {}
-        pieces, fresh = initial, 0
+        pieces, fresh, interval = initial, 0, -1
         for i, which in enumerate(order):
-            self.path[i] = index.setdefault(pieces, len(index)), fresh
+            self.path[i] = index.setdefault(pieces, len(index)), fresh, interval
             event = which - len(grid)
-            fresh = int(which) + 1 if event < 0 else -1
-            if event >= 0:
+            fresh, interval = (int(which) + 1 if event < 0 else -1), -1
+            if event >= len(time):
+                interval = event - len(time) + first_knot + 1
+            elif event >= 0:
                 pieces = flow.system.beyond(pieces, int(watch[event]), int(upward[event]))
         self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.powers = _powers(flow, list(index))
@@ -198,7 +205,7 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
     known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
         np.array(steps), np.array(advance), np.array(nodes), np.array(generators), np.array(forms), known,
-        flow.states - flow.memory.size, system.drag, abscissas, weights,
+        flow.states - flow.memory.size, np.ascontiguousarray(flow.chains), system.drag, abscissas, weights,
     )  # fmt: skip
 
 

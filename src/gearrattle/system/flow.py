@@ -1,11 +1,11 @@
 """What the exact engine sees of a piecewise system: rows over one augmented state.
 
-    z = (x, v, e, u),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
+    z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``scaling.py``); e are the memories of companions, if there are any. The inputs are states of their own
-(oscillators), so inside a region dz/ds = M z with one constant matrix: free motion, forced motion, resonance, drift
-under a mean torque are one and the same case. Every quantity anyone asks for - an angle, a deflection, a force, an
-acceleration - is a row of numbers times z.
+all scaled (``scaling.py``); e are the memories of companions and q the chains of signals, if there are any. The
+inputs are states of their own (oscillators, polynomials), so inside a region dz/ds = M z with one constant matrix: free
+motion, forced motion, resonance, drift under a mean torque are one and the same case. Every quantity anyone asks for -
+an angle, a deflection, a force, an acceleration - is a row of numbers times z.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from gearrattle.system.coordinates import RelativeCoordinates, relative_coordina
 from gearrattle.system.forced import oscillation, responses
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.scaling import Scaling, energy_scaling, power_of_two
+from gearrattle.system.signals import Signals
 
 Array = NDArray[np.float64]
 Pieces = tuple[int, ...]
@@ -29,7 +30,7 @@ Pieces = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Flow:
-    """Rows over z, shape (., Z) with Z = N + 1 + 2 H, that do not depend on the region.
+    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region.
 
     Attributes:
         system, coordinates, scaling: what it was made from.
@@ -41,6 +42,7 @@ class Flow:
         corner_scale: (W,) power of two near the largest corner of each clearance, then the size of what each companion
             watches.
         memory: (S,) scale of every memory: a power of two by which it is multiplied in z.
+        chain: (Q,) the same of every entry of the signals' chains.
     """
 
     system: PiecewiseSystem
@@ -55,6 +57,12 @@ class Flow:
     frequency: Array
     corner_scale: Array
     memory: Array
+    chain: Array
+
+    @property
+    def inputs(self) -> int:
+        """U, the number of inputs that are no signals."""
+        return 1 + 2 * self.frequency.size
 
     @property
     def width(self) -> int:
@@ -74,10 +82,14 @@ class Flow:
         """
         stiffest = tuple(int(np.argmax(law.stiffness)) for law in self.system.laws)
         matrix, n = self.generator(stiffest), self.states
-        made = responses(matrix[:n, :n], matrix[:n, n:], self.frequency)
+        made = responses(matrix[:n, :n], matrix[:n, n : n + self.inputs], self.frequency)
         pushed = np.abs(matrix[:n, n : n + 1 + self.frequency.size]).max(axis=0, initial=0.0)
         reached = np.fmin(pushed, [np.abs(x).max(initial=0.0) for x in made])
         sizes = list(reached * self.scaling.inputs)
+        if self.system.signals is not None:
+            first = n + self.inputs
+            pushed = np.abs(matrix[:n, first:]).max(axis=0, initial=0.0) @ np.abs(self.chains).max(axis=0)
+            sizes.append(float(pushed))
         for k, scale in zip(self.system.clearances, self.corner_scale, strict=False):
             if np.any(self.system.laws[k].corners != 0.0):
                 sizes.append(float(scale / np.abs(self.deflection[k]).max()))
@@ -127,8 +139,31 @@ class Flow:
         matrix[r:moving] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
         for i, (each, piece) in enumerate(self.remembering(pieces)):
             matrix[moving + i] = each.moves[piece] * period * self.memory[i] * self.rate[each.element]
-        matrix[self.states :, self.states :] = oscillation(self.frequency)
+        chained = self.states + self.inputs
+        matrix[self.states : chained, self.states : chained] = oscillation(self.frequency)
+        matrix[chained:, chained:] = self.pace_of_chains
         return matrix
+
+    @cached_property
+    def pace_of_chains(self) -> Array:
+        """(Q, Q) dq/ds = w q_(j+1) of every channel."""
+        signals, rates = self.system.signals, np.zeros((self.chain.size, self.chain.size))
+        for j in range(self.chain.size):
+            if signals is not None and j % (signals.degree + 1) < signals.degree:
+                rates[j, j + 1] = signals.pace(self.system.inputs.period)
+        return rates
+
+    @cached_property
+    def chains(self) -> Array:
+        """(G, Q) scaled chains at the begin of every interval of the signals; (0, 0) without."""
+        signals = self.system.signals
+        return np.zeros((0, 0)) if signals is None else signals.chains(self.system.inputs.period) * self.chain
+
+    @cached_property
+    def knots(self) -> Array:
+        """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without."""
+        signals = self.system.signals
+        return np.array([0.0, np.inf]) if signals is None else signals.knots / self.system.inputs.period
 
     def remembering(self, pieces: Pieces) -> list[tuple[Companion, int]]:
         """The companions with a memory, each with its piece; none without pieces of companions."""
@@ -170,12 +205,30 @@ class Flow:
         return rows
 
     def inputs_at(self, cycle: Array, fraction: Array) -> Array:
-        """(t, 1 + 2 H) scaled inputs at times cycle + fraction, in periods, each (t,)."""
+        """(t, U + Q) scaled inputs at times cycle + fraction, in periods, each (t,)."""
         high, low = split_cycles(self.system.inputs.cycles)
         turn = np.remainder(np.multiply.outer(cycle, high), 1.0) + np.multiply.outer(cycle, low)
         angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction, high + low), 1.0)
         waves = np.hstack([np.cos(angle), np.sin(angle)])
-        return np.hstack([np.ones((len(fraction), 1)), waves]) * self.input_size
+        oscillating = np.hstack([np.ones((len(fraction), 1)), waves]) * self.input_size
+        return np.hstack([oscillating, self.chains_at(cycle, fraction)])
+
+    def chains_at(self, cycle: Array, fraction: Array) -> Array:
+        """(t, Q) scaled chains of the signals at such times."""
+        signals = self.system.signals
+        if signals is None:
+            return np.zeros((len(fraction), 0))
+        whole = np.floor(self.knots)
+        interval = np.clip(np.searchsorted(self.knots, cycle + fraction, side="right") - 1, 0, len(self.knots) - 2)
+        since = (cycle - whole[interval]) + (fraction - (self.knots - whole)[interval])
+        order = signals.degree + 1
+        start = self.chains[interval].reshape(len(interval), signals.channels, order)
+        move = signals.pace(self.system.inputs.period) * since[:, None]
+        out = np.zeros_like(start)
+        for j in range(order):
+            for k in range(order - 1, j - 1, -1):
+                out[:, :, j] = out[:, :, j] * move / (k - j + 1) + start[:, :, k]
+        return np.asarray(out.reshape(len(interval), -1))
 
 
 def split_cycles(cycles: Array) -> tuple[Array, Array]:
@@ -197,7 +250,9 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     r, n, m = len(coordinates.elements), system.size, len(system.laws)
     moving = r + n
     states = moving + len(system.memories)
-    width = states + 1 + 2 * inputs.count
+    signals = system.signals
+    chained = states + 1 + 2 * inputs.count
+    width = chained + (0 if signals is None else signals.chain)
     cosine = np.arange(states + 1, states + 1 + inputs.count)
     sine = cosine + inputs.count
     size = scaling.inputs[1:]
@@ -220,6 +275,9 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     torque[:, cosine] = inputs.torque_cosine / size
     torque[:, sine] = inputs.torque_sine / size
 
+    chain = np.ones(width - chained)
+    if signals is not None:
+        chain = _write_signals(system, signals, chained, (deflection, rate, curvature, torque))
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
@@ -237,4 +295,23 @@ def flow_of(system: PiecewiseSystem) -> Flow:
         2 * np.pi * inputs.cycles,
         scale,
         power_of_two(np.array([np.sqrt(system.companions[c].memory.max()) for c in system.memories])),
+        chain,
     )
+
+
+def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
+    """Write what chains do from a column on; answers their scales: one power of two a channel, by what it pushes."""
+    deflection, rate, curvature, torque = rows
+    stiffest = np.array([law.stiffness.max() for law in system.laws])
+    pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))
+    period, order = system.inputs.period, signals.degree + 1
+    size = period * np.linalg.norm(pushed / np.sqrt(system.inertia)[:, None], axis=0)
+    scale = power_of_two(np.where(size > 0.0, size, 1.0))
+    step = signals.pace(period) / period
+    for c in range(signals.channels):
+        at = first + c * order
+        torque[:, at] = signals.torque[:, c] / scale[c]
+        for j, (out, sign) in enumerate(((deflection, -1.0), (rate, -1.0), (curvature, 1.0))):
+            if j < order:
+                out[:, at + j] = sign * signals.error[:, c] * step**j / scale[c]
+    return np.repeat(scale, order)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gearrattle.system.companion import Companion
 from gearrattle.system.law import PiecewiseLaw
+from gearrattle.system.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -58,6 +59,7 @@ class PiecewiseSystem:
         laws: m laws.
         inputs: T(t) and e(t).
         companions: forces beside the laws. What looks at a system linearly leaves them out.
+        signals: torques and transmission errors beside the harmonics; None without.
     """
 
     inertia: Array
@@ -66,6 +68,7 @@ class PiecewiseSystem:
     laws: tuple[PiecewiseLaw, ...]
     inputs: Harmonics
     companions: tuple[Companion, ...] = ()
+    signals: Signals | None = None
 
     @property
     def size(self) -> int:

@@ -5,12 +5,16 @@
 Inside an interval p and its derivatives are states, p^(D + 1) = 0, so the exact engine moves under them exactly;
 an interval's end is an instant known beforehand. Time is counted from the start of the run.
 
+The states of a channel are q_j = T^j p^(j) / w^j, j = 0 ... D, with a pace w such that they are of comparable size;
+then dq_j/ds = w q_(j+1) in periods s. They are called a *chain*.
+
 Takes arrays; gives a frozen table of polynomials.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,3 +58,18 @@ class Signals:
             falling = float(np.prod(np.arange(j - derivative + 1, j + 1)))
             out = out * since + falling * self.coefficients[interval, :, j]
         return out
+
+    @property
+    def chain(self) -> int:
+        """Length of all chains together, C (D + 1)."""
+        return self.channels * (self.degree + 1)
+
+    def pace(self, period: float) -> float:
+        """The pace w, a power of two near one over the longest interval in periods."""
+        return float(2.0 ** np.floor(np.log2(period / float(np.diff(self.knots).max()))))
+
+    def chains(self, period: float) -> Array:
+        """(G, chain) the chains at the begin of every interval, channel by channel [SI]."""
+        order = np.arange(self.degree + 1)
+        unit = (period / self.pace(period)) ** order * np.array([float(factorial(int(j))) for j in order])
+        return np.asarray((self.coefficients * unit).reshape(len(self.coefficients), self.chain))

@@ -45,13 +45,20 @@ class Size:
     clearances: int
     watched: int
     memories: int
+    chain: int
+
+    @property
+    def longest(self) -> int:
+        """Most entries y may have."""
+        return self.states + self.inputs + self.chain
 
     @classmethod
     def of(cls, flow: Flow) -> Size:
         """Read them off a flow."""
         clearances = len(flow.system.clearances)
         carried = len(flow.coordinates.references) + clearances
-        return cls(flow.states, flow.width - flow.states, carried, clearances, flow.system.watched, flow.memory.size)
+        beside = flow.system.watched, flow.memory.size, flow.chain.size
+        return cls(flow.states, flow.inputs, carried, clearances, *beside)
 
     def made(self, width: int) -> int:
         """Strips of the rates of the carried quantities and of y."""
@@ -79,7 +86,8 @@ class Size:
             "known": (0, self.memories),
         }
         integers: dict[str, tuple[int, ...]] = {
-            "width": (0,), "kept": (0, u), "first_table": (0,), "fine": (0,), "modes": (0,), "forced_strips": (0,),
+            "width": (0,), "kept": (0, u + self.chain), "first_table": (0,), "fine": (0,), "modes": (0,),
+            "forced_strips": (0,),
             "piece": (0, k), "neighbour": (0, k, 2),
         }  # fmt: skip
         return {name: (shape, float) for name, shape in floats.items()} | {
@@ -112,7 +120,7 @@ class Store:
     @property
     def packed(self) -> Regions:
         """The arrays for the kernels; ask again after every ``add``."""
-        return Regions(self.flow.states, self.size.clearances, **self._arrays)
+        return Regions(self.flow.states, self.size.clearances, self.size.chain, **self._arrays)
 
     def fine(self, slot: int) -> int:
         """Level of a region's finest step."""
