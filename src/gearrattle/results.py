@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble, name_plate, ramp_of
 from gearrattle.assembly.friction import WORDS
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, loads
+from gearrattle.model import Model, Points, loads
 from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.energy import EnergyAudit
@@ -71,12 +71,13 @@ class Run:
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
-        slider_force (time, companion) [-, rad, N m or N]. Attributes: period, units, provenance.
+        slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]. Attributes:
+        period, units, provenance.
         """
         import xarray as xr
 
         t = self.trajectory
-        variables = {
+        variables: dict[str, Any] = {
             name: (("time", axis), getattr(t, name), {"units": unit}) for name, (axis, unit) in _SAMPLED.items()
         }
         coordinates = {
@@ -92,6 +93,8 @@ class Run:
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
             states = np.stack([code[s] for code, s in zip(codes, t.companions.state.T, strict=True)], axis=1)
             variables["slider"] = (("time", "companion"), states, {"units": "1", "flag_meanings": ", ".join(WORDS)})
+        if self.speed is not None:
+            variables["speed"] = (("time",), self.speed, {"units": "rad/s"})
         return xr.Dataset(variables, coordinates, self._attributes())
 
     @cached_property
@@ -111,6 +114,12 @@ class Run:
                 "force_integral": log.force_integral,
             }
         )
+
+    @property
+    def speed(self) -> Array | None:
+        """(Nt,) reference speed at the samples along a sweep [rad/s]; None where it does not change."""
+        ramp = ramp_of(self.model)
+        return None if ramp is None else ramp.speed(self.trajectory.time)
 
     @cached_property
     def variation(self) -> growth.Variation:
@@ -208,7 +217,7 @@ class Run:
             "period": t.layout.period,
             "units": self.model.units,
             "provenance": json.dumps(provenance),
-            "model": self.model.to_toml(),
+            "model": self.model.to_stored()[0],
             "cost": json.dumps(asdict(t.cost)),
             "notes": json.dumps(list(t.notes)),
             "energy": json.dumps(None if t.energy is None else _listed(t.energy)),
@@ -251,16 +260,35 @@ class Run:
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
             if t.companions is not None:
                 _write_companions(file, t.companions)
+            if self.speed is not None:
+                file.create_variable("speed", ("time",), "f8", data=self.speed).attrs["units"] = "rad/s"
+            _write_points(file, self.model.to_stored()[1])
 
     def _write_csv(self, path: Path) -> None:
         import pandas as pd
 
         t = self.trajectory
-        columns: dict[str, Any] = {"time": t.time}
+        columns: dict[str, Any] = {"time": t.time, **({} if self.speed is None else {"speed": self.speed})}
         for name in ("angle", "velocity", "acceleration", "deflection", "force"):
             labels = t.layout.inertia_names if _SAMPLED[name][0] == "inertia" else t.layout.clearance_names
             columns.update({f"{name}.{label}": getattr(t, name)[:, i] for i, label in enumerate(labels)})
         pd.DataFrame(columns).to_csv(path, index=False)
+
+
+def _write_points(file: Any, stored: Points) -> None:
+    """Write the points of the model's signals, each as a group named by their digest."""
+    for digest, points in stored.items():
+        group = file.create_group(f"signals/{digest}")
+        group.dimensions = {"point": points[0].size}
+        for name, values in zip(("time", "value"), points, strict=True):
+            group.create_variable(name, ("point",), "f8", data=values)
+
+
+def _read_points(file: Any) -> Points:
+    if "signals" not in file.groups:
+        return {}
+    groups = file.groups["signals"].groups.items()
+    return {digest: (np.array(group["time"][...]), np.array(group["value"][...])) for digest, group in groups}
 
 
 def _write_companions(file: Any, companions: Companions) -> None:
@@ -321,7 +349,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     with file:
         if file.attrs.get("format") != FORMAT:
             raise ModelError(Problem(str(path), str(file.attrs.get("format", "")), rule))
-        model = loads(str(file.attrs["model"]), name=str(path))
+        model = loads(str(file.attrs["model"]), str(path), _read_points(file))
         group = file.groups["events"]
         logged: dict[str, Any] = {
             **{name: np.array(group[name][...]) for name in ("time", "velocity", "force_integral")},

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gearrattle.assembly.system import elements_of
+from gearrattle.assembly.elements import elements_of
 from gearrattle.model import GROUND, Coupling, Mesh, Model
 
 Table = dict[str, Any]

@@ -13,6 +13,9 @@ from math import gcd, lcm, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.model import Model
+from gearrattle.remember import remembered
+
 _LARGEST_DENOMINATOR = 64
 _SAME = 1e-9
 _LONGEST = 64
@@ -50,3 +53,10 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
         return CommonPeriod(fundamental, as_given, as_given, (f"{note}; cycles count turns of the reference shaft.",))
     cycles = np.array([float(fractions[order] / common) if order > 0 else 0.0 for order in distinct])
     return CommonPeriod(fundamental / float(common), as_given, cycles, ())
+
+
+@remembered(8)
+def period_of(model: Model) -> CommonPeriod:
+    """The common period of the model's torques and transmission errors; along a sweep that of its first speed."""
+    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error]
+    return common_period(model.excitation.omega, [h.order for t in model.torques for h in t.harmonics] + errors)

@@ -2,7 +2,7 @@
 
 Elements stand in the order all couplings, then all meshes. A coupling's row is (+1, -1), a mesh's (+R_a, -R_b), ground
 has no column. A drag torque is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its
-sine and cosine parts.
+sine and cosine parts. Along a sweep of the speed there are no harmonics: all of them are signals.
 """
 
 from __future__ import annotations
@@ -11,26 +11,14 @@ from math import cos, sin
 
 import numpy as np
 
-from gearrattle.assembly.friction import Named, companions_of, is_parted
-from gearrattle.assembly.period import CommonPeriod, common_period
-from gearrattle.model import GROUND, Coupling, Harmonic, Mesh, Model
+from gearrattle.assembly.elements import elements_of, law_of
+from gearrattle.assembly.friction import Named, companions_of
+from gearrattle.assembly.period import period_of
+from gearrattle.assembly.signals import mean_torque, signals_of
+from gearrattle.model import GROUND, Harmonic, Mesh, Model
 from gearrattle.remember import remembered
-from gearrattle.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.trajectory import Layout
-
-
-def elements_of(model: Model) -> tuple[Coupling | Mesh, ...]:
-    """All elements in element order."""
-    return (*model.couplings, *model.meshes)
-
-
-def law_of(element: Coupling | Mesh) -> PiecewiseLaw:
-    """The element's piecewise-linear law."""
-    drive = [Stage(p.stiffness, p.damping, p.until) for p in element.drive_pieces]
-    coast = [Stage(p.stiffness, p.damping, p.until) for p in element.coast_pieces]
-    preload = element.preload if isinstance(element, Coupling) else 0.0
-    return staged(drive, coast, preload, parted=is_parted(element))
 
 
 @remembered(8)
@@ -45,19 +33,12 @@ def companions(model: Model) -> tuple[Named, ...]:
 
 
 @remembered(8)
-def period_of(model: Model) -> CommonPeriod:
-    """The common period of the model's torques and transmission errors."""
-    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error]
-    return common_period(model.excitation.omega, [h.order for t in model.torques for h in t.harmonics] + errors)
-
-
-@remembered(8)
 def assemble(model: Model) -> PiecewiseSystem:
     """Write the model as one piecewise-linear system [SI, or the model's own dimensionless units]."""
     elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
-    common = period_of(model)
+    common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
-    column = {order: j for j, order in enumerate(common.orders)}
+    column = {} if swept else {order: j for j, order in enumerate(common.orders)}
     rows = np.zeros((count, size))
     error = np.zeros((2, count, len(column)))
     for k, element in enumerate(elements):
@@ -65,23 +46,24 @@ def assemble(model: Model) -> PiecewiseSystem:
         for end, factor in zip(element.between, (ratio[0], -ratio[1]), strict=True):
             if end != GROUND:
                 rows[k, names.index(end)] += factor
-        if isinstance(element, Mesh):
+        if isinstance(element, Mesh) and not swept:
             for harmonic in element.transmission_error:
                 _add(error[:, k, column[harmonic.order]], harmonic)
     mean = np.array([-inertia.drag_torque for inertia in model.inertias])
     torque = np.zeros((2, size, len(column)))
     for table in model.torques:
         on = names.index(table.on)
-        mean[on] += table.mean
-        for harmonic in table.harmonics:
+        mean[on] += mean_torque(table)
+        for harmonic in () if swept else table.harmonics:
             _add(torque[:, on, column[harmonic.order]], harmonic)
     return PiecewiseSystem(
         inertia=np.array([inertia.J for inertia in model.inertias]),
         drag=np.array([inertia.drag for inertia in model.inertias]),
         rows=rows,
         laws=tuple(law_of(element) for element in elements),
-        inputs=Harmonics(common.period, common.cycles, mean, torque[0], torque[1], error[0], error[1]),
+        inputs=Harmonics(common.period, common.cycles[: len(column)], mean, *torque, *error),
         companions=tuple(named.companion for named in companions(model)),
+        signals=signals_of(model),
     )
 
 

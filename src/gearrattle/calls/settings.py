@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gearrattle.assembly import default_cycles
 from gearrattle.model import DEFAULTS, Model
 
 
@@ -11,7 +12,7 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     """The model with every simulation setting filled in and checked.
 
     ``cycles`` given without ``discard`` at the same level (call or file) keeps at most half of it for settling:
-    discard = min(discard, cycles // 2).
+    discard = min(discard, cycles // 2). A sweep of the speed is followed to its end and judged from its begin.
 
     Args:
         model: the model as loaded.
@@ -21,8 +22,9 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
         ModelError: a setting the file format refuses, or discard >= cycles.
     """
     file, given = model.simulation, {key: value for key, value in arguments.items() if value is not None}
-    cycles = given.get("cycles", file.cycles if file.cycles is not None else DEFAULTS.cycles)
-    discard = given.get("discard", file.discard if file.discard is not None else DEFAULTS.discard)
+    cycles = given.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
+    usual = DEFAULTS.discard if model.excitation.sweep is None else 0
+    discard = given.get("discard", file.discard if file.discard is not None else usual)
     explicit = "discard" in given or ("cycles" not in given and file.discard is not None)
     if not explicit and isinstance(cycles, int) and cycles >= 1:
         discard = min(discard, cycles // 2)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate, period_of
+from gearrattle.assembly import assemble, check_length, name_plate, period_of
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -116,7 +116,9 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
     assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
-    system = assemble(model)
+    source = model if model.excitation.sweep is None else used  # signals end with the run
+    system = assemble(source)
+    check_length(model, settings.cycles * period_of(model).period)
     if system.companions and settings.algorithm != "exact":
         name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
         raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}"))

@@ -159,7 +159,7 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     """Everything that decides the bits, as lines of text."""
     versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     told = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
-    return "\n".join([FORMAT, *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_toml()])
+    return "\n".join([FORMAT, *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_stored()[0]])
 
 
 def _difference(path: Path, stored: str, asked: str) -> Problem:

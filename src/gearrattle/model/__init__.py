@@ -9,6 +9,7 @@ from gearrattle.model.model import SCHEMA_VERSION, Model
 from gearrattle.model.parts import Coupling, Inertia, Mesh, Piece, Stage
 from gearrattle.model.quantity import GROUND
 from gearrattle.model.schema import json_schema
+from gearrattle.model.signal import Points, Signal
 from gearrattle.model.simulation import ALGORITHMS, DEFAULTS, Defaults, Initial, Simulation
 
 __all__ = [
@@ -25,6 +26,8 @@ __all__ = [
     "Mesh",
     "Model",
     "Piece",
+    "Points",
+    "Signal",
     "Simulation",
     "Stage",
     "Torque",

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
-from pydantic import PrivateAttr
+from pydantic import Field, PrivateAttr
 
 from gearrattle.model import units
 from gearrattle.model.over_speed import OverSpeed
 from gearrattle.model.quantity import Name, Order, Quantity
+from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table
 
 
@@ -41,28 +42,43 @@ class TorqueHarmonic(Harmonic):
 class Torque(Table):
     """An applied torque on one inertia."""
 
-    later: ClassVar[frozenset[str]] = frozenset({"signal"})
-
     on: Name
     """Name of the inertia it acts on."""
     mean: Annotated[float, OverSpeed(units.TORQUE)] = 0.0
     """Mean torque [N m]; may be a table over speed."""
     harmonics: tuple[TorqueHarmonic, ...] = ()
     """Its sines."""
+    signal: Annotated[Signal, OverTime(units.TORQUE, static=True)] | None = None
+    """A torque over time, added to the mean and the sines."""
+
+
+class Sweep(Table):
+    """A run-up or run-down: the reference speed changes steadily, then stays."""
+
+    begin: Annotated[float, Field(alias="from"), Quantity(units.ANGULAR_VELOCITY, "positive")]
+    """Speed at the start [rad/s]."""
+    end: Annotated[float, Field(alias="to"), Quantity(units.ANGULAR_VELOCITY, "positive")]
+    """Speed at the end [rad/s]."""
+    over: Annotated[float, Quantity(units.TIME, "positive")]
+    """How long the change takes [s]."""
 
 
 class Excitation(Table):
-    """The reference speed, which fixes the period; exactly one of ``speed`` and ``frequency``."""
+    """The reference speed, which fixes the period; exactly one of ``speed``, ``frequency`` and ``sweep``."""
 
     speed: Annotated[float, Quantity(units.ANGULAR_VELOCITY, "positive")] | None = None
     """Mean speed of the reference shaft [rad/s]."""
     frequency: Annotated[float, Quantity(units.FREQUENCY, "positive")] | None = None
     """The same as a frequency [Hz]; in a dimensionless model Omega itself."""
+    sweep: Sweep | None = None
+    """A speed that changes; the period is that of the speed at the start."""
     _dimensionless: bool = PrivateAttr(default=False)
 
     @property
     def omega(self) -> float:
-        """Reference speed Omega [rad/s]; dimensionless in a dimensionless model."""
+        """Reference speed Omega, that at the start [rad/s]; dimensionless in a dimensionless model."""
+        if self.sweep is not None:
+            return self.sweep.begin
         if self.speed is not None:
             return self.speed
         frequency = self.frequency or 0.0
@@ -76,10 +92,11 @@ class Excitation(Table):
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: both or none of speed and frequency."""
-        given = [key for key in ("speed", "frequency") if table.get(key) is not None]
-        if len(given) == 2:
-            rule = "speed and frequency exclude each other: give one of them"
-            yield Breach(("frequency",), table["frequency"], rule, "remove one")
-        if not given and not {"speed", "frequency"} & set(table):
+        """Yield breaches: more than one or none of speed, frequency and sweep."""
+        keys = ("speed", "frequency", "sweep")
+        given = [key for key in keys if table.get(key) is not None]
+        if len(given) > 1:
+            rule = f"{' and '.join(given)} exclude each other: give one of them"
+            yield Breach((given[-1],), table[given[-1]], rule, "remove one")
+        if not given and not set(keys) & set(table):
             yield Breach((), ..., "needs speed or frequency: it fixes the period", 'such as speed = "1500 rpm"')

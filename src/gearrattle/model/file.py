@@ -20,6 +20,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.model import Model
 from gearrattle.model.positions import NestingError, key_lines
 from gearrattle.model.problems import Positions
+from gearrattle.model.signal import Points
 
 LARGEST = 1_000_000
 
@@ -39,12 +40,13 @@ def load(path: str | os.PathLike[str]) -> Model:
     return loads(read_text(path), os.fspath(path))
 
 
-def loads(text: str, name: str = "<text>") -> Model:
+def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Model:
     """Read and validate a model given as TOML text.
 
     Args:
         text: the content of a model file.
-        name: what messages call it.
+        name: what messages call it; paths in it are relative to the folder of this name.
+        stored: points of signals that the text only names (``Model.to_stored``).
 
     Returns:
         The validated model, in SI.
@@ -52,7 +54,7 @@ def loads(text: str, name: str = "<text>") -> Model:
     Raises:
         ModelError: the text is no model; carries all problems found, with line numbers.
     """
-    return Model.from_tables(*read_tables(text, name))
+    return Model.from_tables(*read_tables(text, name), stored)
 
 
 def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
 from gearrattle.model.excitation import Excitation, Torque
-from gearrattle.model.over_speed import OMEGA
+from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.parts import Coupling, Inertia, Mesh
 from gearrattle.model.paths import changed, path_names
 from gearrattle.model.problems import Positions, model_error
 from gearrattle.model.quantity import GROUND, Choice, Reader, Text
+from gearrattle.model.signal import FOLDER, STORED, Points
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
 from gearrattle.model.writing import toml_text
@@ -76,18 +78,24 @@ class Model(Table):
     """Settings; None where the file is silent."""
 
     @classmethod
-    def from_tables(cls, tables: Mapping[str, Any], positions: Positions | None = None) -> Self:
+    def from_tables(
+        cls, tables: Mapping[str, Any], positions: Positions | None = None, stored: Points | None = None
+    ) -> Self:
         """Validate tables of the file format given as plain dictionaries and lists.
 
         Args:
             tables: the content of a model file, e.g. ``{"schema": 1, "inertia": [{...}], ...}``.
-            positions: where each key stands, for messages; None if the tables come from no file.
+            positions: where each key stands, for messages; None if the tables come from no file. Paths in the tables
+                are relative to the file, or to the working directory.
+            stored: points of signals by their digest, as ``to_stored`` gives them.
 
         Raises:
             ModelError: carrying every problem of the tables.
         """
         dimensionless = tables.get("units") == "dimensionless"
-        context = {"dimensionless": dimensionless, OMEGA: _omega(tables.get("excitation"), dimensionless)}
+        folder = Path(positions.name).parent if positions else Path()
+        omega, last = _speeds(tables.get("excitation"), dimensionless)
+        context = {"dimensionless": dimensionless, OMEGA: omega, LAST: last, FOLDER: folder, STORED: stored}
         try:
             return cls.model_validate(tables, context=context)
         except ValidationError as error:
@@ -105,6 +113,18 @@ class Model(Table):
     def to_toml(self) -> str:
         """Return the model as a file, quantities as plain numbers; reading it gives an equal model."""
         return toml_text(self.to_tables())
+
+    def to_stored(self) -> tuple[str, Points]:
+        """Return the model as a text in which the points of signals are only named, and the points by these names.
+
+        A record may be far longer than a model file. ``loads(text, stored=points)`` gives an equal model.
+        """
+        tables, points = self.to_tables(), {}
+        for row, torque in zip(tables.get("torque", ()), self.torques, strict=False):
+            if torque.signal is not None:
+                row["signal"] = torque.signal.to_plain(stored=True)
+                points[torque.signal.digest] = (torque.signal.time, torque.signal.value)
+        return toml_text(tables), points
 
     def with_(self, changes: Mapping[str, Any]) -> Self:
         """Return a new model with some values changed.
@@ -168,13 +188,14 @@ class Model(Table):
         yield from _start_length(table.get("simulation"), len(inertias))
 
 
-def _omega(table: object, dimensionless: bool) -> float | None:
-    """Return the speed that an excitation says; None if it says none that could be understood."""
+def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:
+    """Return the speed that an excitation says, and that at the end of a sweep; None where nothing is understood."""
     try:
         found = Excitation.model_validate(table, context={"dimensionless": dimensionless})
     except ValidationError:
-        return None
-    return (found.without_units() if dimensionless else found).omega
+        return None, None
+    omega = (found.without_units() if dimensionless else found).omega
+    return omega, None if found.sweep is None else found.sweep.end
 
 
 def _rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:

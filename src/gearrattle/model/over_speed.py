@@ -2,7 +2,7 @@
 
 ``{ speed = ["800 rpm", "3000 rpm"], value = ["200 N*m", "80 N*m"] }`` stands for the straight line between its points
 at the speed of the model; nothing is extrapolated. In the model it is a float, that of its own speed, which remembers
-its table: a copy of the model at another speed takes another value.
+its table: a copy of the model at another speed takes another value, and a sweep of the speed follows it.
 
 Takes value kinds from ``quantity``; gives one to the classes of the model.
 """
@@ -22,7 +22,9 @@ from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import breach, did_you_mean
 
 OMEGA = "omega"
-"""Key of the validation context under which the model's speed stands [rad/s]."""
+"""Key of the validation context under which the model's speed stands [rad/s]; that at the start of a sweep."""
+LAST = "last omega"
+"""Key of the validation context under which the speed at the end of a sweep stands [rad/s]; None without one."""
 _KEYS = ("speed", "value")
 
 
@@ -54,7 +56,13 @@ class AtSpeed(float):
 
 @dataclass(frozen=True)
 class OverSpeed(Quantity):
-    """A quantity, or a table of it over the reference speed."""
+    """A quantity, or a table of it over the reference speed.
+
+    Attributes:
+        swept: whether it can follow a sweep.
+    """
+
+    swept: bool = True
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def check(value: Any, info: ValidationInfo) -> float:
@@ -62,11 +70,14 @@ class OverSpeed(Quantity):
             dimensionless = bool(context.get("dimensionless", False))
             if not isinstance(value, Mapping):
                 return self.read(value, dimensionless)
-            return self._tabled(value, dimensionless, context.get(OMEGA))
+            speeds = (context.get(OMEGA), context.get(LAST))
+            if speeds[1] is not None and not self.swept:
+                raise breach("cannot follow a sweep of the speed", "give one value, or one speed")
+            return self._tabled(value, dimensionless, *speeds)
 
         return core_schema.with_info_plain_validator_function(check)
 
-    def _tabled(self, table: Mapping[str, Any], dimensionless: bool, omega: float | None) -> float:
+    def _tabled(self, table: Mapping[str, Any], dimensionless: bool, omega: float | None, last: float | None) -> float:
         """Read a table off at the model's speed."""
         unknown = [key for key in table if key not in _KEYS]
         if unknown or len(table) != 2:
@@ -88,6 +99,9 @@ class OverSpeed(Quantity):
             return AtSpeed(values[0], speeds, values)
         if not speeds[0] <= omega <= speeds[-1]:
             rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the model's speed is {omega:.6g}"
+            raise breach(rule, "extend the table: nothing is extrapolated")
+        if last is not None and not speeds[0] <= last <= speeds[-1]:
+            rule = f"the table covers {speeds[0]:.6g} to {speeds[-1]:.6g} rad/s; the sweep ends at {last:.6g}"
             raise breach(rule, "extend the table: nothing is extrapolated")
         for k, (sooner, later) in enumerate(pairwise(speeds)):
             if omega <= later:

@@ -24,7 +24,7 @@ _until = Quantity(units.ANGLE, "positive")
 TorsionalStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "non-negative")]
 TorsionalDamping = Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")]
 Ratio = Annotated[float, Plain("non-negative")]
-_hysteresis = OverSpeed(units.TORQUE, "non-negative")
+_hysteresis = OverSpeed(units.TORQUE, "non-negative", swept=False)
 Hysteresis = Annotated[float, _hysteresis]
 StickStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "positive")]
 ContactDamping = Annotated[Literal["kelvin-voigt", "clipped"], Choice(("kelvin-voigt", "clipped"))]

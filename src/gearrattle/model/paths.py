@@ -16,7 +16,7 @@ from gearrattle.model.table import did_you_mean, listed
 _NAMED = ("inertia", "coupling", "mesh")
 _LISTS = (*_NAMED, "torque")
 _TABLES = ("excitation", "simulation")
-_SAME_THING = {"speed": "frequency", "frequency": "speed"}
+_SAME_THING = ("speed", "frequency", "sweep")
 
 
 class _NoPathError(LookupError):
@@ -31,7 +31,7 @@ class _NoPathError(LookupError):
 def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of the tables with the changes made; a value of None takes a key out.
 
-    Setting ``excitation.speed`` takes out ``excitation.frequency`` and the other way round, as they are one quantity.
+    Setting one of ``excitation.speed``, ``.frequency`` and ``.sweep`` takes out the others, as they are one quantity.
 
     Raises:
         ModelError: paths that lead nowhere, all of them.
@@ -45,8 +45,9 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
             problems.append(Problem(f"path {path}", "", error.rule, error.remedy))
     if problems:
         raise ModelError(problems)
-    for key, other in _SAME_THING.items():
-        if f"excitation.{key}" in changes and f"excitation.{other}" not in changes:
+    told = [key for key in _SAME_THING if changes.get(f"excitation.{key}") is not None]
+    for other in _SAME_THING:
+        if told and f"excitation.{other}" not in changes:
             fresh.get("excitation", {}).pop(other, None)
     return fresh
 

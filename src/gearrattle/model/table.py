@@ -26,21 +26,28 @@ _MOST_GUESSES = 100
 
 
 class Breach(NamedTuple):
-    """A rule broken inside a table: where (relative to the table), what was found, the rule, the remedy."""
+    """A rule broken inside a table: where (relative to the table), what was found, the rule, the remedy.
+
+    ``place`` and ``found_there`` tell of a fault in another file that the table names.
+    """
 
     location: Location
     found: object
     rule: str
     remedy: str = ""
+    place: str = ""
+    found_there: str = ""
 
     def details(self) -> InitErrorDetails:
         """Return the breach in the form pydantic collects."""
-        return InitErrorDetails(type=breach(self.rule, self.remedy), loc=self.location, input=self.found)
+        error = breach(self.rule, self.remedy, place=self.place, found=self.found_there)
+        return InitErrorDetails(type=error, loc=self.location, input=self.found)
 
 
-def breach(rule: str, remedy: str = "") -> PydanticCustomError:
-    """Return the error a field's validator raises."""
-    return PydanticCustomError(BREACH, "{rule}", {"rule": rule, "remedy": remedy})
+def breach(rule: str, remedy: str = "", *, place: str = "", found: str = "") -> PydanticCustomError:
+    """Return the error a field's validator raises; with a place of its own if the fault lies in another file."""
+    elsewhere = {"place": place, "found": found} if place else {}
+    return PydanticCustomError(BREACH, "{rule}", {"rule": rule, "remedy": remedy, **elsewhere})
 
 
 def did_you_mean(word: object, options: Collection[str]) -> str:
@@ -136,8 +143,9 @@ class Table(BaseModel):
         context = entry.get("ctx", {})
         remedy = ""
         if kind == BREACH:
-            rule, remedy = context["rule"], context["remedy"]
-        elif kind == "missing":
+            elsewhere = (context.get("place", ""), context.get("found", ""))
+            return Breach(location, found, context["rule"], context["remedy"], *elsewhere).details()
+        if kind == "missing":
             rule, found = "this key is required", ...
         elif kind == "extra_forbidden" and location[-1] in cls.later:
             rule, remedy = "not supported yet", f"remove {location[-1]}"
@@ -159,9 +167,9 @@ def _plain(value: Any, *, at_speed: bool) -> Any:
         return value.to_plain(at_speed=at_speed)
     if isinstance(value, tuple):
         return [_plain(item, at_speed=at_speed) for item in value]
-    if isinstance(value, float) and type(value) is not float:
-        return float(value) if at_speed else value.to_plain()  # type: ignore[attr-defined]
-    return value
+    if isinstance(value, float) and type(value) is not float and at_speed:
+        return float(value)
+    return value.to_plain() if hasattr(value, "to_plain") else value
 
 
 def _array_rule(location: Location, found: object) -> tuple[str, str]:

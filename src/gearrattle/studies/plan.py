@@ -116,7 +116,7 @@ class Plan:
     @cached_property
     def fingerprint(self) -> str:
         """A digest of everything that decides what is computed."""
-        digest = sha256(self.model.to_toml().encode())
+        digest = sha256(self.model.to_stored()[0].encode())
         digest.update(json.dumps([[axis.name, dict(axis.values)] for axis in self.axes], sort_keys=True).encode())
         if self.samples is not None:
             digest.update(json.dumps(self.samples.paths).encode() + self.samples.points.tobytes())

@@ -1,0 +1,171 @@
+"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
+
+A record's torque is parted into the mean that the static start sees and the rest. Along a sweep of the speed every
+driven inertia and every mesh has one channel: its harmonics follow the angle, their amplitudes, means and drag torques
+their tables.
+
+Takes a Model; gives Signals, or None where all inputs are harmonics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import ceil, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly.elements import elements_of
+from gearrattle.assembly.period import period_of
+from gearrattle.assembly.splines import mean, spline
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import DEFAULTS, Mesh, Model, Torque
+from gearrattle.model.over_speed import AtSpeed
+from gearrattle.remember import remembered
+from gearrattle.system.channels import Channel, joined
+from gearrattle.system.phase import Ramp
+from gearrattle.system.run_up import Sound, Tone, TooLong, channels
+from gearrattle.system.signals import Signals
+
+Array = NDArray[np.float64]
+_MOST_NUMBERS = 200_000_000
+
+
+def ramp_of(model: Model) -> Ramp | None:
+    """How the reference speed changes; None if it does not."""
+    sweep = model.excitation.sweep
+    return None if sweep is None else Ramp(sweep.begin, sweep.end, sweep.over)
+
+
+def default_cycles(model: Model) -> int:
+    """Length of a run in periods where nobody says: a sweep is followed to its end."""
+    ramp = ramp_of(model)
+    return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
+
+
+def mean_torque(torque: Torque) -> float:
+    """What the static start and everything linear takes a torque for [N m]."""
+    signal = torque.signal
+    if signal is None:
+        return torque.mean
+    return torque.mean + (mean(spline(signal)) if signal.static is None else signal.static)
+
+
+class _Part(NamedTuple):
+    """A channel, and the index of the inertia or of the element that it drives."""
+
+    channel: Channel
+    inertia: int | None
+    element: int | None = None
+
+
+@remembered(8)
+def signals_of(model: Model) -> Signals | None:
+    """All inputs that are no harmonics of one speed.
+
+    Raises:
+        ModelError: a run-up of more intervals than can be held.
+    """
+    parts = [*_records(model), *_swept(model)]
+    if not parts:
+        return None
+    torque = np.zeros((len(model.inertias), len(parts)))
+    error = np.zeros((len(elements_of(model)), len(parts)))
+    for c, part in enumerate(parts):
+        if part.inertia is not None:
+            torque[part.inertia, c] = 1.0
+        if part.element is not None:
+            error[part.element, c] = 1.0
+    numbers = (
+        sum(len(p.channel.knots) for p in parts) * len(parts) * max(p.channel.coefficients.shape[1] for p in parts)
+    )
+    if numbers > _MOST_NUMBERS:
+        raise _too_long(f"{numbers:.3g} coefficients")
+    return joined([part.channel for part in parts], torque, error)
+
+
+def _too_long(found: str) -> ModelError:
+    rule = "the inputs along the run are too many to hold"
+    return ModelError(Problem("simulation.cycles", found, rule, "simulate fewer cycles, or a shorter sweep"))
+
+
+def _records(model: Model) -> Iterator[_Part]:
+    names = [inertia.name for inertia in model.inertias]
+    for torque in model.torques:
+        if torque.signal is not None:
+            beyond_mean = torque.mean - mean_torque(torque)
+            yield _Part(spline(torque.signal).plus(beyond_mean), names.index(torque.on))
+
+
+def check_length(model: Model, end: float) -> None:
+    """Refuse a run longer than a record.
+
+    Args:
+        model: the driveline.
+        end: of the run [s].
+
+    Raises:
+        ModelError: naming every record that is too short.
+    """
+    problems = []
+    for index, torque in enumerate(model.torques):
+        if torque.signal is not None:
+            last = float(spline(torque.signal).knots[-1])
+            if end > last * (1.0 + 1e-9):
+                most = int(last / period_of(model).period * (1.0 + 1e-9))
+                remedy = f"simulate {most} cycles at most, or record longer" if most else "record longer"
+                rule = f"the run takes {end:.6g} s, and nothing is known of the torque after that"
+                problems.append(
+                    Problem(f"torque.{index}.signal", f"a record that ends after {last:.6g} s", rule, remedy)
+                )
+    if problems:
+        raise ModelError(problems)
+
+
+def _swept(model: Model) -> Iterator[_Part]:
+    """The harmonics, and what tables say over the speed, along a sweep."""
+    ramp = ramp_of(model)
+    if ramp is None:
+        return
+    cycles = model.simulation.cycles or default_cycles(model)
+    until = cycles * period_of(model).period * (1.0 + 1e-9)
+    range_ = (min(ramp.begin, ramp.end), max(ramp.begin, ramp.end))
+    places: list[tuple[int | None, int | None]] = []
+    sounds: list[Sound] = []
+    for i, inertia in enumerate(model.inertias):
+        tones = list(_changing(inertia.drag_torque, -1.0, range_))
+        for torque in model.torques:
+            if torque.on == inertia.name:
+                tones += _changing(torque.mean, 1.0, range_)
+                tones += [_tone(h.order, h.phase, h.amplitude, range_) for h in torque.harmonics]
+        if tones:
+            places.append((i, None))
+            sounds.append(Sound(tuple(tones), smooth=False))
+    for k, element in enumerate(elements_of(model)):
+        errors = element.transmission_error if isinstance(element, Mesh) else ()
+        if errors:
+            places.append((None, k))
+            sounds.append(Sound(tuple(_tone(h.order, h.phase, h.amplitude, range_) for h in errors), smooth=True))
+    if not sounds:
+        return
+    try:
+        made = channels(ramp, sounds, until)
+    except TooLong as error:
+        raise _too_long(str(error)) from None
+    for channel, (inertia_index, element_index) in zip(made, places, strict=True):
+        yield _Part(channel, inertia_index, element_index)
+
+
+def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:
+    """A harmonic whose amplitude may be a table over speed; ``less`` is taken off the amplitude."""
+    if not isinstance(amplitude, AtSpeed):
+        return Tone(order, phase, np.array(speeds), np.array([[amplitude - less]]))
+    corners, values = np.array(amplitude.speeds), np.array(amplitude.values) - less
+    return Tone(order, phase, corners, np.column_stack([values[:-1], np.diff(values) / np.diff(corners)]))
+
+
+def _changing(value: float, sign: float, speeds: tuple[float, float]) -> Iterator[Tone]:
+    """What a mean of a table adds to that of the first speed."""
+    if isinstance(value, AtSpeed):
+        yield _tone(0.0, sign * pi / 2.0, value, speeds, float(value))
