@@ -10,7 +10,8 @@ Approximation Theory and Approximation Practice, 2013, theorems 8.1 and 8.2):
     |f - p| <= 2 sum_(k > n) |c_k| <= 4 M rho^-n / (rho - 1).
 
 Here M is known: |sin(u + i v)| <= cosh v, the phase is a square of the time, and a polynomial of degree d bounded by A
-on [-1, 1] is bounded by A rho^d on the ellipse. The intervals are as long as the best rho allows.
+on [-1, 1] is bounded by A rho^d on the ellipse. The intervals are as long as the best rho allows at
+the highest speed, and equally long everywhere: derivatives are states of the exact engine, and stay comparable.
 
 What drives an inertia needs f only. A transmission error needs f' and f'' as well: f'' is interpolated and integrated
 twice. A cubic then lets value and slope meet exactly at the knots; it is bounded by what it corrects.
@@ -37,7 +38,6 @@ DEGREE = 12
 """Degree of the polynomials."""
 TRUNCATION = 5e-13
 """Bound on what the polynomials leave out, relative to the sum of the amplitudes; as much again is left to rounding."""
-_STRETCH = 1.05  # the speed changes by no more than this factor in one piece of equal intervals
 _RHO = np.geomspace(1.1, 200.0, 200)
 _MOST = 2_000_000
 
@@ -113,18 +113,20 @@ def channels(ramp: Ramp, sounds: Sequence[Sound], until: float) -> list[Channel]
 
     Returns:
         Channels whose value differs from f by less than 1e-12 of the sum of its tones' largest amplitudes a_j; with
-        ``smooth`` f' and f'' by less than 1e-12 of the sums of a_j n_j Omega and of a_j (n_j Omega)^2 as well.
+        ``smooth`` f' and f'' by less than 1e-12 of the sums of a_j n_j Omega and of a_j (n_j Omega)^2 as well, Omega
+        being the highest speed.
 
     Raises:
         TooLong: more than two million intervals.
     """
+    length = min(_longest(ramp, sound, until) for sound in sounds)
     corners = _corners(ramp, sounds, until)
-    counts = [_count(ramp, sounds, begin, end) for begin, end in pairwise(corners)]
-    if sum(counts) > _MOST:
-        raise TooLong(f"{sum(counts):.3g} intervals")
+    counts = np.ceil(np.diff(corners) / length * (1.0 - 1e-12)).astype(int)
+    if counts.sum() > _MOST:
+        raise TooLong(f"{counts.sum():.3g} intervals")
     parts = [
         begin + (end - begin) / count * np.arange(count)
-        for begin, end, count in zip(corners[:-1], corners[1:], counts, strict=True)
+        for (begin, end), count in zip(pairwise(corners), counts.tolist(), strict=True)
     ]
     knots = np.concatenate([*parts, [corners[-1]]])
     orders = sorted({tone.order for sound in sounds for tone in sound.tones})
@@ -133,38 +135,31 @@ def channels(ramp: Ramp, sounds: Sequence[Sound], until: float) -> list[Channel]
 
 
 def _corners(ramp: Ramp, sounds: Sequence[Sound], until: float) -> Array:
-    """Times at which an amplitude has a corner, the ramp ends, or the speed has grown by a twentieth."""
+    """Times at which an amplitude has a corner, or the ramp ends."""
     low, high = sorted((ramp.begin, ramp.end))
     speeds = {float(s) for sound in sounds for tone in sound.tones for s in tone.speeds if low < s < high}
-    if high > low:
-        speeds |= set(np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STRETCH)))[1:-1].tolist())
     times = np.array(sorted({0.0, ramp.over, until, *(ramp.time(s) for s in speeds)}))
     kept = times[times <= until]
     return kept[np.diff(kept, prepend=-1.0) > 1e-9 * ramp.over]
 
 
-def _count(ramp: Ramp, sounds: Sequence[Sound], begin: float, end: float) -> int:
-    """How many intervals one piece needs."""
-    return max(_needed(ramp, sound, begin, end) for sound in sounds)
-
-
-def _needed(ramp: Ramp, sound: Sound, begin: float, end: float) -> int:
-    low, high = sorted(ramp.speed(np.array([begin, end])).tolist())
-    rate = abs(ramp.rate) if begin < ramp.over else 0.0
+def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
+    """How long intervals may be [s]; found by halving, to a hundredth."""
     if not any(tone.order for tone in sound.tones):
-        return 1
-    fewest, count = 1, 1
-    while not _suffices(sound, low, high, rate, (end - begin) / count):
-        fewest, count = count, 2 * count
-        if count > _MOST:
+        return until
+    low, high = sorted((ramp.begin, ramp.end))
+    enough, too_long = until, 2.0 * until
+    while not _suffices(sound, low, high, abs(ramp.rate), enough):
+        enough, too_long = 0.5 * enough, enough
+        if enough * _MOST < until:
             raise TooLong("more than two million intervals")
-    while count - fewest > max(1, count // 100):
-        middle = (fewest + count) // 2
-        if _suffices(sound, low, high, rate, (end - begin) / middle):
-            count = middle
+    while enough < until and too_long > 1.01 * enough:
+        middle = 0.5 * (enough + too_long)
+        if _suffices(sound, low, high, abs(ramp.rate), middle):
+            enough = middle
         else:
-            fewest = middle
-    return count
+            too_long = middle
+    return enough
 
 
 def _suffices(sound: Sound, low: float, high: float, rate: float, length: float) -> bool:
