@@ -41,7 +41,7 @@ class Findings:
         modes_contact: the same with every clearance in full contact.
         run: the motion, its events, notes and cost.
         verdict: the judgement.
-        advice: what was advised before the run; None if its pilot failed.
+        advice: what was advised before the run; None if its pilot failed, and under records or a sweep.
         scores: what became of its forecasts.
     """
 
@@ -106,9 +106,12 @@ def run(
 
 
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
-    """Advice on the run planned; None where its pilot fails, which the run itself may not."""
+    """Advice on the run planned; None where its pilot fails, which the run may not, and without one speed."""
     from gearrattle.advice import advise
+    from gearrattle.assembly import left_out
 
+    if left_out(model):
+        return None
     try:
         return advise(model, **settings, progress=progress)
     except ConvergenceError:

@@ -27,9 +27,10 @@ from gearrattle.advice.lumping import lumping_line
 from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble, left_out, name_plate
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 
 _STAGES = 4
@@ -61,9 +62,12 @@ def advise(
         Lines with their evidence, and forecasts; ``.scores(run)`` compares these with a run.
 
     Raises:
-        ModelError: a bad setting, or a driveline that cannot bear its mean loads.
+        ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
         ConvergenceError: the exact pilot run failed.
     """
+    if left := left_out(model):
+        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
+        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
     planned = settled(
         model,
         {"algorithm": algorithm, "cycles": cycles, "discard": discard, "samples_per_cycle": samples_per_cycle,

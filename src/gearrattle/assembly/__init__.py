@@ -4,6 +4,7 @@ from gearrattle.assembly.elements import elements_of
 from gearrattle.assembly.lumped import lumped_model, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
 from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
+from gearrattle.assembly.steady import left_out, steady
 from gearrattle.assembly.system import assemble, name_plate
 
 __all__ = [
@@ -13,10 +14,12 @@ __all__ = [
     "common_period",
     "default_cycles",
     "elements_of",
+    "left_out",
     "lumped_model",
     "must_stay_level",
     "name_plate",
     "period_of",
     "ramp_of",
     "signals_of",
+    "steady",
 ]

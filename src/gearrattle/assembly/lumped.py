@@ -58,6 +58,9 @@ def lumped_model(
         _scale(row, {"mean": factor})
         for harmonic in row.get("harmonics", []):
             harmonic["amplitude"] *= factor
+        if signal := row.get("signal"):
+            signal["scale"] = factor * signal.get("scale", 1.0)
+            _scale(signal, {"static": factor})
     initial = tables.get("simulation", {}).get("initial")
     if isinstance(initial, Mapping):
         tables["simulation"]["initial"] = _initial(model, initial, owner, ratio, kept)

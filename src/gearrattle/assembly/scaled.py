@@ -38,8 +38,12 @@ KINDS: dict[str, Any] = {
         "backlash": "length",
         "transmission_error": {"amplitude": "length"},
     },
-    "excitation": {"speed": "speed"},
-    "torque": {"mean": "torque", "harmonics": {"amplitude": "torque"}},
+    "excitation": {"speed": "speed", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
+    "torque": {
+        "mean": "torque",
+        "harmonics": {"amplitude": "torque"},
+        "signal": {"time": "time", "value": "torque", "start": "time", "static": "torque"},
+    },
     "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},
 }
 """Table -> key -> kind of quantity, a key of ``Scales.units``."""
@@ -56,13 +60,18 @@ def dimensional(model: Model, scales: Scales) -> Model:
 
 
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
-    """Write the tables anew; a frequency becomes the speed it stands for."""
-    tables = {**model.to_tables(at_speed=True), "units": units, "excitation": {"speed": model.excitation.omega}}
+    """Write the tables anew; a frequency becomes the speed it stands for, a table over speed its value at that."""
+    swept = model.excitation.sweep is not None
+    tables = {**model.to_tables(at_speed=not swept), "units": units}
+    if not swept:
+        tables["excitation"] = {"speed": model.excitation.omega}
     return Model.from_tables({key: _scaled(value, KINDS.get(key, {}), factor) for key, value in tables.items()})
 
 
 def _scaled(value: Any, kind: Any, factor: Mapping[str, float]) -> Any:
-    """Multiply every number whose kind is known."""
+    """Multiply every number whose kind is known; of a table over speed, speeds as such."""
+    if isinstance(value, Mapping) and isinstance(kind, str):
+        kind = {"speed": "speed", "value": kind}
     if isinstance(value, Mapping):
         inner = kind if isinstance(kind, dict) else {}
         return {key: _scaled(entry, inner.get(key), factor) for key, entry in value.items()}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble, left_out, name_plate, steady
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -66,6 +66,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
 
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
+    left, model = left_out(model), steady(model)
     system = assemble(model)
     named_equilibrium(model, system)
     found, names = forecast(system, thorough=thorough), name_plate(model, system).clearance_names
@@ -81,6 +82,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
     if len(points) > 1:
         notes.append(f"there are {len(points)} fixed points; which one is nearest to the motion only a run tells")
     notes.append(_MEANING[points[0]["motion"]])
+    notes += left
     if found.failed:
         notes.append(f"{found.failed} searches found none")
     return _series(names, told, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})

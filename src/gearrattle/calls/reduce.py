@@ -62,6 +62,9 @@ def reduce(
         problems.append(Problem("margin", f"{margin}", "must be a number not below 1"))
     if check not in (None, "simulate"):
         problems.append(Problem("check", shown(check), 'must be "simulate", or left out'))
+    if model.excitation.sweep is not None:
+        rule = "a model is reduced at one speed: a band follows no sweep"
+        problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
     if problems:
         raise ModelError(problems)
     system = assemble(model)
@@ -106,6 +109,8 @@ def requested(
     names = [element.name for element in elements_of(model)]
     kept = [names[k] for k in system.clearances if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)
+    if system.signals is not None:
+        moved |= np.any(system.signals.torque != 0.0, axis=1)
     driven = tuple(int(i) for i in np.flatnonzero(moved))
     if not driven and model.torques:
         driven = ([body.name for body in model.inertias].index(model.torques[0].on),)
@@ -176,6 +181,8 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
         notes.append(
             f"now between shafts of different speeds and written as a mesh with radii in ratio: {', '.join(turned)}."
         )
+    if request.system.signals is not None:
+        notes.append("records are no harmonics: whether they excite above the band is not known.")
     end = request.up_to * request.system.inputs.period / (2.0 * np.pi)
     beyond = int(np.count_nonzero(request.system.inputs.cycles > end * (1.0 + 1e-9)))
     if beyond:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble, name_plate, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -58,6 +58,8 @@ def nondimensionalize(
             the angle x_c / R_c is the smallest corner of a coupling.
         radius: characteristic radius R_c [m]; None: the first gear's.
 
+    Coefficients know harmonics and means only: a torque record counts as its mean, a sweep as its first speed.
+
     Raises:
         ModelError: a model that is dimensionless already, or a scale that is not positive.
     """
@@ -70,7 +72,7 @@ def nondimensionalize(
         problems.append(Problem("units", model.units, "the model has no dimensions to take away", "give one in SI"))
     if problems:
         raise ModelError(problems)
-    system = assemble(model)
+    system = assemble(steady(model))
     plate = name_plate(model, system)
     scales = characteristic(system, plate.is_mesh, frequency or plate.omega, length, radius)
     named = coefficients(system, plate.is_mesh, plate.orders, plate.omega, scales)

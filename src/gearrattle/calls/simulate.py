@@ -122,11 +122,23 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     if system.companions and settings.algorithm != "exact":
         name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
         raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}"))
+    if system.signals is not None and settings.algorithm != "exact":
+        rule = "a torque over time, a prescribed motion or a sweep needs exact"
+        raise ModelError(Problem("algorithm", settings.algorithm, rule))
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    notes = (*period_of(model).notes, *notes)
+    notes = (*period_of(model).notes, *_sweep_notes(model), *notes)
     return Plan(used, task, name_plate(model, system), settings.algorithm, settings.discard, notes)
+
+
+def _sweep_notes(model: Model) -> tuple[str, ...]:
+    """What a sweep of the speed means for whoever counts in cycles."""
+    sweep = model.excitation.sweep
+    if sweep is None:
+        return ()
+    span = f"the speed goes from {sweep.begin:.6g} to {sweep.end:.6g} rad/s over {sweep.over:.6g} s"
+    return (f"{span}: cycles, order lines and rates a cycle refer to the first.",)
 
 
 def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:

@@ -219,7 +219,7 @@ def error_source(name: str) -> str:
 
 def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
     """Sources in file order, and the share of each one's energy by mode."""
-    loaded = {torque.on for torque in model.torques if any(h.amplitude for h in torque.harmonics)}
+    loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
     shares = {
         torque_source(body.name): data.kinetic_energy[i] for i, body in enumerate(model.inertias) if body.name in loaded
     }

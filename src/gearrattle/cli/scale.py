@@ -36,6 +36,7 @@ def scale(
     from gearrattle.cli.assignments import numbers
     from gearrattle.cli.columns import columns, json_text
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.model.file import text_of
     from gearrattle.report.staging import Staging
     from gearrattle.report.summary import plain
 
@@ -46,7 +47,7 @@ def scale(
         if output.is_dir():
             raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
         with Staging(output.parent) as staging:
-            (staging.path / output.name).write_text(scaled.model.to_toml(), encoding="utf-8")
+            (staging.path / output.name).write_text(text_of(scaled.model), encoding="utf-8")
             staging.commit()
         print(f"wrote {output}", file=sys.stderr)
     if json:

@@ -57,6 +57,19 @@ def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Mode
     return Model.from_tables(*read_tables(text, name), stored)
 
 
+def text_of(model: Model) -> str:
+    """Return a model as a text that can be read again.
+
+    Raises:
+        ModelError: its records are too long for a model file.
+    """
+    text = model.to_toml()
+    if len(text) > LARGEST:
+        rule = f"{_size_rule('model file')}; this one would have {len(text) / 1e6:.1f}, for the points of its records"
+        raise ModelError(Problem("signal", "too many points", rule, "cut or thin the record"))
+    return text
+
+
 def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
     """Read a TOML file as text.
 

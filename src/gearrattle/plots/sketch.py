@@ -71,12 +71,13 @@ def _loads(findings: Findings, name: str) -> list[str]:
 
 
 def _torque(findings: Findings, torque: Torque) -> str:
-    pieces = [quantity(torque.mean, _unit(findings, "N m"))] if torque.mean or not torque.harmonics else []
+    only_mean = not torque.harmonics and torque.signal is None
+    pieces = [quantity(torque.mean, _unit(findings, "N m"))] if torque.mean or only_mean else []
     orders = [numeral(term.order) for term in torque.harmonics]
     if orders:
         listed = ", ".join(orders) if len(orders) <= 4 else f"{orders[0]} … {orders[-1]}"
         pieces.append(f"order{'s' if len(orders) > 1 else ''} {listed}")
-    return "↻ " + ", ".join(pieces)
+    return "↻ " + ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
 
 
 def _label(name: str, part: Part | None) -> list[str]:

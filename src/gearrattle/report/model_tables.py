@@ -85,12 +85,18 @@ def _excitation(findings: Findings) -> Table:
     if model.units == "SI":
         speed = f"{quantity(omega, 'rad/s')} = {numeral(omega * 30.0 / math.pi)} rpm = {numeral(omega / math.tau)} Hz"
     rows = [("reference speed", speed, "")]
+    if (sweep := model.excitation.sweep) is not None:
+        end = f"{quantity(sweep.end, unit('rad/s'))} over {engineering(sweep.over, unit('s'))}"
+        rows.append(("its sweep", f"from there to {end}", ""))
     for torque in model.torques:
         rows.append((f"torque on {torque.on}", f"mean {quantity(torque.mean, unit('N m'))}", ""))
         rows += [
             ("", f"order {numeral(term.order)}: {quantity(term.amplitude, unit('N m'))}", _phase(term.phase))
             for term in torque.harmonics
         ]
+        if (signal := torque.signal) is not None:
+            length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
+            rows.append(("", f"a record of {signal.time.size} points over {length}", signal.source))
     for mesh in model.meshes:
         rows += [
             (

@@ -19,6 +19,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.plots import Chart, plotly_figure
 from gearrattle.plots.sketch import sketch
@@ -31,6 +32,7 @@ from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
 
 _HERE = Path(__file__).parent
+_LONGEST_TEXT = 200_000
 
 _HEADLINES = {
     "quiet": "Quiet",
@@ -76,7 +78,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         modes=modes_tables(findings),
         criteria=criteria_tables(findings),
         model_tables=model_tables(findings),
-        model_text=findings.run.model.to_toml(),
+        model_text=_model_text(findings.run.model),
         cost=cost_table(findings),
         versions=versions_table(),
         trust=trust(findings),
@@ -109,3 +111,9 @@ def _plotly_script() -> str:
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError("plotly is not installed: pip install plotly")
     return (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+
+
+def _model_text(model: Model) -> str:
+    """Return the model file; the points of a long record are only named."""
+    text = model.to_toml()
+    return text if len(text) <= _LONGEST_TEXT else model.to_stored()[0]
