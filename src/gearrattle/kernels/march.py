@@ -30,14 +30,16 @@ from gearrattle.kernels.corners import (
     lifted,
     log_crossing,
 )
+from gearrattle.kernels.instants import stand_at_instant, until_instant, write_chains
 from gearrattle.kernels.notes import note
-from gearrattle.kernels.oscillators import chains_at, inputs_at, turn_little, turn_step
+from gearrattle.kernels.oscillators import inputs_at, turn_little, turn_step
 from gearrattle.kernels.packed import (
     CYCLE,
     ENTERED,
     ENTRY,
     EVENTS,
     EXPANSIONS,
+    INSTANT,
     INTERVAL,
     LEVEL,
     LONGEST,
@@ -48,6 +50,7 @@ from gearrattle.kernels.packed import (
     SLOT,
     STALLED,
     STEPS,
+    TICKS,
     TRIALS,
     UNANCHORED,
     UNBOUNDED,
@@ -60,6 +63,7 @@ from gearrattle.kernels.window import (
     first_crossing,
     leave,
     move_within,
+    recall,
     strips_of,
 )
 
@@ -154,6 +158,18 @@ def _pass_time(counts, clock, h, dyadic):
 
 
 @inlined
+def _count(counts, clock, first, level, safe, passed):
+    """Count a step, of a level tried from another on."""
+    counts[TRIALS] += level - first + 1
+    counts[STEPS] += 1
+    counts[LEVEL] = level
+    counts[EXPANSIONS] += not safe
+    clock[3] += passed
+    counts[UNANCHORED] += 1
+    counts[UNBOUNDED] += 1
+
+
+@inlined
 def _elapsed(counts, clock):
     """Time in the region, in periods."""
     return (counts[CYCLE] - counts[ENTRY]) + (clock[0] + clock[1] - clock[2])
@@ -184,11 +200,18 @@ def _pass_samples(march, samples, notes, h):
 
 
 @inlined
-def _step_over(neighbour, counts, side, k, upward):
-    """Make for the region beyond a corner; PENDING is set if it is not built yet."""
+def _cross(regions, march, log, k, upward, rate, integrals):
+    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet."""
+    counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
+    integral = march.carried[integrals + k] if k < regions.clearances else 0.0
+    i, piece = counts[EVENTS], regions.piece[slot, k]
+    log_crossing(log, i, counts[CYCLE], clock[0] + clock[1], k, upward, piece, rate, integral)
+    for s in range(memories):
+        log.memory[i, s] = march.y[regions.states - memories + s]
+    counts[EVENTS] = i + 1
     counts[ENTERED] = 0
-    side[k] = -1 if upward else 1
-    beyond = neighbour[counts[SLOT], k, upward]
+    march.side[k] = -1 if upward else 1
+    beyond = regions.neighbour[slot, k, upward]
     if beyond < 0:
         counts[PENDING] = 2 * k + upward
     else:
@@ -196,18 +219,21 @@ def _step_over(neighbour, counts, side, k, upward):
 
 
 @inlined
-def _until_knot(inputs, counts, clock):
-    """Time from now to the end of the signals' interval, in periods."""
-    i = counts[INTERVAL] + 1
-    return (inputs.knot_cycle[i] - counts[CYCLE]) + (inputs.knot_fraction[i] - (clock[0] + clock[1]))
-
-
-@inlined
-def _write_chains(regions, inputs, march):
-    """Write the signals' chains into y as they are now."""
-    i, slot = march.counts[INTERVAL], march.counts[SLOT]
-    since = (march.counts[CYCLE] - inputs.knot_cycle[i]) + (march.clock[0] + march.clock[1] - inputs.knot_fraction[i])
-    chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain)
+def _pass_instant(regions, inputs, instants, march, log, out, integrals):
+    """Begin the next interval of the signals, or let a companion change by the clock."""
+    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    k = instants.watch[counts[INSTANT]]
+    counts[INSTANT] += 1
+    counts[UNBOUNDED] = _BOUND_EVERY
+    if k < 0:
+        counts[INTERVAL] += 1
+        write_chains(regions, inputs, march)
+        return
+    counts[TICKS] += 1
+    if counts[ENTERED]:
+        past = _elapsed(counts, clock)
+        leave(regions.particular, regions.drift, regions.states, slot, march.u, past, march.y, march.carried, out)
+    _cross(regions, march, log, k, 1, 0.0, integrals)
 
 
 @inlined
@@ -220,7 +246,7 @@ def _anchor(regions, inputs, march):
     if counts[ENTERED]:
         for i in range(states, regions.width[slot] - regions.chain):
             march.y[i] = march.u[regions.kept[slot, i - states]]
-        _write_chains(regions, inputs, march)
+        write_chains(regions, inputs, march)
 
 
 @inlined
@@ -234,11 +260,11 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 
 @kernel
-def march_on(regions, inputs, march, samples, notes, log, budget):
+def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, or until something above is needed.
 
     Args:
-        regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
+        regions, inputs, instants, march, samples, notes, log: see ``packed``; march, notes and log change.
         budget: most steps in this slice.
 
     Returns:
@@ -246,21 +272,19 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
     """
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
-    lower, upper, neighbour, states = regions.lower, regions.upper, regions.neighbour, regions.states
+    lower, upper, states = regions.lower, regions.upper, regions.states
     widths, finest, modes, drift = regions.width, regions.fine, regions.modes, regions.drift
     probe, calm, forced, bounds = regions.probe, regions.calm, regions.forced, regions.bounds
     weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
     series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
-    bound, tried, bands, pieces = march.bound, march.tried, regions.band, regions.piece
-    known, memories = regions.known, regions.known.shape[1]
+    bound, tried, bands = march.bound, march.tried, regions.band
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
-    clearances = regions.clearances
-    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - clearances
+    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - regions.clearances
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
     rows, longest = carried.size + y.size, y.size
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
-    seen, calm_seen, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
+    seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
     ahead = _ahead(counts, clock, per_cycle)
     for _ in range(budget):
@@ -275,27 +299,23 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
             _anchor(regions, inputs, march)
             ahead = _ahead(counts, clock, per_cycle)
-        until = _until_knot(inputs, counts, clock)
+        until = until_instant(instants, counts, clock)
         if until <= 0.0:
-            counts[INTERVAL] += 1
-            counts[UNBOUNDED] = _BOUND_EVERY
-            _write_chains(regions, inputs, march)
-            until = _until_knot(inputs, counts, clock)
+            _pass_instant(regions, inputs, instants, march, log, out, integrals)
+            continue
         if not counts[ENTERED]:
-            for i in range(memories):
-                if known[slot, i] == known[slot, i]:  # not NaN
-                    y[states - memories + i] = known[slot, i]
+            recall(regions, slot, y)
             enter(particular, kept, states, width - regions.chain, slot, u, y, carried, out)
-            _write_chains(regions, inputs, march)
+            write_chains(regions, inputs, march)
             counts[ENTERED], counts[ENTRY], clock[2] = 1, counts[CYCLE], clock[0] + clock[1]
             counts[UNBOUNDED] = _BOUND_EVERY
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             counts[UNBOUNDED], clock[3] = 0, 0.0
-        _look(forced, probe, calm, slot, width, watched, y, u, seen, calm_seen)
+        _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(
-            lower, upper, bands, slot, seen, calm_seen, bound, side, band, steps, first, fine, unsafe
+            lower, upper, bands, slot, seen, still, bound, side, band, steps, first, fine, unsafe
         )
         while steps[level] > until and level < fine:
             level += 1
@@ -316,28 +336,15 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
             if counts[NOTED] >= notes.row.size:
                 return NOTES_FULL  # nor here
         tried[0] += 2.0 * steps[first] - h
-        counts[TRIALS] += level - first + 1
-        counts[STEPS] += 1
-        counts[LEVEL] = level
-        counts[EXPANSIONS] += not safe
+        _count(counts, clock, first, level, safe, passed)
         ahead -= passed
-        clock[3] += passed
-        counts[UNANCHORED] += 1
-        counts[UNBOUNDED] += 1
         if x < NEVER:
             move_within(powers, slot, width, x, y, carried, out, terms, total)
             turn_little(frequency, passed, u)
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
             leave(particular, drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
-            log_crossing(
-                log, counts[EVENTS], counts[CYCLE], clock[0] + clock[1], k, upward, pieces[slot, k], rate,
-                carried[integrals + k] if k < clearances else 0.0,
-            )  # fmt: skip
-            for i in range(memories):
-                log.memory[counts[EVENTS], i] = y[states - memories + i]
-            counts[EVENTS] += 1
-            _step_over(neighbour, counts, side, k, upward)
+            _cross(regions, march, log, k, upward, rate, integrals)
             counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
@@ -345,8 +352,7 @@ def march_on(regions, inputs, march, samples, notes, log, budget):
         if passed < h:
             move_within(powers, slot, width, passed / h, y, carried, out, terms, total)
             turn_little(frequency, passed, u)
-            counts[CYCLE] = int(inputs.knot_cycle[counts[INTERVAL] + 1])
-            clock[0], clock[1] = inputs.knot_fraction[counts[INTERVAL] + 1], 0.0
+            stand_at_instant(instants, counts, clock)
             continue
         advance(tables, first_table[slot] + level, width, y, carried, out)
         turn_step(cosines, sines, level, u)

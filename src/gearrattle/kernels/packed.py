@@ -24,13 +24,21 @@ class Inputs(NamedTuple):
     frequency: Any  # (H,) radians a period
     scale: Any  # (1 + H,) constant amplitudes
     steps: Any  # (levels,) LONGEST / 2^level
-    knot_cycle: Any  # (G + 1,) begins of the signals' intervals, whole periods
-    knot_fraction: Any  # (G + 1,) the rest; the last one is never passed
+    knot_cycle: Any  # (G,) begins of the signals' intervals, whole periods
+    knot_fraction: Any  # (G,) the rest
     chains: Any  # (G, Q) at the begin of every interval
     pace: float  # of the chains
     links: int  # D + 1, entries a channel has
     turn_cosine: Any  # (levels, H) rotation over one step of each level
     turn_sine: Any  # (levels, H)
+
+
+class Instants(NamedTuple):
+    """What happens at times known beforehand, ascending; the last never comes."""
+
+    cycle: Any  # (instants,) whole periods
+    fraction: Any  # (instants,) the rest
+    watch: Any  # (instants,) the companion that enters the piece above its own; -1: the next interval of signals begins
 
 
 class Regions(NamedTuple):
@@ -128,11 +136,11 @@ A clearance whose only corner is at zero has no such scale; its band is relative
 """
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
-UNANCHORED, UNBOUNDED, NOTED, INTERVAL, COUNTS = range(12, 17)
+UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, COUNTS = range(12, 19)
 """Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
 1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
 since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken; INTERVAL
-is that of the signals."""
+is that of the signals, TICKS counts what clocks have done, INSTANT is the next one."""
 
 
 def window_norm(terms: int) -> float:

@@ -121,6 +121,15 @@ def leave(particular, drift, states, slot, u, elapsed, y, carried, out):
 
 
 @kernel
+def recall(regions, slot, states):
+    """Set the memories that are known in a region."""
+    count = regions.known.shape[1]
+    for i in range(count):
+        if regions.known[slot, i] == regions.known[slot, i]:  # not NaN
+            states[regions.states - count + i] = regions.known[slot, i]
+
+
+@kernel
 def enter(particular, kept, states, width, slot, u, y, carried, out):
     """Take the particular solution away, and put the kept inputs behind the states."""
     behind = strips_of(carried.size)

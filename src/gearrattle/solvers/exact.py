@@ -26,7 +26,7 @@ from gearrattle.solvers.handover import (
     sampled_quantities,
     sampled_z,
 )
-from gearrattle.solvers.slots import Slots, packed_inputs, slots_of
+from gearrattle.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.energy import Auditor
 from gearrattle.system.store import Size, aligned, strips_for
@@ -92,6 +92,8 @@ class ExactMarch:
         self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces)
         self.first_cycle, self.cycles = first_cycle, cycles
         counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
+        self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
+        counts[packed.INSTANT] = 0
         self.before = counts.copy(), float(self.march.tried[0])
         self.auditor: Auditor | None = None
 
@@ -127,7 +129,9 @@ class ExactMarch:
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts, regions = self.march.counts, self.slots.packed
-        outcome = Outcome(self._march_on(regions, self.inputs, self.march, self.samples, self.notes, self.log, _BUDGET))
+        outcome = Outcome(
+            self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, _BUDGET)
+        )
         if counts[packed.NOTED]:
             self._work_out(regions, self.inputs, self.notes, self.samples, counts)
         if outcome is Outcome.NOTES_FULL:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST, Inputs, Regions
+from gearrattle.kernels.packed import INTERVAL, LONGEST, TICKS, Inputs, Instants, Regions
 from gearrattle.remember import remembered
 from gearrattle.system.building import DEEPEST
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
@@ -38,13 +38,29 @@ def packed_inputs(flow: Flow) -> Inputs:
     steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
     whole = np.floor(flow.knots[:-1])
-    knots = np.append(whole, np.inf), np.append(flow.knots[:-1] - whole, 0.0)
+    knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals
     pace, links = (0.0, 1) if signals is None else (signals.pace(flow.system.inputs.period), signals.degree + 1)
     chains = np.ascontiguousarray(flow.chains)
     return Inputs(
         high, low, flow.frequency, flow.scaling.inputs, steps, *knots, chains, pace, links, np.cos(angle), np.sin(angle)
     )
+
+
+def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants:
+    """What is still to come, up to the end of so many periods, for a march with such counts."""
+    knots = flow.knots[counts[INTERVAL] + 1 : -1]
+    knots = knots[: np.searchsorted(knots, end, side="right")]
+    whole = np.floor(knots)
+    found: tuple[NDArray[Any], ...] = (whole, knots - whole, np.full(len(knots), -1))
+    clock, first = flow.system.clock, len(flow.system.clearances)
+    if clock is not None:
+        cycle, fraction, companion = clock.ticks(int(counts[TICKS]), end, flow.system.inputs.period)
+        ticks = cycle, fraction, companion + first
+        found = tuple(map(np.concatenate, zip(found, ticks, strict=True)))
+    order = np.lexsort((found[1], found[0]))
+    cycle, fraction, watch = (each[order] for each in found)
+    return Instants(np.append(cycle, np.inf), np.append(fraction, 0.0), np.append(watch, -1).astype(np.int64))
 
 
 class Slots:
@@ -137,8 +153,8 @@ def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
 @remembered(8)
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
-    signals = () if system.signals is None else (system.signals,)
-    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *signals)
+    given = [part for part in (system.signals, system.clock) if part is not None]
+    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *given)
     arrays = [system.inertia, system.drag, system.rows]
     arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part)]
     digest = sha256()

@@ -16,6 +16,8 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
 
   and each of the last two is a companion: nothing, or the elastic force without the damping.
 
+* ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
+
 Takes numbers; gives companions.
 """
 
@@ -43,7 +45,7 @@ class Companion:
 
     Attributes:
         element: whose deflection it acts on.
-        kind: "slider" or "limiter".
+        kind: "slider", "limiter" or "alternation".
         stiffness, damping, memory, offset: (P,) k, c, s, f.
         moves: (P,) m.
         known: (P,) the value of e in a piece where it is constant; NaN where e goes on.
@@ -158,4 +160,24 @@ def _limiter(element: int, law: PiecewiseLaw, sign: float) -> Companion:
     return Companion(
         element, "limiter", stiffness, damping, np.zeros(count), offset, np.zeros(count), np.full(count, np.nan),
         watched, lower, upper, below, above, follow, scale=float(np.abs(law.corners).max()),
+    )  # fmt: skip
+
+
+def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Companion:
+    """A part of the elastic force that is lacking now, and not lacking then.
+
+    Args:
+        element: whose force it is.
+        law: its law.
+        lacking: the part, 0 ... 1.
+        begins_lacking: whether it is lacking at the start.
+    """
+    p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
+    part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])
+    nothing = np.zeros(2 * p)
+    return Companion(
+        element, "alternation", np.outer(part, law.stiffness).ravel(), nothing, nothing,
+        np.outer(part, law.offset).ravel(), nothing, np.full(2 * p, np.nan), np.zeros((2 * p, 3)),
+        np.full(2 * p, -none), np.full(2 * p, none), both, (both + p) % (2 * p),
+        np.stack([np.where(both < p, q, p + q) for q in range(p)]), scale=1.0,
     )  # fmt: skip

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.system.clock import Clock
 from gearrattle.system.companion import Companion
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.signals import Signals
@@ -60,6 +61,7 @@ class PiecewiseSystem:
         inputs: T(t) and e(t).
         companions: forces beside the laws. What looks at a system linearly leaves them out.
         signals: torques and transmission errors beside the harmonics; None without.
+        clock: when companions change their piece by the clock; None for never.
     """
 
     inertia: Array
@@ -69,6 +71,7 @@ class PiecewiseSystem:
     inputs: Harmonics
     companions: tuple[Companion, ...] = ()
     signals: Signals | None = None
+    clock: Clock | None = None
 
     @property
     def size(self) -> int:
