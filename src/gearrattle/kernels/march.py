@@ -90,7 +90,7 @@ def _open(gap, rate, curvature, jerk, fourth, band, h):
 
 
 @inlined
-def _choose_level(lower, upper, bands, slot, seen, calm, bound, side, band, steps, level, fine, unsafe):
+def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
 
     Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
@@ -100,6 +100,7 @@ def _choose_level(lower, upper, bands, slot, seen, calm, bound, side, band, step
         (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
         upper). A step safe for one clearance stays so when another shortens it.
     """
+    seen, calm, bound, side, band = near
     count, safe = side.size, True
     for k in range(count):
         rate, curvature, jerk, fourth = seen[k + count], seen[k + 2 * count], seen[k + 3 * count], bound[k]
@@ -286,6 +287,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
+    near = (seen, still, bound, side, band)
     ahead = _ahead(counts, clock, per_cycle)
     for _ in range(budget):
         if counts[SAMPLE] >= last:
@@ -307,16 +309,14 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             recall(regions, slot, y)
             enter(particular, kept, states, width - regions.chain, slot, u, y, carried, out)
             write_chains(regions, inputs, march)
-            counts[ENTERED], counts[ENTRY], clock[2] = 1, counts[CYCLE], clock[0] + clock[1]
-            counts[UNBOUNDED] = _BOUND_EVERY
+            counts[ENTERED], counts[ENTRY], counts[UNBOUNDED] = 1, counts[CYCLE], _BOUND_EVERY
+            clock[2] = clock[0] + clock[1]
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
-            _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
             counts[UNBOUNDED], clock[3] = 0, 0.0
+            _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
         _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
-        level, safe = _choose_level(
-            lower, upper, bands, slot, seen, still, bound, side, band, steps, first, fine, unsafe
-        )
+        level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)
         while steps[level] > until and level < fine:
             level += 1
         h = steps[level]
