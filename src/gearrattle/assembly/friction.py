@@ -2,7 +2,7 @@
 
 A stage's hysteresis is the full height of its loop, 2 H, in all; what it has beyond the stage before is a slider of its
 own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
-that is engaged throughout.
+that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
 
 Takes elements of a model and their laws; gives companions with names.
 """
@@ -32,7 +32,7 @@ class Named(NamedTuple):
 
 def is_parted(element: Coupling | Mesh) -> bool:
     """Whether the first stages of both sides differ in their friction."""
-    return element.drive_pieces[0][3:] != element.coast_pieces[0][3:]
+    return element.drive_pieces[0].hysteresis != element.coast_pieces[0].hysteresis
 
 
 def companions_of(index: int, element: Coupling | Mesh, law: PiecewiseLaw, period: float) -> Iterator[Named]:

@@ -14,7 +14,8 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
 
       min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
 
-  and each of the last two is a companion: nothing, or the elastic force without the damping.
+  so what damping would push, and what it would pull, beyond E is a companion each: nothing, or the elastic force without
+  the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
 
@@ -128,7 +129,7 @@ def slider(
 
 
 def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
-    """What the damping of contact lacks: min(0, E - c delta') and max(0, -E - c delta').
+    """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
 
     Args:
         element: whose deflection they act on.
@@ -137,10 +138,11 @@ def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
     return _limiter(element, law, 1.0), _limiter(element, law, -1.0)
 
 
-def _limiter(element: int, law: PiecewiseLaw, sign: float) -> Companion:
-    """The part that holds sign c delta' <= E; pieces: off, then two for each of the law's, idle and limiting.
+def _limiter(element: int, law: PiecewiseLaw, way: float) -> Companion:
+    """The part that limits pushing (way 1) or pulling (-1); pieces: off, then idle and limiting for each of the law's.
 
-    On the side s = +-1 of contact E = s (k delta + f), so it idles while s delta - sign (c / k) delta' >= -s f / k.
+    On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles while
+    s delta - sign (c / k) delta' >= -s f / k.
     """
     count = 1 + 2 * law.pieces
     stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
@@ -151,11 +153,11 @@ def _limiter(element: int, law: PiecewiseLaw, sign: float) -> Companion:
         if k == 0.0 or c == 0.0:
             continue
         side, idle, limiting = np.sign(piece + law.first_label), 1 + 2 * piece, 2 + 2 * piece
-        stiffness[limiting], damping[limiting], offset[limiting] = sign * side * k, -c, sign * side * f
-        watched[idle] = watched[limiting] = side, -sign * c / k, 0.0
+        stiffness[limiting], damping[limiting], offset[limiting] = way * k, -c, way * f
+        watched[idle] = watched[limiting] = side, -way * side * c / k, 0.0
         lower[idle] = upper[limiting] = -side * f / k
         below[idle], above[limiting] = limiting, idle
-        follow[piece] = limiting if sign * side > 0.0 else idle  # on contact c delta' is larger than E = 0
+        follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
     return Companion(
         element, "limiter", stiffness, damping, np.zeros(count), offset, np.zeros(count), np.full(count, np.nan),
