@@ -103,14 +103,15 @@ def compare(model: Driveline, cycles: int, samples_per_cycle: int, run: gr.Run |
         )
     exact = solve(model, cycles, samples_per_cycle)
     scale = scales(model, exact)
-    outcome = _judge(model, run, exact, scale, np.full(len(exact.time), ABSOLUTE))
+    outcome = judge(model, run, exact, scale, np.full(len(exact.time), ABSOLUTE))
     if not outcome.faults:
         return outcome
     grown = growth(model, cycles, samples_per_cycle, exact, np.array([scale.deflection, scale.rate]))
-    return _judge(model, run, exact, scale, np.maximum(ABSOLUTE, GROWING * grown))
+    return judge(model, run, exact, scale, np.maximum(ABSOLUTE, GROWING * grown))
 
 
-def _judge(model: Driveline, run: gr.Run, exact: Solution, scale: Scales, tolerance: np.ndarray) -> Outcome:
+def judge(model: Driveline, run: gr.Run, exact: Solution, scale: Scales, tolerance: np.ndarray) -> Outcome:
+    """Hold samples, regions and crossings of a run against a solution; ``tolerance`` (time,), relative to scale."""
     faults: list[str] = []
     errors: dict[str, float] = {}
     clear = list(model.clearances)

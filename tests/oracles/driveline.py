@@ -33,10 +33,19 @@ class Stage:
     stiffness: str
     damping: str = "0"
     until: str | None = None
+    hysteresis: str = "0"
+    stick_stiffness: str | None = None
 
     def toml(self) -> str:
         until = "" if self.until is None else f", until = {self.until}"
-        return f"{{ stiffness = {self.stiffness}, damping = {self.damping}{until} }}"
+        friction = "" if self.hysteresis == "0" else f", hysteresis = {self.hysteresis}"
+        stick = "" if self.stick_stiffness is None else f", stick_stiffness = {self.stick_stiffness}"
+        return f"{{ stiffness = {self.stiffness}, damping = {self.damping}{until}{friction}{stick} }}"
+
+    @property
+    def stick(self) -> Fraction:
+        """Stiffness of its friction's spring."""
+        return Fraction(self.stick_stiffness) if self.stick_stiffness is not None else 20 * Fraction(self.stiffness)
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,9 @@ class Coupling:
     stages: tuple[Stage, ...] | None = None
     coast_stages: tuple[Stage, ...] | None = None
     preload: str = "0"
+    hysteresis: str = "0"
+    stick_stiffness: str | None = None
+    contact_damping: str = "kelvin-voigt"
 
     radii = ("1", "1")
     error: tuple[Harmonic, ...] = ()
@@ -72,13 +84,16 @@ class Coupling:
         """Drive and coast stages from the centre outward, as exact decimal fractions."""
         if self.stages is not None:
             return self.stages, self.coast_stages or self.stages
-        outer = Stage(self.stiffness, self.damping)
+        stick = str(20 * Fraction(self.stiffness)) if self.stick_stiffness is None else self.stick_stiffness
+        outer = Stage(self.stiffness, self.damping, None, self.hysteresis, stick)
         if self.clearance is None or Fraction(self.clearance) == 0:
             return (outer,), (outer,)
         inner = Stage(
             str(Fraction(self.stiffness) * Fraction(self.stiffness_ratio)),
             str(Fraction(self.damping) * Fraction(self.damping_ratio)),
             self.clearance,
+            self.hysteresis,
+            stick,
         )
         return (inner, outer), (inner, outer)
 
@@ -98,6 +113,12 @@ class Coupling:
                 ]
         if self.preload != "0":
             lines.append(f"preload = {self.preload}")
+        if self.hysteresis != "0":
+            lines.append(f"hysteresis = {self.hysteresis}")
+        if self.stick_stiffness is not None:
+            lines.append(f"stick_stiffness = {self.stick_stiffness}")
+        if self.contact_damping != "kelvin-voigt":
+            lines.append(f'contact_damping = "{self.contact_damping}"')
         return "\n".join(lines)
 
 
@@ -112,6 +133,7 @@ class Mesh:
     damping: str = "0"
     backlash: str | None = None
     error: tuple[Harmonic, ...] = ()
+    contact_damping: str = "kelvin-voigt"
 
     preload = "0"
 
@@ -137,6 +159,8 @@ class Mesh:
             lines.append(f"backlash = {self.backlash}")
         if self.error:
             lines.append(f"transmission_error = [{', '.join(h.toml() for h in self.error)}]")
+        if self.contact_damping != "kelvin-voigt":
+            lines.append(f'contact_damping = "{self.contact_damping}"')
         return "\n".join(lines)
 
 
@@ -231,5 +255,8 @@ def has_corner(element: Coupling | Mesh) -> bool:
 
 
 def differ(a: Stage, b: Stage) -> bool:
-    """Whether two stages differ in slope or damping."""
-    return Fraction(a.stiffness) != Fraction(b.stiffness) or Fraction(a.damping) != Fraction(b.damping)
+    """Whether two stages differ in slope, damping or friction."""
+    return any(Fraction(getattr(a, name)) != Fraction(getattr(b, name)) for name in _TOLD)
+
+
+_TOLD = ("stiffness", "damping", "hysteresis")

@@ -375,9 +375,14 @@ def growth(model: Driveline, cycles: float, samples_per_cycle: int, base: Soluti
     the largest such change at the start, and never falls.
     """
     moved = solve(model, cycles, samples_per_cycle, perturbation=fixed(Fraction(1, 10**30)), seed=1)
+    return growth_between(base, moved, scale) if model.elements else np.ones(len(base.time))
+
+
+def growth_between(base: Solution, moved: Solution, scale: np.ndarray) -> np.ndarray:
+    """Return the factor by which the distance of two motions has grown so far, sample by sample."""
     change = np.zeros(len(base.time))
     for quantity, row in (("deflection", scale[0]), ("rate", scale[1])):
         before, after = getattr(base, quantity), getattr(moved, quantity)
         for i, (a, b) in enumerate(zip(before, after, strict=True)):
             change[i] = max([change[i], *(abs(to_float(x - y)) / s for x, y, s in zip(a, b, row, strict=True))])
-    return np.maximum.accumulate(change) / change[0] if model.elements else np.ones(len(change))
+    return np.maximum.accumulate(change) / change[0]
