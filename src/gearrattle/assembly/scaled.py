@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.model import Model
 from gearrattle.system.characteristic import Scales
-from gearrattle.trajectory import Layout, Trajectory
+from gearrattle.trajectory import Companions, Layout, Trajectory
 
 _FRICTION = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
 _STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle", **_FRICTION}
@@ -100,6 +100,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     short = None if cost.smallest_step is None else cost.smallest_step * unit["time"]
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
+    beside = None if trajectory.companions is None else _beside(trajectory.companions, layout, scales)
     return replace(
         trajectory,
         layout=layout,
@@ -119,5 +120,24 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
         final_force_integral=trajectory.final_force_integral * force * unit["time"],
         cost=replace(cost, smallest_step=short, **steps),
         energy=energy,
+        companions=beside,
         notes=(*trajectory.notes, "simulated without dimensions: quantities in its notes are dimensionless."),
+    )
+
+
+def _beside(companions: Companions, layout: Layout, scales: Scales) -> Companions:
+    """Sliders and limiters of a dimensionless motion in SI; every name begins with that of its element."""
+    unit, elements = scales.units(), dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
+    on_mesh = np.array([elements[name.split(".")[0]] for name in companions.names])
+    count, rate = len(layout.clearance), companions.rate.copy()
+    own = companions.watch < count
+    deflection = np.where(layout.is_mesh[layout.clearance], unit["length"], unit["angle"])
+    rate[own] *= deflection[companions.watch[own]] * unit["speed"]
+    return replace(
+        companions,
+        torque=companions.torque * np.where(on_mesh, unit["force"], unit["torque"]),
+        stretch=companions.stretch * np.where(on_mesh, unit["length"], unit["angle"]),
+        time=companions.time * unit["time"],
+        rate=rate,
+        stretched=companions.stretched * unit["angle"],
     )
