@@ -118,10 +118,11 @@ def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
 
 
 def path_of(flow: Flow, log: packed.Log) -> Path:
-    """All crossings of a log in the order in which they came."""
+    """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
     period, count = flow.system.inputs.period, len(flow.system.clearances)
     velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
-    return Path((log.cycle + log.fraction) * period, log.clearance, log.upward, velocity, log.memory / flow.memory)
+    time, watch, upward = (log.cycle + log.fraction) * period, log.clearance.copy(), log.upward.copy()
+    return Path(time, watch, upward, velocity, log.memory / flow.memory)
 
 
 def _element_order(log: packed.Log) -> IntArray:
