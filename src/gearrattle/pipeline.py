@@ -108,9 +108,9 @@ def run(
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
     """Advice on the run planned; None where its pilot fails, which the run may not, and without one speed."""
     from gearrattle.advice import advise
-    from gearrattle.assembly import left_out
+    from gearrattle.assembly import unsteady
 
-    if left_out(model):
+    if unsteady(model):
         return None
     try:
         return advise(model, **settings, progress=progress)

@@ -27,7 +27,7 @@ from gearrattle.advice.lumping import lumping_line
 from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
-from gearrattle.assembly import assemble, left_out, name_plate
+from gearrattle.assembly import assemble, name_plate, unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -65,7 +65,7 @@ def advise(
         ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
         ConvergenceError: the exact pilot run failed.
     """
-    if left := left_out(model):
+    if left := unsteady(model):
         rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
         raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
     planned = settled(

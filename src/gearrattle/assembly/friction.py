@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Coupling, Mesh, Piece
+from gearrattle.model import Coupling, Mesh, Model, Piece
 from gearrattle.system.companion import Companion, limiters, slider
 from gearrattle.system.law import PiecewiseLaw
 
@@ -33,6 +33,19 @@ class Named(NamedTuple):
 def is_parted(element: Coupling | Mesh) -> bool:
     """Whether the first stages of both sides differ in their friction."""
     return element.drive_pieces[0].hysteresis != element.coast_pieces[0].hysteresis
+
+
+def left_out(model: Model) -> tuple[str, ...]:
+    """What linear results leave out, in words; nothing for a model without companions."""
+    rubbing = [c.name for c in model.couplings if any(p.hysteresis for p in (*c.drive_pieces, *c.coast_pieces))]
+    elements: list[Coupling | Mesh] = [*model.couplings, *model.meshes]
+    clipped = [element.name for element in elements if element.contact_damping == "clipped"]
+    told = []
+    if rubbing:
+        told.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and all that is linear.")
+    if clipped:
+        told.append(f"contact damping of {', '.join(clipped)} counts as not clipped in all that is linear.")
+    return tuple(told)
 
 
 def companions_of(index: int, element: Coupling | Mesh, law: PiecewiseLaw, period: float) -> Iterator[Named]:

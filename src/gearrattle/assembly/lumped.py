@@ -25,7 +25,8 @@ _RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the
 
 
 def must_stay_level(model: Model) -> frozenset[int]:
-    """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a preload."""
+    """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a
+    preload, friction."""
     return frozenset(k for k, e in enumerate(elements_of(model)) if isinstance(e, Coupling) and not _meshable(e))
 
 
@@ -78,7 +79,7 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
 def _element(element: Coupling | Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
     """Write one element between the bodies kept, and say which kind of table it is."""
     (a, rho_a), (b, rho_b) = (to[end] for end in element.between)
-    table = {**element.to_plain(), "between": [a, b]}
+    table = {**element.to_plain(at_speed=True), "between": [a, b]}
     if isinstance(element, Mesh):
         radii = [element.radii[0] * rho_a, element.radii[1] * rho_b]
         return "mesh", {**table, "radii": radii}
@@ -89,11 +90,12 @@ def _element(element: Coupling | Mesh, to: Mapping[str, tuple[str, float]]) -> t
     piece = element.drive_pieces[-1]
     mesh: Table = {"name": element.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
     mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
-    return "mesh", mesh | ({"backlash": 2.0 * element.clearance * _RADIUS} if element.clearance else {})
+    gap = {"backlash": 2.0 * element.clearance * _RADIUS, "contact_damping": element.contact_damping}
+    return "mesh", mesh | (gap if element.clearance else {})
 
 
 def _meshable(coupling: Coupling) -> bool:
-    if coupling.preload:
+    if coupling.preload or coupling.drive_pieces[0].hysteresis:
         return False
     if coupling.stages is not None:
         return len(coupling.drive_pieces) == 1 and coupling.drive_pieces == coupling.coast_pieces
@@ -104,10 +106,11 @@ def _referred(table: Table, ratio: float) -> Table:
     """Refer a coupling to a shaft that turns 1/ratio times as fast: delta' = delta / ratio, T' = ratio T."""
     if ratio == 1.0:
         return table
-    _scale(table, {"stiffness": ratio**2, "damping": ratio**2, "clearance": 1.0 / ratio, "preload": ratio})
+    friction = {"hysteresis": ratio, "stick_stiffness": ratio**2}
+    _scale(table, {"stiffness": ratio**2, "damping": ratio**2, "clearance": 1.0 / ratio, "preload": ratio, **friction})
     for key in ("stages", "coast_stages"):
         for stage in table.get(key) or []:
-            _scale(stage, {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio})
+            _scale(stage, {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio, **friction})
     return table
 
 

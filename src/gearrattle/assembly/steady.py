@@ -1,6 +1,6 @@
 """A model without what is no harmonic of one speed: what linear tools and forecasts look at.
 
-A sweep is taken at its first speed, a record as its mean. ``left_out`` says so in words.
+A sweep is taken at its first speed, a record as its mean. ``unsteady`` says so in words.
 
 Takes a Model; gives a Model, and words.
 """
@@ -14,7 +14,7 @@ from gearrattle.model import Model
 from gearrattle.remember import remembered
 
 
-def left_out(model: Model) -> tuple[str, ...]:
+def unsteady(model: Model) -> tuple[str, ...]:
     """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
     told = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
     if model.excitation.sweep is not None:

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from gearrattle.assembly import assemble, elements_of, lumped_model, must_stay_level
+from gearrattle.assembly import assemble, elements_of, left_out, lumped_model, must_stay_level
 from gearrattle.calls.reduction import Compared, ElementFate, Reduction, Simulated, stated
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
@@ -41,8 +41,9 @@ def reduce(
     Args:
         model: the driveline.
         up_to: end of the band: "75 Hz", or a plain number of Hz (Omega itself in a dimensionless model).
-        keep: names of the elements that must stay; default: every element with a clearance. A clearance that is
-            not named in a list given here counts as closed and may be merged: it can then no longer rattle.
+        keep: names of the elements that must stay; default: every element with a clearance or dry friction. A
+            clearance that is not named in a list given here counts as closed and may be merged: it can then no longer
+            rattle.
         merge: names of the elements to be merged whatever their strain energy.
         limit: largest relative error of a natural frequency in the band, over all contact states; 0.05 by default.
         margin: modes up to margin x up_to decide.
@@ -105,9 +106,10 @@ def requested(
     keep: Sequence[str] | None,
     merge: Sequence[str] = (),
 ) -> Request:
-    """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases clearances kept by default."""
+    """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
     names = [element.name for element in elements_of(model)]
-    kept = [names[k] for k in system.clearances if names[k] not in merge] if keep is None else keep
+    own = sorted({*system.clearances, *(each.element for each in system.companions)})
+    kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)
     if system.signals is not None:
         moved |= np.any(system.signals.torque != 0.0, axis=1)
@@ -171,6 +173,10 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     lost = [elements[k].name for k in merged if k in request.system.clearances]
     if lost:
         notes.append(f"clearances given up: {', '.join(lost)}; they count as closed and can no longer rattle.")
+    smooth = sorted({elements[each.element].name for each in request.system.companions if each.element in merged})
+    if smooth:
+        notes.append(f"friction given up: {', '.join(smooth)}.")
+    notes += left_out(model)
     wavy = [elements[k].name for k in merged if np.any(request.system.inputs.error_sine[k] != 0.0)
             or np.any(request.system.inputs.error_cosine[k] != 0.0)]  # fmt: skip
     if wavy:

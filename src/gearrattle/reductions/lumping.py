@@ -64,6 +64,7 @@ class Fate:
 REASONS = {
     "kept": "asked to be kept",
     "clearance": "has a clearance",
+    "friction": "has dry friction",
     "ground": "is tied to the ground",
     "soft": "has no stiffness",
     "error": "its transmission error excites the band",
@@ -244,7 +245,8 @@ def _barred(request: Request, forced: tuple[int, ...]) -> list[str]:
         elif excites[k]:
             reason = "error"
         elif k in request.kept:
-            reason = "clearance" if k in request.clearances else "kept"
+            rubs = any(each.element == k for each in system.companions)
+            reason = "clearance" if k in request.clearances else "friction" if rubs else "kept"
         if reason and k in forced:
             raise Refused(k, reason)
         reasons.append(reason)
