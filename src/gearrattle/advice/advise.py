@@ -27,7 +27,7 @@ from gearrattle.advice.lumping import lumping_line
 from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
-from gearrattle.assembly import assemble, name_plate, unsteady
+from gearrattle.assembly import assemble, left_out, name_plate, unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -89,9 +89,9 @@ def advise(
         lumping,
         scaling_line(model),
         stiffness_line(model, pilot),
-        clearances_line(plate, response, pilot),
+        clearances_line(plate, response, pilot, left_out(model)),
         ratios,
-        algorithm_line(planned, pilot, quiet=response.inside),
+        algorithm_line(planned, pilot, quiet=response.inside and not system.companions),
         cost_line(pilot),
         predictability_line(pilot),
     )

@@ -28,8 +28,8 @@ def linear_forecasts(plate: Layout, found: Excursions) -> list[Forecast]:
     ]
 
 
-def clearances_line(plate: Layout, found: Excursions, pilot: Pilot) -> Line:
-    """Regimes as the pilot has them; the linear response beside."""
+def clearances_line(plate: Layout, found: Excursions, pilot: Pilot, beside: tuple[str, ...] = ()) -> Line:
+    """Regimes as the pilot has them; the linear response beside, and what that leaves out."""
     names, shown = plate.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
@@ -41,7 +41,7 @@ def clearances_line(plate: Layout, found: Excursions, pilot: Pilot) -> Line:
     else:
         words = "No clearance opens."
     evidence = [f"{pilot.name}, its second half: {', '.join(f'{n} {r}' for n, r in shown.items())}"]
-    if found.inside:
+    if found.inside and not beside:
         least = int(np.argmax(found.used))
         evidence.append(
             "the steady linear response about rest reaches no corner, so it is an exact motion of the driveline; "
@@ -51,8 +51,12 @@ def clearances_line(plate: Layout, found: Excursions, pilot: Pilot) -> Line:
             evidence.append("the pilot moves otherwise: there is more than one motion, or it has not settled yet")
     else:
         over = [name for name, used in zip(names, found.used, strict=True) if used >= 1.0]
-        evidence.append(f"the steady linear response about rest crosses corners of {', '.join(over)}")
-    return Line("clearances", words, tuple(evidence))
+        evidence.append(f"the steady linear response about rest crosses {_corners(over)}")
+    return Line("clearances", words, (*evidence, *beside))
+
+
+def _corners(over: list[str]) -> str:
+    return f"corners of {', '.join(over)}" if over else "no corner"
 
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:

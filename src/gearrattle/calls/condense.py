@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble, elements_of, left_out
 from gearrattle.calls.reduce import band_end, requested, unknown
 from gearrattle.calls.reduction import ReductionError, stated
 from gearrattle.errors import ModelError, Problem
@@ -40,6 +40,7 @@ class Condensed:
         damping: (r, r), all elements in their last drive stage.
         stiffness: (r, r), likewise.
         error: how far from the full model, over all contact states.
+        notes: what the matrices leave out: friction and the clipping of contact damping.
     """
 
     method: str
@@ -53,6 +54,7 @@ class Condensed:
     stiffness: Array
     error: ReductionError
     _request: Request
+    notes: tuple[str, ...] = ()
 
     def frequencies(self, contact_ratio: Mapping[str, float] | None = None) -> Array:
         """Return (r,) natural frequencies [rad/s].
@@ -125,6 +127,7 @@ def condense(
         stiffness=small.stiffness,
         error=stated(found, names, limit),
         _request=request,
+        notes=left_out(model),
     )
 
 

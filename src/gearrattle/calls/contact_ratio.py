@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate, steady, unsteady
+from gearrattle.assembly import assemble, left_out, name_plate, steady, unsteady
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -56,8 +56,10 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     if isinstance(run_or_model, Model):
         return forecast_ratios(run_or_model, method)
     found, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
+    beside = () if method == "spectral" else left_out(run_or_model.model)
     interval = {"low": _by_name(names, found.low), "high": _by_name(names, found.high)}
-    return _series(names, found.value, method, {"quantity": found.quantity, **interval, "notes": list(found.notes)})
+    told = {"quantity": found.quantity, **interval, "notes": [*found.notes, *beside]}
+    return _series(names, found.value, method, told)
 
 
 def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.Series[float]:
@@ -85,6 +87,7 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
     notes += left
     if found.failed:
         notes.append(f"{found.failed} searches found none")
+    notes += left_out(model)
     return _series(names, told, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble, elements_of, left_out
 from gearrattle.errors import ModelError, Problem
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
@@ -62,6 +62,7 @@ class Modes:
         sources: (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
         excitation: (p, n modes) the share of a source's energy that goes into each mode: the row of
             ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
+        notes: what the modes leave out: friction and the clipping of contact damping.
     """
 
     frequencies: Array
@@ -75,6 +76,7 @@ class Modes:
     participation: Array
     sources: tuple[str, ...]
     excitation: Array
+    notes: tuple[str, ...] = ()
 
     def works_in(self, mode: int, least: float = 0.05) -> dict[str, float]:
         """Elements with at least this share of a mode's strain energy, largest first; none for rigid motion.
@@ -165,6 +167,7 @@ def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibriu
             f"(up to {largest:.6g} rad/s^2); the equilibrium is that of the accelerated train."
         )
     notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
+    notes += left_out(model)
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
     return Equilibrium(rest.angle, deflection, region, rest.acceleration, tuple(notes)), rest
@@ -204,6 +207,7 @@ def modes(
         participation=data.kinetic_energy / system.inertia[:, None],
         sources=sources,
         excitation=excitation,
+        notes=left_out(model),
     )
 
 

@@ -36,7 +36,7 @@ class StepLimit:
 def step_limits(
     model: Model, regions: Sequence[RegionStiffness], step: float | str | None = None
 ) -> tuple[StepLimit, ...]:
-    """One entry for every fixed-step algorithm.
+    """One entry for every fixed-step algorithm; none for a driveline that only ``exact`` takes.
 
     Args:
         model: the driveline.
@@ -46,10 +46,13 @@ def step_limits(
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
+    from gearrattle.assembly import assemble
     from gearrattle.solvers import SOLVERS
     from gearrattle.solvers.one_step import FixedStep
     from gearrattle.solvers.stability import largest_stable_step
 
+    if assemble(model).companions:
+        return ()
     values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]
     every = np.hstack(values)
     found = []

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble, left_out, name_plate
 from gearrattle.calls.statics import element_names, slopes
 from gearrattle.linear.conditioning import conditions
 from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass
@@ -38,6 +38,7 @@ class Stiffness:
         rigid_eigenvalues: those of rigid motions: a zero and a drag rate each [1/s].
         condition: condition number of the Jacobian by formulation: "dimensional", then with the characteristic
             quantities of ``nondimensionalize`` "translational", "mixed" and "torsional", and "balanced".
+        notes: what these leave out: friction and the clipping of contact damping.
     """
 
     r_lambda: float
@@ -45,6 +46,7 @@ class Stiffness:
     eigenvalues: Complex
     rigid_eigenvalues: Complex
     condition: dict[str, float]
+    notes: tuple[str, ...] = ()
 
 
 def stiffness(
@@ -69,7 +71,7 @@ def stiffness(
     slope, damping = slopes(model, system, contact_ratio, region, with_damping=with_damping)
     found = eigenvalues_of(system, slope, damping)
     condition = conditions(system, slope, damping, _formulations(system, name_plate(model, system)))
-    return Stiffness(found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition)
+    return Stiffness(found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition, left_out(model))
 
 
 def _formulations(system: PiecewiseSystem, plate: Layout) -> dict[str, tuple[Array, float]]:

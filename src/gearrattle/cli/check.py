@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.cli.options import Json
 
 if TYPE_CHECKING:
-    from gearrattle.model import Coupling, Mesh, Model
+    from gearrattle.model import Model
 
 
 def check(model: Path, /, *, json: Json = False) -> None:
@@ -44,18 +44,15 @@ def check(model: Path, /, *, json: Json = False) -> None:
 
 def _content(model: Model) -> dict[str, Any]:
     """Say what is in a model."""
-    elements: list[Coupling | Mesh] = [*model.couplings, *model.meshes]
+    from gearrattle.assembly import assemble, name_plate
+
     return {
         "name": model.name,
         "units": model.units,
         "inertias": [body.name for body in model.inertias],
         "couplings": [element.name for element in model.couplings],
         "meshes": [element.name for element in model.meshes],
-        "clearances": [
-            element.name
-            for element in elements
-            if len(element.drive_pieces) > 1 or element.drive_pieces != element.coast_pieces
-        ],
+        "clearances": list(name_plate(model, assemble(model)).clearance_names),
         "torques_on": [torque.on for torque in model.torques],
         "speed": model.excitation.omega,
     }

@@ -65,7 +65,8 @@ def modes(
         from gearrattle.report.modes import fill_modes
 
         with Staging(output) as staging:
-            fill_modes(driveline, found, diagram, _setting(ratios, labels), staging.path)
+            setting = " ".join([_setting(ratios, labels), *found.notes])
+            fill_modes(driveline, found, diagram, setting, staging.path)
             staging.commit()
     if json:
         from gearrattle.report.modes import modes_content
@@ -112,6 +113,8 @@ def _tell(driveline: Model, found: Modes, diagram: Campbell, *, crossings: bool)
     for group in found.repeated():
         numbers = " and ".join(str(mode + 1) for mode in group)
         print(f"note: modes {numbers} have one frequency; only sums of their shares mean something", file=sys.stderr)
+    for note in found.notes:
+        print(f"note: {note}", file=sys.stderr)
     if crossings:
         table = crossings_table(diagram, si=hertz)
         print("\n" + (columns(table.head, table.rows) if table.rows else "no order meets a mode in this range"))

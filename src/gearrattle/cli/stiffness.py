@@ -62,8 +62,8 @@ def stiffness(
     moving = [name for name in element_names(driveline) if name in met[0].labels]
     grid = {n: r_lambda_over(driveline, n, RATIOS, ratios, with_damping=with_damping).tolist() for n in moving}
     limits = step_limits(driveline, met, number_or_text(step))
-    if note:
-        print(f"note: {note}", file=sys.stderr)
+    for line in (*([note] if note else ()), *found.notes):
+        print(f"note: {line}", file=sys.stderr)
     if json:
         steps = [asdict(limit) for limit in limits]
         over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
@@ -87,6 +87,8 @@ def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list
 def _tell_steps(limits: Sequence[StepLimit]) -> None:
     from gearrattle.cli.columns import columns
 
+    if not limits:
+        return
     lines = [
         (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
     ]

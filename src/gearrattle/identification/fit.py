@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly import left_out
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.data_file import Data, read_data
 from gearrattle.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
@@ -152,7 +153,7 @@ def _told(
         ),
         starts=starts,
         undetermined=open_ones,
-        notes=tuple(_notes(problem, parameters, minima, (scale, freedom, failed), open_ones)),
+        notes=(*_notes(problem, parameters, minima, (scale, freedom, failed), open_ones), *left_out(model)),
     )
 
 

@@ -80,6 +80,7 @@ def modes_dict(modes: Modes) -> dict[str, Any]:
             "works_in": [list(modes.works_in(mode)) for mode in count],
             "excited_by": [list(modes.excited_by(mode)) for mode in count],
             "repeated": modes.repeated(),
+            "notes": modes.notes,
         }
     )
     return converted

@@ -14,8 +14,8 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
 
       min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
 
-  so what damping would push, and what it would pull, beyond E is a companion each: nothing, or the elastic force without
-  the damping.
+  so what damping would push, and what it would pull, beyond E is a companion each: nothing, or the elastic force
+  without the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
 
@@ -141,8 +141,8 @@ def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
 def _limiter(element: int, law: PiecewiseLaw, way: float) -> Companion:
     """The part that limits pushing (way 1) or pulling (-1); pieces: off, then idle and limiting for each of the law's.
 
-    On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles while
-    s delta - sign (c / k) delta' >= -s f / k.
+    On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles
+    while s delta - sign (c / k) delta' >= -s f / k.
     """
     count = 1 + 2 * law.pieces
     stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
