@@ -21,6 +21,7 @@ FILES = (
     "paper/case3.toml",
     "manual_transmission.toml",
     "driveline_lash.toml",
+    "clutch_friction.toml",
 )
 LONG = {"cycles": 30, "samples_per_cycle": 12, "discard": 4}
 

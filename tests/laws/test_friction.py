@@ -71,9 +71,7 @@ def test_the_area_of_the_loop_is_what_friction_took(stick, speed):
     """4 H (A - H / s) a cycle at the steady amplitude A, and the same from the audit (Jenkins 1962)."""
     limit, drive = 0.2, Torque("x", "0", (Harmonic("1", "2"),))
     before, run = (simulate(oscillator("0.4", stick, "0.5", drive, speed=speed), cycles, 512) for cycles in (400, 401))
-    angle, velocity, acceleration = (
-        run.data[name].values[-513:, 0] for name in ("angle", "velocity", "acceleration")
-    )
+    angle, velocity, acceleration = (run.data[name].values[-513:, 0] for name in ("angle", "velocity", "acceleration"))
     widest = np.argmax(np.abs(angle))
     amplitude = abs(angle[widest]) + velocity[widest] ** 2 / abs(2 * acceleration[widest])
     assert np.abs(angle[-1] - angle[0]) < 1e-9

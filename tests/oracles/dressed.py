@@ -15,7 +15,18 @@ from tests.oracles.fixed_point import to_float
 from tests.oracles.random_drivelines import Problem, log_uniform, random_problem, text
 from tests.oracles.stick_slip import Motion, growth, solve
 
-FAMILIES = ("chain", "tree", "loop", "staged", "mesh", "undamped", "free-flight", "half-order", "two-trains", "everything")
+FAMILIES = (
+    "chain",
+    "tree",
+    "loop",
+    "staged",
+    "mesh",
+    "undamped",
+    "free-flight",
+    "half-order",
+    "two-trains",
+    "everything",
+)
 
 
 def dressed_problem(family: str, seed: int) -> Problem:
