@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,12 +48,20 @@ class Plan:
         axes: what is varied in order.
         samples: what scatters; None for nothing.
         chunk_size: cases a chunk holds, about.
+        kind: of study, by its name on the shelf (a class attribute: another kind of plan is a class of its own).
     """
+
+    kind: ClassVar[str] = "grid"
 
     model: Model
     axes: tuple[Axis, ...]
     samples: Samples | None
     chunk_size: int
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What else the Dataset says of itself, in its attributes; plain values."""
+        return {}
 
     @property
     def dimensions(self) -> tuple[str, ...]:

@@ -9,12 +9,8 @@ Takes a Model, axes and names of outputs; gives an xarray Dataset.
 from __future__ import annotations
 
 import os
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.calls.settings import settled
@@ -23,42 +19,15 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.studies.axes import axes_of
 from gearrattle.studies.distributions import METHODS, distributions_of, sampled
-from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
+from gearrattle.studies.outputs import DEFAULT, Function, outputs_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.schedulers import Scheduler, opened
-from gearrattle.studies.store import Store
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span, with_failures
+from gearrattle.studies.schedulers import opened
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
-CHUNK_SECONDS, MOST_IN_CHUNK = 5.0, 10_000
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A study about to begin.
-
-    Attributes:
-        plan, outputs: what is computed, and what is kept.
-        seconds: that one case took, warm.
-    """
-
-    plan: Plan
-    outputs: Outputs
-    seconds: float
-
-    def estimate(self, workers: int) -> str:
-        """Return in words what all cases will cost."""
-        total = self.plan.count * self.seconds / workers
-        each = f"{1e3 * self.seconds:.3g} ms"
-        return f"{self.plan.count} cases of about {each}: {_span(total)} on {workers} worker{'s' * (workers != 1)}"
-
-    def sensible(self) -> int:
-        """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < _STARTING * 2 else cores
 
 
 def prepare(
@@ -84,8 +53,7 @@ def prepare(
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = _first(plan)
     found = outputs_of(outputs, run, function)
-    fitting = int(min(CHUNK_SECONDS / max(seconds, 1e-6), MOST_IN_CHUNK, max(1, plan.count // 8)))
-    return Prepared(Plan(base, given, points, max(1, _round(fitting))), found, seconds)
+    return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
 
 def study(
@@ -143,52 +111,10 @@ def study(
         model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
         most=most,
     )  # fmt: skip
-    with opened(scheduler, workers, found.sensible()) as compute, _folder(output) as folder:
-        store = Store.open(folder, found.plan, found.outputs, resume=resume)
-        carry_out(store, compute, retry_failed=retry_failed, progress=progress)
-        return store.dataset().assign_attrs(failures=[f"{at}: {text}" for at, text in store.messages().items()])
-
-
-def carry_out(
-    store: Store, compute: Scheduler, *, retry_failed: bool = False, progress: Progress | None = None
-) -> list[int]:
-    """Compute whatever is not done, and return the chunks that were found damaged and computed again.
-
-    Args:
-        store: where results are kept.
-        compute: who computes.
-        retry_failed: whether chunks with failed cases are computed again.
-        progress: as in ``study``.
-    """
-    damaged = store.damaged()
-    for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
-        store.forget(chunk)
-    done = store.done()
-    chunks = store.plan.chunks
-    left = [chunk for chunk in range(chunks) if chunk not in done]
-    reached = len(done)
-
-    def tick() -> None:
-        if progress is not None:
-            progress(reached / chunks)
-
-    with closing(compute(store, left, tick)) as finished:
-        for _ in finished:
-            reached += 1
-            tick()
-    return damaged
-
-
-_STARTING = 5.0  # seconds until a fresh process is warm
-
-
-@contextmanager
-def _folder(output: str | os.PathLike[str] | None) -> Iterator[Path]:
-    if output is not None:
-        yield Path(output)
-        return
-    with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
-        yield Path(name) / "study"
+    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+        return with_failures(
+            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+        )
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:
@@ -223,7 +149,7 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     simulate(model, audit=False)
     took = time.perf_counter() - begun
     sizes = " x ".join(map(str, plan.shape))
-    cost = _span(plan.count * took)
+    cost = span(plan.count * took)
     rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
 
@@ -244,15 +170,3 @@ def _first(plan: Plan) -> tuple[Any, float]:
             trouble = trouble or error
     assert trouble is not None
     raise trouble
-
-
-def _round(count: int) -> int:
-    """Down to a power of two: machines of about one speed cut a study alike, and can go on with each other's."""
-    return 1 << max(0, count.bit_length() - 1)
-
-
-def _span(seconds: float) -> str:
-    for unit, length in (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2.0 * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds:.2g} s"

@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from functools import partial
 
 from gearrattle.errors import Cancelled
-from gearrattle.studies.cases import compute
 from gearrattle.studies.schedulers.base import TICK, WINDOW, Scheduler, Tick, Wanted
 from gearrattle.studies.store import Store
 
@@ -51,5 +50,5 @@ def _work(store: Store, chunk: int, stop: threading.Event) -> int:
         if stop.is_set():
             raise Cancelled("the study has ended")
 
-    store.keep(chunk, compute(store.plan, store.outputs, chunk, told))
+    store.keep(chunk, store.compute(chunk, told))
     return chunk
