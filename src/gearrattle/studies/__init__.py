@@ -8,6 +8,7 @@ Takes a Model; gives an xarray Dataset.
 """
 
 from gearrattle.studies.boundary import regime_boundary
+from gearrattle.studies.diagram import bifurcation
 from gearrattle.studies.prepared import Done, Prepared, carry_out
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.studies.schedulers import opened
@@ -18,6 +19,7 @@ from gearrattle.studies.study import prepare, study
 __all__ = [
     "Done",
     "Prepared",
+    "bifurcation",
     "carry_out",
     "open_study",
     "opened",

@@ -58,7 +58,7 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], No
         except Cancelled:
             raise
         except Exception as error:  # a case's failure is a result: any error at all is told, and the study goes on
-            found.outcome[at] = _code(error)
+            found.outcome[at] = code_of(error)
             found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         if told is not None:
             told((i + 1) / found.outcome.size)
@@ -75,7 +75,8 @@ def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> C
     return Computed(values, np.full(box, outcome, dtype=np.int8), {})
 
 
-def _code(error: Exception) -> int:
+def code_of(error: Exception) -> int:
+    """Return what became of a case that raised this."""
     if isinstance(error, ModelError):
         return NO_MODEL
     return NOT_CONVERGED if isinstance(error, ConvergenceError) else FAILED

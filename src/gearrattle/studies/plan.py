@@ -60,7 +60,7 @@ class Plan:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What else the Dataset says of itself, in its attributes; plain values."""
+        """What else decides what is computed; plain values, which the Dataset tells in its attributes."""
         return {}
 
     @property
@@ -128,4 +128,6 @@ class Plan:
         digest.update(json.dumps([[axis.name, dict(axis.values)] for axis in self.axes], sort_keys=True).encode())
         if self.samples is not None:
             digest.update(json.dumps(self.samples.paths).encode() + self.samples.points.tobytes())
+        if self.attributes:
+            digest.update(json.dumps([self.kind, self.attributes], sort_keys=True).encode())
         return digest.hexdigest()

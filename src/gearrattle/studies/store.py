@@ -122,7 +122,7 @@ class Store:
         if plan.samples is not None:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 _coordinate(group, path, SAMPLE, column.tolist())
-        subjects: dict[tuple[str, tuple[str, ...]], str] = {}
+        subjects: dict[tuple[str, tuple[Any, ...]], str] = {}
         for output in self.outputs.all:
             dimensions, shape, chunks = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
             if output.dimension:
@@ -147,8 +147,8 @@ class Store:
     def _subjects(
         self,
         dimension: str,
-        subjects: tuple[str, ...],
-        known: dict[tuple[str, tuple[str, ...]], str],
+        subjects: tuple[Any, ...],
+        known: dict[tuple[str, tuple[Any, ...]], str],
         group: Any,
     ) -> str:
         """Name of the dimension with these subjects; a second list of parts is another dimension."""
@@ -254,6 +254,24 @@ class Store:
                 inside = [int(i) for i in at.split(",")] if at else []
                 found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
         return found
+
+    def add(self, found: xr.Dataset) -> None:
+        """Write what was made of the whole beside the results; what is there by these names is replaced."""
+        group = self._group()
+        for name in found.variables:
+            values = np.asarray(found[name].values)
+            words = values.dtype.kind in "OU"
+            data = np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
+            dimensions, kind = [str(dim) for dim in found[name].dims], str if words else values.dtype
+            array = group.create_array(
+                str(name), shape=values.shape, chunks=tuple(max(1, size) for size in values.shape), dtype=kind,
+                dimension_names=dimensions, overwrite=True,
+            )  # fmt: skip
+            array[...] = data if words else values
+            array.attrs.update(found[name].attrs)
+        known = [name for name in group.attrs["order"] if name not in found]
+        group.attrs["order"] = [*known, *map(str, found.data_vars)]
+        group.attrs.update(found.attrs)
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""

@@ -17,6 +17,7 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.results import Run
 from gearrattle.studies.axes import axes_of
 from gearrattle.studies.distributions import METHODS, distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, outputs_of
@@ -47,11 +48,11 @@ def prepare(
     base = settled(model.with_(dict(fixed)) if fixed else model, {})
     points = _points(vary or {}, samples, method, seed, base)
     given = axes_of(axes or {}, base)
-    _check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
+    check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
     plan = Plan(base, given, points, 1)
     if plan.count > most or not plan.dimensions:
         raise ModelError(_wrong_count(plan, base, most))
-    run, seconds = _first(plan)
+    run, seconds = first_run(plan)
     found = outputs_of(outputs, run, function)
     return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
@@ -136,7 +137,8 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
     return Samples(tuple(each.path for each in distributions), sampled(distributions, samples, method, seed))
 
 
-def _check_paths(paths: list[str]) -> None:
+def check_paths(paths: list[str]) -> None:
+    """Refuse values that are varied twice."""
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
@@ -154,8 +156,8 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
 
 
-def _first(plan: Plan) -> tuple[Any, float]:
-    """A run of the first case that can be simulated, warm, and how long it took [s]."""
+def first_run(plan: Plan) -> tuple[Run, float]:
+    """Return a run of the first case that can be simulated, warm, and how long it took [s]."""
     trouble: Exception | None = None
     at = (0,) * len(plan.shape)
     last = tuple(length - 1 for length in plan.shape)
