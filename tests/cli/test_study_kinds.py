@@ -27,6 +27,17 @@ discard = 20
 "torque.0.harmonics.0.amplitude" = { from = 1.0, to = 7.0, count = COUNT }
 """
 
+BASINS = """
+schema = 1
+model = "rattle_oscillator.toml"
+kind = "basins"
+cycles = 80
+discard = 60
+[over]
+"deflection.flanks" = { from = -0.5, to = 0.7, count = 6 }
+"rate.flanks" = { from = -4.0, to = 4.0, count = 6 }
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -70,6 +81,31 @@ def test_wrong_files_are_refused_before_anything_runs(
     assert main(["study", "over.toml"]) == 2
     assert match in capsys.readouterr().err
     assert not Path("over-study").exists()
+
+
+def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "rest.toml").write_text(BASINS, encoding="utf-8")
+    assert main(["study", "rest.toml", "--workers", "1"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "36 done"
+    found = gr.open_study("rest-study")
+    assert found.attrs["kind"] == "basins"
+    assert found["basin"].shape == (6, 6)
+    page = Path("rest-study/study.html").read_text(encoding="utf-8")
+    assert "The quiet state is reached from" in page
+    drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
+    (folder / "drawn.toml").write_text(drawn, encoding="utf-8")
+    assert main(["study", "drawn.toml", "--workers", "1"]) == 0
+    assert "95 % interval" in Path("drawn-study/study.html").read_text(encoding="utf-8")
+    for old, new, match in (
+        ("[over]", "[ower]", "needs over"),
+        (", count = 6", "", "needs count"),
+        ("-0.5", '"1 mm"', "finite"),
+    ):
+        (folder / "wrong.toml").write_text(BASINS.replace(old, new), encoding="utf-8")
+        capsys.readouterr()
+        assert main(["study", "wrong.toml"]) == 2
+        assert match in capsys.readouterr().err
+    assert not Path("wrong-study").exists()
 
 
 def test_a_function_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.signals.strobe import apart, grouped, orbit_distances, period_number
+from gearrattle.signals.strobe import apart, grouped, orbit_distances, period_number, room
 
 RNG = np.random.default_rng(3)
 
@@ -72,5 +72,7 @@ def test_groups_are_found_in_any_order_with_their_room() -> None:
     assert sizes == [6, 3, 1]
     assert found.label[9] == -1
     assert found.within < 1e-4
-    assert found.between == pytest.approx(1.0, abs=1e-4)
+    standing = [near[i] for i in found.first[:2]]
+    assert room(standing, [0, 1]) == pytest.approx(1.0, abs=1e-4)
+    assert room(standing, [0, 0]) == np.inf
     assert [found.label[i] for i in found.first] == [0, 1, 2]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import positions, title_of
+from gearrattle.plots.axis_names import edges_of, positions, title_of
 from gearrattle.plots.chart import Band, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.palette import CENTRE, COAST, DRIVE, REGIMES
 from gearrattle.studies.branches import swept
@@ -93,16 +93,8 @@ def _points(data: xr.Dataset, name: str, x: Array) -> tuple[Line, ...]:
     return tuple(found)
 
 
-def _edges(x: Array, log: bool) -> Array:
-    """(N + 1,) limits of the cells about the values."""
-    at = np.log(x) if log else x
-    inner = 0.5 * (at[:-1] + at[1:])
-    edges = np.concatenate([[2 * at[0] - inner[0]], inner, [2 * at[-1] - inner[-1]]])
-    return np.asarray(np.exp(edges) if log else edges)
-
-
 def _ends(x: Array, log: bool) -> tuple[float, float]:
-    edges = _edges(x, log)
+    edges = edges_of(x, log)
     return float(edges[0]), float(edges[-1])
 
 
@@ -110,7 +102,7 @@ def _bands(data: xr.Dataset, x: Array, log: bool) -> tuple[Band, ...]:
     """Where both directions differ, neighbours as one."""
     if "motions" not in data:
         return ()
-    edges, differ = _edges(x, log), np.concatenate([[False], data["motions"].values == 1, [False]])
+    edges, differ = edges_of(x, log), np.concatenate([[False], data["motions"].values == 1, [False]])
     begins, ends = np.flatnonzero(differ[1:] & ~differ[:-1]), np.flatnonzero(differ[:-1] & ~differ[1:])
     return tuple(
         Band(float(edges[a]), float(edges[b]), TWO.colour, "x", 0.16) for a, b in zip(begins, ends, strict=True)
@@ -121,7 +113,7 @@ def _strip(data: xr.Dataset, frame: Panel, x: Array, log: bool) -> tuple[list[Pa
     """A row of regimes a direction, and the words that occur; no panel without verdicts."""
     if "verdict" not in data:
         return [], ()
-    words, edges = words_of(data["verdict"]), _edges(x, log)
+    words, edges = words_of(data["verdict"]), edges_of(x, log)
     cells, used = [], []
     rows = len(data["direction"])
     for code, word in enumerate(words):

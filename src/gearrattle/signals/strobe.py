@@ -7,8 +7,8 @@ points turned round (F. C. Moon, Chaotic Vibrations, Wiley 1987, ch. 2). Nothing
 * n is the smallest number for which, over the last half of the points, every x_{k+n} is within ``tolerance`` of x_k. A
   motion that still creeps, is quasi-periodic, chaotic or longer than the points can show has none;
 * the distance of two orbits is the largest of their points' distances, in the best of the n ways to turn one of them.
-  Orbits nearer than ``same`` to the first of their group are one group. How far groups are apart is told, for a
-  threshold proves nothing unless there is empty space about it.
+  Orbits nearer than ``same`` to the first of their group are one group. How far groups are apart is told (``room``),
+  for a threshold proves nothing unless there is empty space about it.
 
 Points are given in units of their own (half a clearance, say); distances are the largest of their components.
 
@@ -72,13 +72,11 @@ class Groups:
         label: (M,) group of every orbit, the largest group first; -1 where there was none.
         first: of every group, the place of the orbit that stands for it.
         within: the largest distance of an orbit from the one that stands for its group.
-        between: the smallest distance of two orbits that stand for groups; inf for one group.
     """
 
     label: IntArray
     first: tuple[int, ...]
     within: float
-    between: float
 
 
 def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
@@ -104,6 +102,15 @@ def grouped(orbits: Sequence[Array | None], same: float) -> Groups:
     order = np.argsort([-np.count_nonzero(label == g) for g in range(len(first))], kind="stable")
     rank = np.empty(len(first) + 1, dtype=np.int64)
     rank[order], rank[-1] = np.arange(len(first)), -1
-    standing = [orbits[first[g]] for g in order]
-    pairs = (apart(a, b) for i, a in enumerate(standing) for b in standing[:i] if a is not None and b is not None)
-    return Groups(rank[label], tuple(first[g] for g in order), within, min(pairs, default=float("inf")))
+    return Groups(rank[label], tuple(first[g] for g in order), within)
+
+
+def room(standing: Sequence[Array], family: Sequence[int]) -> float:
+    """Return the smallest distance of two orbits of different families; inf if there is one family alone.
+
+    Args:
+        standing: (n, q) orbits, one for each group.
+        family: (G,) of every group.
+    """
+    pairs = (apart(a, b) for i, a in enumerate(standing) for j, b in enumerate(standing[:i]) if family[i] != family[j])
+    return min(pairs, default=float("inf"))

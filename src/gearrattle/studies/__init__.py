@@ -7,6 +7,7 @@ what a study file may ask for. What is made of the Dataset: ``boundary``, ``prob
 Takes a Model; gives an xarray Dataset.
 """
 
+from gearrattle.studies.attraction import basins
 from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.diagram import bifurcation
 from gearrattle.studies.prepared import Done, Prepared, carry_out
@@ -19,6 +20,7 @@ from gearrattle.studies.study import prepare, study
 __all__ = [
     "Done",
     "Prepared",
+    "basins",
     "bifurcation",
     "carry_out",
     "open_study",

@@ -47,6 +47,7 @@ MOTIONS = ("periodic", "chaotic", "undecided")
 PERIODIC, CHAOTIC, UNDECIDED = range(3)
 GROWN = 1e3
 _FINEST = 360
+_STILL = 1e-6
 EXPONENT = "largest Lyapunov exponent"
 
 
@@ -224,14 +225,37 @@ class Sections(Outputs):
         return {output.name: told[output.name] for output in self.all}
 
 
-def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:
-    """Return (N,) eigenvalues of the gradient of the flow over the last cycles, the largest first."""
+def _gradient(run: Run, cycles: int) -> Array:
+    """(N, N) gradient of the flow over the last cycles, balanced coordinates: basis deflections, then velocities."""
     variation, t = run.variation, run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
     total = np.eye(len(variation.scale))
     for segment in variation.segments[np.searchsorted(variation.time[:-1], begin - 1e-9 * t.layout.period) :]:
         total = segment @ total
-    found = np.linalg.eigvals(total).astype(np.complex128)
+    return total
+
+
+def is_isolated(run: Run, cycles: int) -> bool:
+    """Return whether a periodic motion has none of its like about it.
+
+    A multiplier of one whose eigenvector moves a deflection means that neighbouring motions are periodic as well: a
+    body that floats within its gap may do so anywhere. A body that turns freely has such a multiplier too, but deflects
+    nothing.
+
+    Args:
+        run: the motion, settled.
+        cycles: its period number.
+    """
+    total = _gradient(run, cycles)
+    values, vectors = np.linalg.eig(total)
+    deflections = len(values) - len(run.trajectory.layout.inertia_names)
+    moves = np.linalg.norm(vectors[:deflections], axis=0) > _STILL
+    return not bool(np.any((np.abs(values) > 1.0 - _STILL) & moves))
+
+
+def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:
+    """Return (N,) eigenvalues of the gradient of the flow over the last cycles, the largest first."""
+    found = np.linalg.eigvals(_gradient(run, cycles)).astype(np.complex128)
     return np.asarray(found[np.lexsort((-found.imag, -np.round(np.abs(found), 12)))])
 
 
