@@ -106,6 +106,10 @@ def test_shares_of_drawn_states_have_wilsons_interval_and_agree_with_the_grid(fo
     np.testing.assert_array_equal([drawn["low"].values, drawn["high"].values], [low, high])
     told = quiet_share(drawn)
     assert told["low"] < told["share"] < told["high"]
+    assert [drawn.attrs[f"quiet_{key}"] for key in ("share", "low", "high")] == [
+        told[k] for k in ("share", "low", "high")
+    ]
+    assert "quiet_low" not in found.attrs
     coarse = quiet_share(found)
     assert np.isnan(coarse["low"])
     assert told["low"] - 0.03 < coarse["share"] < told["high"] + 0.03  # a grid of 13 x 13 is coarse

@@ -15,6 +15,7 @@ from gearrattle.errors import Cancelled, ModelError
 from gearrattle.studies import diagram
 from gearrattle.studies.branches import hysteresis, stretches, sweeps_of
 from tests.studies import oscillator
+from tests.studies.clusters import dask
 from tests.studies.drivelines import model as two_bodies
 from tests.studies.oscillator import AMPLITUDE, DRAG, LIMIT, from_quiet, model, quiet
 
@@ -88,6 +89,7 @@ def test_multipliers_are_those_of_differences_of_the_stroboscopic_map(doubling: 
         want = np.linalg.eigvals(np.column_stack(columns))
         got = one["multiplier real"].values + 1j * one["multiplier imaginary"].values
         np.testing.assert_allclose(np.sort_complex(got), np.sort_complex(want), rtol=0, atol=2e-5)
+        assert float(one["largest Lyapunov exponent"]) == pytest.approx(np.log(np.abs(want).max()) / n, abs=1e-4)
         assert np.prod(got) == pytest.approx(np.exp(-n * DRAG), rel=1e-9)  # Liouville: only the drag shrinks areas
 
 
@@ -208,10 +210,42 @@ def test_further_axes_and_workers_change_nothing(tmp_path: Path) -> None:
     assert alone["rate.flanks"].equals(one["rate.flanks"].sel({"inertia.gear.drag": 0.6}, drop=True))
 
 
-def test_a_case_that_fails_is_told_and_passed_over() -> None:
-    found = gr.bifurcation(two_bodies(), "simulation.tolerance", [1e-13, 1e-12], cycles=4, discard=2, direction="down")
-    assert found["outcome"].values.tolist() == [[1, 1]]
-    assert hysteresis(found) is None
+def test_processes_and_a_cluster_give_the_same_bits(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    values = [5.0, 5.5, 6.0, 6.5]
+    one = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
+    assert gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=2).identical(one)
+    with dask(tmp_path, 1) as cluster:
+        far = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, scheduler=cluster.address, output=tmp_path / "shared")
+    assert far.identical(one)
+
+
+def test_paths_swept_together_are_told_by_the_first_of_them() -> None:
+    both = {AMPLITUDE: [1.0, 2.0], "torque.0.mean": [7.5, 7.6]}
+    found = gr.bifurcation(model(), "load", both, direction="up", **SHORT, workers=1)
+    assert found["load"].values.tolist() == [0, 1]
+    (only,) = stretches(found.isel(direction=0))
+    assert (only.low, only.high, only.count) == (1.0, 2.0, 2)  # torque.0.harmonics comes before torque.0.mean
+
+
+def test_a_case_that_fails_is_told_and_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, values = diagram.simulate, [1.0, 1.5, 2.0, 2.5]
+
+    def fails(changed: gr.Model, **settings: Any) -> gr.Run:
+        if changed.torques[0].harmonics[0].amplitude == 1.5:
+            raise gr.ConvergenceError("lost")
+        return plain(changed, **settings)
+
+    monkeypatch.setattr(diagram, "simulate", fails)
+    found = gr.bifurcation(model(), AMPLITUDE, values, **SHORT, workers=1)
+    monkeypatch.undo()
+    assert found["outcome"].values.tolist() == [[1, 3, 1, 1]] * 2
+    assert found["motions"].values[1] == -1
+    assert "lost" in found.attrs["failures"][0]
+    without = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0, 2.5], **SHORT, workers=1)
+    assert found["rate.flanks"].sel({AMPLITUDE: [1.0, 2.0, 2.5]}).equals(without["rate.flanks"])
+    one = gr.bifurcation(model(), AMPLITUDE, [1.0, 2.0], **SHORT, direction="down")
+    assert hysteresis(one) is None
 
 
 @pytest.mark.parametrize(

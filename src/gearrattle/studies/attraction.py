@@ -175,8 +175,9 @@ def basins(
         A Dataset over the initial values, "initial deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
         of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its ``share``
         of the states with Wilson's interval ``low``, ``high`` (of drawn states), its period and verdict. Attributes
-        ``within`` and ``between``: how far orbits of one attractor, and attractors, are apart. Besides ``motion``,
-        ``period``, the section, the outputs.
+        ``within`` and ``between``: how far orbits of one attractor, and attractors, are apart; ``quiet_share``: how
+        likely a quiet one is, ``quiet_low`` to ``quiet_high``. Besides ``motion``, ``period``, the section, the
+        outputs.
 
     Raises:
         ModelError: anything wrong with the arguments; nothing has been computed then.

@@ -56,7 +56,7 @@ def attractors_of(
         -2 no result. Along "attractor": ``cases``, ``share``, ``low``, ``high``, ``attractor period`` [T], ``attractor
         verdict`` (codes), ``agreeing``, the share of its cases with that verdict, and ``family``, 1 for one. Attributes
         ``within`` and ``between``: the largest distance inside an attractor, the smallest between two (``FAR`` for one
-        alone).
+        alone); ``quiet_share`` of all quiet ones, with ``quiet_low`` and ``quiet_high`` for drawn states.
     """
     import xarray as xr
 
@@ -90,10 +90,14 @@ def attractors_of(
         "family": (ATTRACTOR, np.array([key[0] < 0 for key in ordered], dtype=np.int8), {"units": "1"}),
     }
     described = {"units": "1", "meaning": _MEANING}
-    return xr.Dataset(
+    told = xr.Dataset(
         {"basin": (grid.dims, basin.reshape(grid.shape).astype(np.int16), described), **columns},
         {ATTRACTOR: np.arange(1, len(cases) + 1)},
         {"same": float(same), "within": groups.within, "between": min(room(standing[:MOST], family[:MOST]), FAR)},
+    )
+    quiet = quiet_share(told)
+    return told.assign_attrs(
+        {f"quiet_{key}": quiet[key] for key in ("share", "low", "high") if np.isfinite(quiet[key])}
     )
 
 

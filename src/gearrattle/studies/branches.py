@@ -30,6 +30,14 @@ def swept(data: xr.Dataset) -> str:
     return str(data["outcome"].dims[-1])
 
 
+def swept_values(data: xr.Dataset) -> Array:
+    """Return (N,) swept values; of several paths swept together those of the first by name, as in figures."""
+    axis = swept(data)
+    together = sorted(str(name) for name, each in data.coords.items() if each.dims == (axis,) and name != axis)
+    values = np.asarray(data[together[0] if together else axis].values)
+    return np.asarray(values if values.dtype.kind in "iuf" else data[axis].values, dtype=np.float64)
+
+
 def orbit_at(data: xr.Dataset) -> Array:
     """Return (n, q) the orbit of one case that is n-periodic, in the units of the section.
 
@@ -106,7 +114,7 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
     Args:
         data: of one sweep alone.
     """
-    values = np.asarray(data[swept(data)].values, dtype=np.float64)
+    values = swept_values(data)
     motions, verdicts = words_of(data["motion"]), words_of(data["verdict"]) if "verdict" in data else ()
     outcomes = words_of(data["outcome"])
     found: list[Stretch] = []

@@ -14,6 +14,7 @@ What a motion is called:
 * *periodic*: it repeats after n periods (``signals.strobe``); its Floquet multipliers are the eigenvalues of the flow's
   gradient over the last n periods, products of exponentials and saltations (``system.variation``): as exact as the
   motion. It is stable if all lie inside the unit circle; one at -1 doubles the period.
+  Its largest Lyapunov exponent is ln |mu_1| / (n T).
 * *chaotic*: it does not, and a small perturbation grows over the periods kept to more than ``GROWN`` times itself and
   to more than 100 times their number, still growing over the last half: a perturbation that neither shrinks nor grows
   exponentially (a free rigid body's, a quasi-periodic motion's) grows at most like that number.
@@ -213,12 +214,14 @@ class Sections(Outputs):
         told |= {name: column.copy() for name, column in zip(self.section.names, shown.T, strict=True)}
         n = period_number(self.section.scaled(run), self.tolerance, self.most)
         told["period"] = np.array(float(n) if n else np.nan)
-        exponent, grows = (np.nan, False) if n and not self.states else _growth(run)
-        told[EXPONENT] = np.array(exponent)
+        exponent, grows = (np.nan, False) if n else _growth(run)
         told["motion"] = np.array(PERIODIC if n else CHAOTIC if grows else UNDECIDED, dtype=np.int8)
         if self.states:
             found = multipliers(run, n) if n else np.full(self.states, complex(np.nan, np.nan))
             told |= {"multiplier real": found.real.copy(), "multiplier imaginary": found.imag.copy()}
+            if n:  # exact, where an average over finite time is not
+                exponent = float(np.log(max(abs(found[0]), 1e-300))) / (n * run.trajectory.layout.period)
+        told[EXPONENT] = np.array(exponent)
         t = run.trajectory
         if self.inertias:
             told |= {"angle at the end": t.angle[-1].copy(), "velocity at the end": t.velocity[-1].copy()}

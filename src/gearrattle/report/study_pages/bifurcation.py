@@ -18,7 +18,7 @@ from gearrattle.report.comparison import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
-from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept
+from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
 
@@ -81,7 +81,7 @@ def _span(low: float, high: float) -> str:
 
 def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
     """Neighbouring values at which two motions coexist, as ranges."""
-    values, differ = np.asarray(data[swept(data)].values, dtype=float), data["motions"].values == 1
+    values, differ = swept_values(data), data["motions"].values == 1
     edge = np.diff(np.concatenate([[0], differ.astype(int), [0]]))
     return [
         (float(values[a]), float(values[b - 1]))
