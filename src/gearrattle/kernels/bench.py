@@ -54,9 +54,10 @@ FORCE, SOLUTION, LEFT_OVER = _numbers(3)
 STIFFNESS, DAMPING, OFFSET, LOWER, UPPER = _numbers(5)
 """Rows of ``laws``, over all pieces of all elements: the offset over the constant input's scale, the corners around."""
 
-SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, MARKS = _numbers(9)
-"""Rows of ``marks``: the sizes below; (m,) pieces of the region to build; (m,) where an element's begin in ``laws``;
-(K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin, or pivots; simple modes."""
+SIZES, PIECES, FIRST_PIECE, CLEARANCES, CORNERED, COLUMN, KEPT, PIVOTS, SIMPLE, MARKS = _numbers(10)
+"""Rows of ``marks``: the sizes below; (m,) pieces of the region to build; (m + 1,) where an element's
+begin in ``laws``; (K,) elements; (K,) whether one has a corner off zero; (Y,) which of z stand in y; (U,) whether one
+is kept; where blocks begin, or pivots; simple modes."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
 LEAST, DEEPEST, WIDTH, MODES, FINE = _numbers(6, 11)
 """Sizes: m, n, N, K, R, H; the finest step's least and largest level; then found: Y, J, its level."""

@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import bench
 from gearrattle.kernels.packed import LONGEST, ORDER
-from gearrattle.system import forced
+from gearrattle.kernels.variants import Scales
 from gearrattle.system.flow import Flow, Pieces
+from gearrattle.system.forced import LARGEST
+from gearrattle.system.laid_out import coefficients_of, frame_of
 
 Array = NDArray[np.float64]
 
@@ -31,43 +33,51 @@ _WIDEST_TURN = 0.5  # of an input over the finest step, radians
 ELIMINATION = 100.0
 """Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
 _STAGES = (
-    "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states", "triangular_form",
-    "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_bounds", "fill_tables",
-    "fill_powers", "fill_series", "fill_forced",
+    "lay_out", "stiffest", "typical", "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states",
+    "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_bounds",
+    "fill_tables", "fill_powers", "fill_series", "fill_forced",
 )  # fmt: skip
 _LETTERS = np.frombuffer(b"VN", dtype=np.uint8)  # zgees: Schur vectors, yes; sorting, no
 _SCRATCH = 34  # complex numbers a row, for zgees
 
 
 class Bench:
-    """Room to work a driveline's regions out, one at a time."""
+    """Room to work a driveline's regions out, one at a time; ``typical`` is the size of its ordinary motions."""
 
     def __init__(self, flow: Flow) -> None:
         system = flow.system
         m, k, z = len(system.laws), len(system.clearances), flow.width
         carried = len(flow.coordinates.references) + k
-        rows, columns = max(carried + z, 4 * k, ORDER + 1, m), max(z + 1, m, 3 * k, ORDER + 1)
+        rows, columns = max(carried + z, 4 * k, ORDER + 1, m), max(z + 1, m + 1, 3 * k, ORDER + 1)
         self.work, self.waves = np.zeros((bench.PAGES, rows, columns)), np.zeros((bench.WAVES, z, z), complex)
         self.marks = np.zeros((bench.MARKS, columns), np.int64)
         self.sizes = self.marks[bench.SIZES]
         self.carried, self.clearances = carried, k
         self.states, self.inputs = flow.states, z - flow.states
-        _share(flow, self.work)
         first = np.cumsum([0, *(law.pieces for law in system.laws)])
         self.laws = np.empty((5, first[-1]))
-        for law, begin, end in zip(system.laws, first, first[1:], strict=False):
-            own = self.laws[:, begin:end]
-            own[bench.STIFFNESS], own[bench.DAMPING] = law.stiffness, law.damping
-            own[bench.OFFSET] = law.offset / flow.scaling.inputs[0]
-            own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, law.corners
-            own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, law.corners
         counts = (m, system.size, flow.states, k, len(flow.coordinates.references), flow.frequency.size)
         self.sizes[: len(counts) + 2] = (*counts, level_of_turns(flow.frequency), DEEPEST)
-        self.marks[bench.FIRST_PIECE, :m] = first[:-1]
+        self.marks[bench.FIRST_PIECE, : m + 1] = first
         self.marks[bench.CLEARANCES, :k] = system.clearances
+        frame, scaling = frame_of(system, flow.coordinates), flow.scaling
+        scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(k))
+        stages().lay_out(coefficients_of(system), frame, scales, self.work, self.laws, self.marks)
         self.corners = self.laws[[bench.LOWER, bench.UPPER]], first[:-1][list(system.clearances)]
         self.corner_scale, self.watched = flow.corner_scale, list(system.clearances)
         self._prepare_lapack()
+        self.typical = self._settle_limits()
+
+    def _settle_limits(self) -> float:
+        """Write what counts as too large, against an ordinary motion of the stiffest pieces; its size."""
+        do, vectors = stages(), self.work[bench.VECTORS]
+        limits, frequency = vectors[bench.LIMITS], vectors[bench.FREQUENCY, : self.sizes[bench.HARMONICS]]
+        limits[bench.FAST], limits[bench.FAST_ROUNDING] = FAST * frequency.max(initial=2 * np.pi), FAST_ROUNDING
+        do.stiffest(self.laws, self.marks)
+        do.accelerate(self.work, self.laws, self.marks)
+        typical = float(do.typical(self.work, self.waves, self.marks))
+        limits[bench.MOST], limits[bench.MOST_SEEN] = LARGEST * typical, LARGEST
+        return typical
 
     def _prepare_lapack(self) -> None:
         """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
@@ -141,40 +151,18 @@ class Bench:
 @cache
 def stages() -> SimpleNamespace:
     """The compiled stages, and LAPACK's zgees; each lets go of the interpreter while it works."""
-    from gearrattle.kernels import blocks, majorant, region, responses, strips
+    from gearrattle.kernels import blocks, majorant, pages, region, responses, strips
     from gearrattle.kernels._jit import compact, lapack_routine
 
-    modules, found = (region, responses, blocks, majorant, strips), {}
+    modules, found = (pages, region, responses, blocks, majorant, strips), {}
     for name in _STAGES:
         found[name] = compact(next(getattr(module, name) for module in modules if hasattr(module, name)))
     return SimpleNamespace(**found, schur=lapack_routine("zgees", 15))
 
 
-def _share(flow: Flow, work: Array) -> None:
-    """Write the pages that all regions share."""
-    system, scaling, period = flow.system, flow.scaling, flow.system.inputs.period
-    clearances, unit = list(system.clearances), 1.0 / flow.corner_scale[:, None]
-    fastest = float(flow.frequency.max(initial=2 * np.pi))
-    limits = np.array([period, forced.LARGEST * flow.typical, forced.LARGEST, FAST * fastest, FAST_ROUNDING])
-    pages = {
-        bench.MOTION: period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
-        bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,
-        bench.ELEMENTS: system.rows,
-        bench.DEFLECTION: flow.deflection,
-        bench.RATE: flow.rate,
-        bench.REFERENCES: period * flow.velocity[list(flow.coordinates.references)],
-        bench.SEEN: np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
-        bench.CURVATURE: flow.curvature_of_error[clearances],
-    }
-    for page, rows in pages.items():
-        work[page, : rows.shape[0], : rows.shape[1]] = rows
-    vectors = {
-        bench.INERTIA: system.inertia, bench.PACE: period * scaling.velocity, bench.CORNER_SCALE: flow.corner_scale,
-        bench.FREQUENCY: flow.frequency, bench.AMPLITUDE: scaling.inputs, bench.INPUT_SIZE: flow.input_size,
-        bench.LIMITS: limits,
-    }  # fmt: skip
-    for row, vector in vectors.items():
-        work[bench.VECTORS, row, : vector.size] = vector
+def typical_of(flow: Flow) -> float:
+    """Size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most."""
+    return Bench(flow).typical
 
 
 def level_of_turns(frequency: Array) -> int:
