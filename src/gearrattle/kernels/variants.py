@@ -4,12 +4,15 @@ Variants of one *structure* differ in numbers alone: the same elements in the sa
 the same orders. What their structure says is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
 variants. Laws lie end to end: P pieces of all m elements, and P - m corners between them.
 
-n inertias, H orders, r deflections that are states, K clearances, R reference angles, E elements with stiffness.
+n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with
+stiffness.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
+
+T = TypeVar("T", "Coefficients", "Tallies")
 
 
 class Coefficients(NamedTuple):
@@ -60,6 +63,37 @@ class Statics(NamedTuple):
     combination: Any  # (E, r) B
     angle_from_basis: Any  # (n, r)
     motion: Any  # (n, R) free motion of the trains
+
+
+class Judged(NamedTuple):
+    """What the judging of variants needs to know of their structure; corners and pieces of clearances end to end."""
+
+    pieces: Any  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
+    label: Any  # (K,) label of its lowest piece
+    inner: Any  # (pieces,) whether one is its centre, 1 or 0
+
+
+class Tallies(NamedTuple):
+    """The tallies of V variants, each array with a leading axis (V, ...)."""
+
+    sides: Any  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
+    dwell: Any  # (pieces,) time in each region [s]
+    count: Any  # (K,) impacts
+    drive: Any  # (K,) on the drive side
+    speed: Any  # (K,) sum of their speeds
+    top_speed: Any  # (K,)
+    push: Any  # (K,) sum of their impulses
+    top_push: Any  # (K,)
+    final: Any  # (K,) force integral at the end
+    open: Any  # (corners,) 1 where a contact has not ended
+    begun: Any  # (corners,) the force integral at its begin
+    crossings: Any  # (1,) crossings in the window
+    calls: Any  # (1,) function calls of the algorithm
+
+
+def picked(many: T, which: Any) -> T:
+    """Those of many that are chosen along the leading axis."""
+    return type(many)(*(array[which] for array in many))
 
 
 def one(coefficients: Coefficients, index: int) -> Coefficients:

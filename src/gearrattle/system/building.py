@@ -82,12 +82,12 @@ class Bench:
     def _prepare_lapack(self) -> None:
         """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
         states = self.states
-        self._integers = np.array([states, self.waves.shape[1], 0, _SCRATCH * states, 0], np.int32)
+        self.integers = np.array([states, self.waves.shape[1], 0, _SCRATCH * states, 0], np.int32)
         self._scratch = np.empty((_SCRATCH + 2) * states, complex)
-        n, letter, scratch = self._integers.ctypes.data, _LETTERS.ctypes.data, self._scratch.ctypes.data
+        n, letter, scratch = self.integers.ctypes.data, _LETTERS.ctypes.data, self._scratch.ctypes.data
         schur, basis = (self.waves[page].ctypes.data for page in (bench.SCHUR, bench.BASIS))
         values, reals = scratch + 16 * _SCRATCH * states, scratch + 16 * (_SCRATCH + 1) * states
-        self._arguments = (
+        self.arguments = (
             letter, letter + 1, None, n, schur, n + 4, n + 8, values, basis, n + 4, scratch, n + 12, reals, None, n + 16
         )  # fmt: skip
 
@@ -106,8 +106,8 @@ class Bench:
         do.generate(work, marks)
         do.split_off(work, marks)
         do.transpose_states(work, waves, marks)
-        do.schur(*self._arguments)
-        if self._integers[4] != 0:
+        do.schur(*self.arguments)
+        if self.integers[4] != 0:
             raise FloatingPointError(f"the region {pieces} cannot be built: its eigenvalues are not found")
         do.triangular_form(work, waves, marks)
         blocks = do.block_diagonalise(waves, marks, ELIMINATION)
