@@ -24,7 +24,7 @@ def study(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    scheduler: str = "local",
+    scheduler: str | None = None,
     workers: int | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     retry_failed: Annotated[bool, Parameter(negative="")] = False,
@@ -43,7 +43,7 @@ def study(
     output
         Folder for the results; default: the study file's name with "-study", here.
     scheduler
-        Who computes: "local" processes, "threads", or "tcp://HOST:PORT", a Dask cluster that sees the output folder.
+        Who computes: "local", "threads", or "tcp://HOST:PORT", a Dask cluster; default: what suits the outputs.
     workers
         Processes or threads; default: as many as there are cores. A cluster has its own number.
     resume
@@ -84,7 +84,7 @@ def _carried_out(watch: Watch, found: Study, folder: Path, title: str, under_way
     """Compute what is not done, and write the page."""
     from gearrattle.studies import opened
 
-    with opened(how["scheduler"], how["workers"], found.sensible()) as compute:
+    with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible()) as compute:
         under_way.append(found)
         watch.enter("computing cases")
         done = found.carry_out(folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch)

@@ -106,6 +106,24 @@ class Plan:
             for i, taken, length in zip(at, self.chunk_shape, self.shape, strict=True)
         )
 
+    def cases_in(self, chunk: int) -> int:
+        """Return how many cases a chunk has."""
+        return prod(part.stop - part.start for part in self.box(chunk))
+
+    def columns(self, chunk: int) -> dict[str, NDArray[Any]]:
+        """Return by path what every case of a chunk is given, (cases,) in the chunk's order; no number: objects."""
+        grid = np.indices([part.stop - part.start for part in self.box(chunk)]).reshape(len(self.shape), -1)
+        grid += np.array([part.start for part in self.box(chunk)])[:, None]
+        found: dict[str, NDArray[Any]] = {}
+        for axis, at in zip(self.axes, grid, strict=False):
+            for path, values in axis.values.items():
+                chosen = [values[i] for i in at.tolist()]
+                is_plain = all(type(value) is float for value in chosen)
+                found[path] = np.array(chosen) if is_plain else _objects(chosen)
+        if self.samples is not None:
+            found |= dict(zip(self.samples.paths, self.samples.points[grid[-1]].T, strict=True))
+        return found
+
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
         box = self.box(chunk)
@@ -131,3 +149,10 @@ class Plan:
         if self.attributes:
             digest.update(json.dumps([self.kind, self.attributes], sort_keys=True).encode())
         return digest.hexdigest()
+
+
+def _objects(values: list[Any]) -> NDArray[Any]:
+    """An array of objects, whatever they are."""
+    found = np.empty(len(values), dtype=object)
+    found[:] = values
+    return found

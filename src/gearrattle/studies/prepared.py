@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
@@ -68,6 +69,11 @@ class Prepared:
     seconds: float
     work: Work = case_by_case
 
+    @property
+    def scheduler(self) -> str:
+        """Return the one to use on this machine: threads for what is compiled, processes for what is Python."""
+        return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
+
     def estimate(self, workers: int) -> str:
         """Return in words what all cases will cost."""
         total = self.plan.count * self.seconds / workers
@@ -77,7 +83,8 @@ class Prepared:
     def sensible(self) -> int:
         """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < _STARTING * 2 else cores
+        starting = 0.0 if self.scheduler == "threads" else _STARTING
+        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < starting * 2 else cores
 
     def open(self, folder: str | os.PathLike[str], *, resume: bool) -> Store:
         """Open the folder the study is kept in. Errors as ``Store.open``."""

@@ -19,8 +19,9 @@ from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.studies.axes import axes_of
+from gearrattle.studies.batch import FEWEST, batched, can_batch
 from gearrattle.studies.distributions import METHODS, distributions_of, sampled
-from gearrattle.studies.outputs import DEFAULT, Function, outputs_of
+from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span, with_failures
 from gearrattle.studies.schedulers import opened
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
+_TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
+_TOO_LONG = 2.0  # seconds of a case alone: nothing is tried then
 
 
 def prepare(
@@ -54,6 +57,7 @@ def prepare(
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
     found = outputs_of(outputs, run, function)
+    seconds = _together(plan, found, seconds)
     return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
 
@@ -73,7 +77,7 @@ def study(
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
-    scheduler: Any = "local",
+    scheduler: Any = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate and judge many variants of a driveline.
@@ -94,8 +98,8 @@ def study(
         output: folder to keep it in; None: in memory.
         resume, retry_failed: go on with what the folder holds; and compute chunks with failed cases anew.
         workers: processes or threads, results are the same; None: as many as cores, one for few cases.
-        scheduler: "local" (processes of this machine), "threads" (of this process), "tcp://HOST:PORT" or a
-            ``distributed.Client`` (a Dask cluster with its own number of workers; they must see ``output``).
+        scheduler: "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
+            must see ``output``); None: threads where cases are computed together, else processes.
         progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
 
     Returns:
@@ -112,10 +116,23 @@ def study(
         model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
         most=most,
     )  # fmt: skip
-    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+    with opened(scheduler or found.scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
         return with_failures(
             found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
         )
+
+
+def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
+    """What a case takes [s] among others that are computed with it; as long as alone where none can be."""
+    count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
+    if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
+        return alone
+    few = Plan(plan.model, plan.axes, plan.samples, count)
+    batched(few, outputs, 0)
+    begun = time.perf_counter()
+    done = batched(few, outputs, 0)[1]
+    taken = time.perf_counter() - begun
+    return (taken + alone * float((~done).sum())) / done.size
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:

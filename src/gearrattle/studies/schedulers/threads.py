@@ -1,6 +1,7 @@
-"""Threads of this process: nothing to start, nothing to copy, but most of a case is Python, which takes turns.
+"""Threads of this process: nothing to start, nothing to copy.
 
-Compiled kernels let other threads run; assembling and judging do not. Measured: docs/reference/scaling.md.
+Chunks whose cases are computed together (``studies.batch``) are one compiled loop each, and run beside each other.
+Cases computed alone are Python for the most part, which takes turns. Measured: docs/reference/variants.md.
 
 Takes a Store; gives chunks as they are done.
 """
