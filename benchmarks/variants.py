@@ -158,8 +158,8 @@ one thread, the least; the march alone has all regions built. Processes include 
 {table}
 
 Peak memory of the whole measurement: {peak:.0f} MB. Python holds the interpreter, so it alone bounds what threads
-bring: with a share p of a variant, n threads are at most n / (1 + (n - 1) p) times as fast as one (G. M. Amdahl, AFIPS Conf.
-Proc. 30 (1967) 483).
+bring: with a share p of a variant, n threads are at most n / (1 + (n - 1) p) times as fast as one (G. M. Amdahl,
+AFIPS Conf. Proc. 30 (1967) 483).
 """
 
 
