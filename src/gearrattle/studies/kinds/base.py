@@ -27,6 +27,10 @@ class Study(Protocol):
     def estimate(self, workers: int) -> str:
         """Return in words what it will cost."""
 
+    @property
+    def scheduler(self) -> str:
+        """Return the scheduler to use on this machine where none is asked for."""
+
     def sensible(self) -> int:
         """Return how many workers pay on this machine."""
 
