@@ -1,90 +1,173 @@
-"""Variants of a driveline a second, on one thread and on two: ``python -m benchmarks.variants``.
+"""Studies a second, as a user runs them: ``python -m benchmarks.variants`` (``make variants``).
 
-The paper's case 3, rattling and loaded, 100 cycles each from its static equilibrium; clutch stiffness or gear backlash
-varied by a tenth. Printed: variants a second; milliseconds of processor time a variant, of which the march; and
-milliseconds a region. Assembly and equilibrium are not part of it: systems are varied as such.
+The paper's case 3, rattling and loaded, and a pair of gears; 100 cycles each from its static equilibrium, one parameter
+varied by a tenth, the default outputs. Real studies, ``gr.study``, in this process: one thread against two, and two
+processes beside them. For every case: variants a second; processor time a variant; how much of it is Python, which
+holds the interpreter; what the march alone takes of a motion whose regions are built, the floor. Written to
+``docs/reference/variants.md``.
 """
 
 from __future__ import annotations
 
+import os
+import resource
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
-from time import perf_counter, process_time
+from time import perf_counter, process_time, thread_time
+from typing import Any
 
 import numpy as np
 
 import gearrattle as gr
+from benchmarks.machine import machine
 from gearrattle.assembly import assemble
+from gearrattle.kernels import many
+from gearrattle.model.paths import value_at
 from gearrattle.outcome import Outcome
 from gearrattle.solvers import Task
-from gearrattle.solvers.batch import march_all
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.solvers.slots import fresh_slots
-from gearrattle.system.building import Bench
+from gearrattle.studies.cases import DONE, compute
+from gearrattle.studies.plan import Plan
+from gearrattle.studies.study import prepare
 
 HERE = Path(__file__).resolve().parents[1]
+PAGE = HERE / "docs" / "reference" / "variants.md"
 CYCLES, ROUNDS = 100, 3
-CASES = {"case3_loaded": 200, "case3": 60}
-PATHS = ("coupling.clutch.stiffness", "mesh.gear.backlash")
+PAIR = """
+schema = 1
+name = "a pair of gears"
+inertia = [ { name = "pinion", J = 0.0105, drag = 0.01 },
+            { name = "wheel", J = 0.0015, drag = 0.01, drag_torque = 1.0 } ]
+[[mesh]]
+name = "gear"
+between = ["pinion", "wheel"]
+radii = [0.05, 0.05]
+stiffness = 7.2e6
+damping = 45.0
+backlash = 1e-4
+[excitation]
+speed = "1500 rpm"
+[[torque]]
+on = "pinion"
+mean = 1.0
+harmonics = [ { order = 2, amplitude = 20.0 } ]
+"""
+CASES = {
+    "a pair of gears": ("mesh.gear.backlash", 4000),
+    "case3_loaded": ("coupling.clutch.stiffness", 1000),
+    "case3": ("mesh.gear.backlash", 300),
+}
 
 
-def variants(case: str, path: str, count: int) -> list[Task]:
-    """Return tasks in which one parameter grows by a tenth in all."""
-    model = gr.load(HERE / "examples" / "paper" / f"{case}.toml")
-    start, tables = gr.equilibrium(model).angle, model.to_tables()
-    kind, name, key = path.split(".")
-    value = next(table[key] for table in tables[kind] if table["name"] == name)
-    assert isinstance(value, float)
-    systems = (assemble(model.with_({path: value * (1 + 0.1 * i / count)})) for i in range(count))
-    return [Task(system, start, np.zeros(4), CYCLES, 1, None, None, audit=False) for system in systems]
+def model_of(case: str) -> gr.Model:
+    """Return one driveline with its settings."""
+    found = gr.loads(PAIR) if case not in ("case3", "case3_loaded") else gr.load(HERE / f"examples/paper/{case}.toml")
+    return found.with_({"simulation.cycles": CYCLES, "simulation.discard": CYCLES // 2})
 
 
-def alone(task: Task) -> tuple[float, float]:
-    """Return the fastest march [s] with all regions built, and the time [s] to work out a region of those met."""
-    slots = fresh_slots(task.system)
-    march = built = np.inf
+def axis_of(model: gr.Model, path: str, count: int) -> dict[str, Any]:
+    """Return an axis along which a value grows by a tenth."""
+    value = value_at(model.to_tables(), path)
+    return {path: {"from": value, "to": 1.1 * value, "count": count}}
+
+
+def march_alone(model: gr.Model) -> tuple[float, int]:
+    """Return the fastest march [s] with all regions built, and its crossings."""
+    system = assemble(model)
+    task = Task(system, gr.equilibrium(model).angle, np.zeros(system.size), CYCLES, 1, None, None, audit=False)
+    slots, fastest, crossings = fresh_slots(system), np.inf, 0
     for _ in range(ROUNDS + 1):  # the first builds the regions
         run = ExactMarch(task, slots)
-        begin = perf_counter()
+        begin = thread_time()
         while run.advance() is not Outcome.DONE:
             pass
-        march = min(march, perf_counter() - begin)
-    bench = Bench(slots.flow)
-    arrays = fresh_slots(task.system, slots.store.room()).packed._asdict()
-    for _ in range(ROUNDS):
-        begin = perf_counter()
-        for pieces in slots.pieces:
-            bench.work_out(pieces)
-            bench.pack(arrays, 0, 0)
-        built = min(built, (perf_counter() - begin) / len(slots.pieces))
-    return march, built
+        fastest, crossings = min(fastest, thread_time() - begin), run.motion().crossings.time.size
+    return fastest, crossings
 
 
-def rates(tasks: list[Task], threads: int) -> Iterator[tuple[float, float]]:
-    """Yield variants a second and processor time [s] a variant, round by round."""
+def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
+    """Return the processor time [s] of a variant in one thread, and what of it is Python."""
+    found = prepare(model, axis)
+    plan, loop, least = Plan(found.plan.model, found.plan.axes, None, found.plan.count // 4), many.march_many, np.inf
+    inside = [0.0]
+
+    def timed(*arguments: Any) -> Any:
+        begin = thread_time()
+        try:
+            return loop(*arguments)
+        finally:
+            inside[0] += thread_time() - begin
+
+    python = np.inf
+    many.march_many = timed
+    try:
+        for _ in range(ROUNDS):
+            inside[0], begin = 0.0, thread_time()
+            compute(plan, found.outputs, 1)
+            taken = thread_time() - begin
+            least, python = min(least, taken), min(python, taken - inside[0])
+    finally:
+        many.march_many = loop
+    return least / plan.cases_in(1), python / plan.cases_in(1)
+
+
+def studied(model: gr.Model, axis: dict[str, Any], scheduler: str, workers: int) -> tuple[float, float]:
+    """Return wall and processor time [s] of a study, the least of some rounds."""
+    walls, works = [], []
     for _ in range(ROUNDS):
         begin, worked = perf_counter(), process_time()
-        ended = list(march_all(tasks, lambda motion: motion.crossings.time.size, threads))
-        assert all(one.outcome is Outcome.DONE for one in ended)
-        yield len(tasks) / (perf_counter() - begin), (process_time() - worked) / len(tasks)
+        found = gr.study(model, axis, workers=workers, scheduler=scheduler)
+        walls.append(perf_counter() - begin)
+        works.append(process_time() - worked)
+        assert np.all(found["outcome"] == DONE)
+    return min(walls), min(works)
+
+
+def rows() -> Iterator[str]:
+    """Yield a row of the table for every case."""
+    for case, (path, count) in CASES.items():
+        model = model_of(case)
+        axis, (march, crossings) = axis_of(model, path, count), march_alone(model)
+        gr.study(model, axis_of(model, path, 32), workers=1)  # warm
+        work, python = python_share(model, axis)
+        one, two = (studied(model, axis, "threads", workers)[0] for workers in (1, 2))
+        processes = studied(model, axis, "local", 2)[0]
+        yield (
+            f"| {case} | {crossings} | {1e3 * march:.2f} | {1e3 * work:.2f} | {1e3 * python:.3f} | {count / one:.0f} | "
+            f"{count / two:.0f} | {one / two:.2f} | {count / processes:.0f} |"
+        )
+
+
+def page() -> str:
+    """Measure, and write the page."""
+    load = os.getloadavg()[0]
+    head = "driveline | crossings | march alone [ms] | a variant [ms] | of it Python [ms] | 1 thread | 2 threads | gain"
+    table = "\n".join([f"| {head} | 2 processes |", "|---" * 9 + "|", *rows()])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return f"""# Variants a second
+
+Written by `make variants` on {datetime.now(UTC):%Y-%m-%d}; do not edit. {machine()}, {os.cpu_count()} cores;
+others kept {load:.1f} of them busy before it began. What others take is missing here: rates and gains are lower bounds.
+
+Studies of {CYCLES} cycles a variant from the static equilibrium, the default outputs, `gr.study` from its call to its
+Dataset: variants a second, the best of {ROUNDS} rounds. *March alone*, *a variant* and *Python* are processor time in
+one thread, the least; the march alone has all regions built. Processes include their start.
+
+{table}
+
+Peak memory of the whole measurement: {peak:.0f} MB. Python holds the interpreter, so it alone bounds what threads
+bring: with a share p of a variant, n threads are at most n / (1 + (n - 1) p) times as fast as one (G. M. Amdahl,
+AFIPS Conf. Proc. 30 (1967) 483).
+"""
 
 
 def main() -> None:
-    """Measure, and print the best round of each."""
-    head = ("case", "varied", "threads", "variants a second", "ms of a processor", "march alone, ms", "a region, ms")
-    print("| " + " | ".join(head) + " |")
-    print("|---" * len(head) + "|")
-    for case, count in CASES.items():
-        for path in PATHS:
-            tasks = variants(case, path, count)
-            march, region = alone(tasks[0])
-            for threads in (1, 2):
-                found = list(rates(tasks, threads))
-                fastest, least = max(rate for rate, _ in found), min(work for _, work in found)
-                print(
-                    f"| {case} | {path} | {threads} | {fastest:.0f} | {1e3 * least:.2f} | {1e3 * march:.2f} | "
-                    f"{1e3 * region:.3f} |"
-                )
+    """Measure and write."""
+    text = page()
+    PAGE.write_text(text, encoding="utf-8")
+    print(text)
 
 
 if __name__ == "__main__":

@@ -42,7 +42,15 @@ if TYPE_CHECKING:
     from gearrattle.identification.fitted import Fit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
-    from gearrattle.studies import open_study, rattle_probability, regime_boundary, sensitivities, study
+    from gearrattle.studies import (
+        basins,
+        bifurcation,
+        open_study,
+        rattle_probability,
+        regime_boundary,
+        sensitivities,
+        study,
+    )
 
 _HOME = {
     "Model": "model",
@@ -71,6 +79,8 @@ _HOME = {
     "open_run": "results",
     "compare": "comparison.compare",
     "advise": "advice",
+    "basins": "studies",
+    "bifurcation": "studies",
     "study": "studies",
     "open_study": "studies",
     "rattle_probability": "studies",
@@ -105,6 +115,8 @@ __all__ = [
     "Stream",
     "Verdict",
     "advise",
+    "basins",
+    "bifurcation",
     "campbell",
     "compare",
     "condense",

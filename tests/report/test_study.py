@@ -16,7 +16,8 @@ import xarray as xr
 from gearrattle.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.plots.scatter import probability_bars, tornado
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
-from gearrattle.report.study import charts, fill_study, summary_of
+from gearrattle.report.study import fill_study
+from gearrattle.report.study_pages.grid import charts, summary_of
 
 CODES = {"flag_values": [0, 1, 2], "flag_meanings": "quiet single-sided double-sided"}
 SIZES = {"gap": 4, "load": 3, "drag": 2, "sample": 70}

@@ -116,6 +116,20 @@ def split_inputs(
     return Split(particular, np.flatnonzero(kept))
 
 
+def typical_size(flow: Flow) -> float:
+    """What fills a clearance, and what the inputs make of the stiffest pieces, in a period at most."""
+    stiffest = tuple(int(np.argmax(law.stiffness)) for law in flow.system.laws)
+    matrix, n = flow.generator(stiffest), flow.states
+    made = responses(matrix[:n, :n], matrix[:n, n:], flow.frequency)
+    pushed = np.abs(matrix[:n, n : n + 1 + flow.frequency.size]).max(axis=0, initial=0.0)
+    reached = np.fmin(pushed, [np.abs(x).max(initial=0.0) for x in made])
+    sizes = list(reached * flow.scaling.inputs)
+    for k, scale in zip(flow.system.clearances, flow.corner_scale, strict=True):
+        if np.any(flow.system.laws[k].corners != 0.0):
+            sizes.append(float(scale / np.abs(flow.deflection[k]).max()))
+    return max(sizes, default=0.0) or 1.0
+
+
 def responses(free: Array, driven: Array, frequency: Array) -> list[NDArray[np.complex128]]:
     """(N,) complex response to the constant, then to each cosine - i sine; nan where there is none."""
     count = frequency.size
@@ -246,7 +260,7 @@ def built_with_numpy(flow: Flow, pieces: Pieces) -> Region:
     amplitude = flow.scaling.inputs
     split = split_inputs(
         matrix[:n, :n], matrix[:n, n:], flow.frequency,
-        amplitude=amplitude, watched=deflection[:, :n], typical=flow.typical,
+        amplitude=amplitude, watched=deflection[:, :n], typical=typical_size(flow),
     )  # fmt: skip
     columns = np.r_[0:n, n + split.kept]
     generator, carried = matrix[np.ix_(columns, columns)], flow.carried_rows(pieces)

@@ -23,12 +23,13 @@ _LONGEST = 64
 
 @dataclass(frozen=True)
 class CommonPeriod:
-    """T [s], the distinct orders, how often each oscillates in T, and what must be noted."""
+    """T [s], the distinct orders, how often each oscillates in T, what must be noted, and 2 pi / Omega over T."""
 
     period: float
     orders: NDArray[np.float64]
     cycles: NDArray[np.float64]
     notes: tuple[str, ...]
+    turns: float = 1.0
 
 
 def common_period(omega: float, orders: list[float]) -> CommonPeriod:
@@ -52,7 +53,7 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
         note = f"the common period of all orders is {float(1 / common):.6g} turns, more than {_LONGEST}"
         return CommonPeriod(fundamental, as_given, as_given, (f"{note}; cycles count turns of the reference shaft.",))
     cycles = np.array([float(fractions[order] / common) if order > 0 else 0.0 for order in distinct])
-    return CommonPeriod(fundamental / float(common), as_given, cycles, ())
+    return CommonPeriod(fundamental / float(common), as_given, cycles, (), float(common))
 
 
 @remembered(8)

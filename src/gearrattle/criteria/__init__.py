@@ -18,7 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.criteria.base import RULE, Criterion, Entry, Part, Scope, Tally, Verdict, scope_of, worst_first
+from gearrattle.criteria.base import (
+    RULE,
+    Criterion,
+    Entry,
+    Measuring,
+    Part,
+    Scope,
+    Tally,
+    Verdict,
+    scope_of,
+    worst_first,
+)
 from gearrattle.criteria.contact import ContactShare
 from gearrattle.criteria.impacts import ImpactStatistics
 from gearrattle.criteria.loose_gear import LooseGear
@@ -43,9 +54,25 @@ CRITERIA: tuple[Criterion, ...] = (
 )
 """Every criterion, in the order of reports."""
 
+MEASURED: Mapping[str, Measuring] = {each.name: each for each in (ImpactRegime(), ImpactStatistics(), ContactShare())}
+"""Those whose values come from the crossings alone, and of many motions at once, by name."""
+
 _UNITS_WITHOUT_DIMENSION = frozenset({"", "1", "1/cycle", "dB"})
 
-__all__ = ["CRITERIA", "RULE", "Criterion", "Entry", "Gathered", "Part", "Tally", "Verdict", "gather", "judge", "tell"]
+__all__ = [
+    "CRITERIA",
+    "MEASURED",
+    "RULE",
+    "Criterion",
+    "Entry",
+    "Gathered",
+    "Part",
+    "Tally",
+    "Verdict",
+    "gather",
+    "judge",
+    "tell",
+]
 
 
 @dataclasses.dataclass(frozen=True)

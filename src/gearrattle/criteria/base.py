@@ -112,6 +112,29 @@ class Criterion(Protocol):
         """Return the entries of one trajectory."""
 
 
+Measures = Mapping[tuple[str, str], Array]
+"""Values by subject and quantity: one number each, or one for each of many tallies along leading axes."""
+
+
+class Measuring(Criterion, Protocol):
+    """A criterion whose tally can be one of many: every array of the tally may have leading axes."""
+
+    def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
+        """Return every value, NaN where it does not exist, in the order of the entries.
+
+        Args:
+            tally: of one motion, or of many along leading axes.
+            layout: the driveline's name plate; of many, that of any one of them.
+            cycles: length of the steady part in periods.
+            duration: the same [s], with the leading axes.
+        """
+
+
+def measured(criterion: Measuring, tally: Tally, scope: Scope) -> Measures:
+    """Return the values of one motion's tally."""
+    return criterion.measure(tally, scope.layout, scope.window.cycles, np.asarray(scope.window.duration))
+
+
 class Telling:
     """A criterion's ``evaluate``: gather once, then tell."""
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry
+from gearrattle.criteria.base import PAPER, Entry, Measures, Scope, Tally, Telling, entry, measured
 from gearrattle.signals import dwell_times, outside, steady
-from gearrattle.trajectory import Trajectory
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 
 @dataclass(frozen=True)
@@ -35,16 +35,27 @@ class ContactShare(Telling):
         times = np.concatenate([np.zeros(0), *(dwell_times(trajectory, k, window) for k in range(count))])
         return {"dwell": times if before is None else before["dwell"] + times}
 
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def measure(self, tally: Tally, layout: Layout, _cycles: int, duration: Array) -> Measures:
         """Return the contact share and the share of every region, for every clearance."""
-        layout, entries = scope.layout, []
+        found: dict[tuple[str, str], Array] = {}
         pieces = np.cumsum([0, *(stiffness.size for stiffness in layout.stiffness_of_piece)])
         for k, name in enumerate(layout.clearance_names):
-            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][pieces[k] : pieces[k + 1]]
-            shares = {first + i: share for i, share in enumerate((times / scope.window.duration).tolist())}
-            entries.append(entry(self, name, "contact share", outside(layout, k, shares)))
-            for region, share in shares.items():
-                label = f"{region:+d}" if region else "0"
-                words = f"time in region {label} / time, over [discard T, end], from event times"
-                entries.append(entry(self, name, f"share of region {label}", share, formula=words))
+            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][..., pieces[k] : pieces[k + 1]]
+            shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
+            found[name, "contact share"] = outside(layout, k, shares)
+            found |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
+        return found
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return the contact share and the share of every region, for every clearance."""
+        entries = []
+        for (name, quantity), share in measured(self, tally, scope).items():
+            region = quantity.removeprefix("share of region ")
+            words = f"time in region {region} / time, over [discard T, end], from event times"
+            formula = self.formula if region == quantity else words
+            entries.append(entry(self, name, quantity, float(share), formula=formula))
         return entries
+
+
+def _label(region: int) -> str:
+    return f"{region:+d}" if region else "0"

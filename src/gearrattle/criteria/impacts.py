@@ -14,9 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.criteria.base import Entry, Scope, Tally, Telling, deflection_rate_unit, entry, impulse_unit
-from gearrattle.signals import ImpactSummary, Window, add_impacts, steady, summarise_impacts
-from gearrattle.trajectory import Trajectory
+from gearrattle.criteria.base import (
+    Entry,
+    Measures,
+    Scope,
+    Tally,
+    Telling,
+    deflection_rate_unit,
+    entry,
+    impulse_unit,
+    measured,
+)
+from gearrattle.signals import add_impacts, measure_impacts, steady, summarise_impacts
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 
 @dataclass(frozen=True)
@@ -35,41 +45,62 @@ class ImpactStatistics(Telling):
         """Return counts, sums and peaks by clearance, and the contacts still open (see ``add_impacts``)."""
         return add_impacts(before, trajectory, steady(trajectory))
 
+    def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
+        """Return rates for every clearance; speeds and impulses, NaN for those that are not hit."""
+        found: dict[tuple[str, str], Array] = {}
+        for k, name in enumerate(layout.clearance_names):
+            all_, drive = tally["count"][..., k], tally["drive"][..., k]
+            severity = measure_impacts(tally, layout, k)
+            found |= {
+                (name, "impacts per cycle"): all_ / cycles,
+                (name, "drive-side impacts per cycle"): drive / cycles,
+                (name, "coast-side impacts per cycle"): (all_ - drive) / cycles,
+                (name, "impacts per second"): all_ / duration,
+                (name, "mean approach speed"): severity.mean_speed,
+                (name, "largest approach speed"): severity.largest_speed,
+                (name, "mean impulse"): severity.mean_impulse,
+                (name, "largest impulse"): severity.largest_impulse,
+            }
+        return found
+
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the impact statistics of every clearance."""
-        entries: list[Entry] = []
-        for k, name in enumerate(scope.layout.clearance_names):
-            found = summarise_impacts(tally, scope.layout, k)
-            entries += self._rates(name, found, scope.window)
-            if found.count:
-                entries += self._severity(scope, k, found)
+        per_cycle, per_second = f"{self.formula} / cycles", f"{self.formula} / time"
+        of_speed, of_push = "|delta'| at the crossing", "|integral of the force over the contact|"
+        formulas = {
+            "impacts per second": per_second, "mean approach speed": f"mean {of_speed}",
+            "largest approach speed": f"max {of_speed}", "mean impulse": f"mean {of_push}",
+            "largest impulse": f"max {of_push}",
+        }  # fmt: skip
+        entries, layout = [], scope.layout
+        hit = {name for k, name in enumerate(layout.clearance_names) if tally["count"][k]}
+        for (name, quantity), value in measured(self, tally, scope).items():
+            if quantity in _SEVERITY and name not in hit:
+                continue
+            clearance = layout.clearance_names.index(name)
+            formula, note = formulas.get(quantity, per_cycle), _note(tally, scope, clearance, quantity)
+            unit = _unit(layout, int(layout.clearance[clearance]), quantity)
+            entries.append(entry(self, name, quantity, float(value), unit=unit, formula=formula, note=note))
         return entries
 
-    def _rates(self, name: str, found: ImpactSummary, window: Window) -> list[Entry]:
-        per_cycle, per_second = f"{self.formula} / cycles", f"{self.formula} / time"
-        coast = found.count - found.drive
-        return [
-            entry(self, name, "impacts per cycle", found.count / window.cycles, formula=per_cycle),
-            entry(self, name, "drive-side impacts per cycle", found.drive / window.cycles, formula=per_cycle),
-            entry(self, name, "coast-side impacts per cycle", coast / window.cycles, formula=per_cycle),
-            entry(self, name, "impacts per second", found.count / window.duration, unit="1/s", formula=per_second),
-        ]
 
-    def _severity(self, scope: Scope, clearance: int, found: ImpactSummary) -> list[Entry]:
-        layout = scope.layout
-        name = layout.clearance_names[clearance]
-        element = int(layout.clearance[clearance])
-        rate_unit, push_unit = deflection_rate_unit(layout, element), impulse_unit(layout, element)
-        note = ""
-        if np.isnan(found.mean_impulse):
-            note = f"{name}: no impulses, for {scope.algorithm} supplies no force integral"
-        elif found.censored:
-            note = f"{name}: the motion ends within a contact; its impulse counts up to the end"
-        of_speed, of_push = "|delta'| at the crossing", "|integral of the force over the contact|"
-        mean, top = found.mean_impulse, found.largest_impulse
-        return [
-            entry(self, name, "mean approach speed", found.mean_speed, unit=rate_unit, formula=f"mean {of_speed}"),
-            entry(self, name, "largest approach speed", found.largest_speed, unit=rate_unit, formula=f"max {of_speed}"),
-            entry(self, name, "mean impulse", mean, unit=push_unit, formula=f"mean {of_push}", note=note),
-            entry(self, name, "largest impulse", top, unit=push_unit, formula=f"max {of_push}", note=note),
-        ]
+_SPEEDS, _PUSHES = ("mean approach speed", "largest approach speed"), ("mean impulse", "largest impulse")
+_SEVERITY = (*_SPEEDS, *_PUSHES)
+
+
+def _unit(layout: Layout, element: int, quantity: str) -> str | None:
+    if quantity in _SPEEDS:
+        return deflection_rate_unit(layout, element)
+    if quantity in _PUSHES:
+        return impulse_unit(layout, element)
+    return "1/s" if quantity == "impacts per second" else None
+
+
+def _note(tally: Tally, scope: Scope, clearance: int, quantity: str) -> str:
+    """Say what there is to know about impulses."""
+    if quantity not in _PUSHES:
+        return ""
+    name, found = scope.layout.clearance_names[clearance], summarise_impacts(tally, scope.layout, clearance)
+    if np.isnan(found.mean_impulse):
+        return f"{name}: no impulses, for {scope.algorithm} supplies no force integral"
+    return f"{name}: the motion ends within a contact; its impulse counts up to the end" if found.censored else ""

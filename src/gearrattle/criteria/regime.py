@@ -13,9 +13,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, judged_elements
-from gearrattle.signals import regime_of, sides_crossed, steady
-from gearrattle.trajectory import Trajectory
+from gearrattle.criteria.base import (
+    PAPER,
+    SEVERITY,
+    Entry,
+    Measures,
+    Scope,
+    Tally,
+    Telling,
+    entry,
+    judged_elements,
+    measured,
+)
+from gearrattle.signals import sides_crossed, steady
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 
 @dataclass(frozen=True)
@@ -35,10 +46,21 @@ class ImpactRegime(Telling):
         sides = np.array([sides_crossed(trajectory, k, window) for k in range(count)], dtype=float).reshape(-1, 2)
         return {"sides": sides if before is None else np.maximum(before["sides"], sides)}
 
+    def measure(self, tally: Tally, layout: Layout, _cycles: int, _duration: Array) -> Measures:
+        """Return the regime of every mesh and clearance, by its severity; a mesh without a corner is quiet."""
+        sides = tally["sides"] > 0.0
+        code = sides.sum(axis=-1)
+        return {
+            (layout.element_names[k], self.name): np.zeros(code.shape[:-1])
+            if clearance is None
+            else code[..., clearance]
+            for k, clearance in judged_elements(layout)
+        }
+
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
-        """Return the regime of every mesh and clearance; a mesh without a corner is quiet."""
-        names, sides = scope.layout.element_names, tally["sides"] > 0.0
+        """Return the regime of every mesh and clearance."""
+        words = list(SEVERITY)
         return [
-            entry(self, names[k], "regime", "quiet" if clearance is None else regime_of(*sides[clearance].tolist()))
-            for k, clearance in judged_elements(scope.layout)
+            entry(self, name, quantity, words[int(code)])
+            for (name, quantity), code in measured(self, tally, scope).items()
         ]

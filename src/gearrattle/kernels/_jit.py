@@ -159,17 +159,65 @@ def _foreign(result: Any) -> Any:
     return call
 
 
+def _native(result: Any) -> Any:
+    """A kernel ``call(address, values)`` of compiled code of this package at an address (``address_of``)."""
+
+    @intrinsic
+    def call(_context: Any, address: Any, values: Any) -> Any:
+        kinds = [numba.types.unliteral(kind) for kind in values.types]
+
+        def write(context: Any, builder: Any, _: Any, given: Any) -> Any:
+            shape = context.call_conv.get_function_type(result, kinds)
+            function = builder.inttoptr(given[0], shape.as_pointer())
+            each = zip(cgutils.unpack_tuple(builder, given[1]), values.types, kinds, strict=True)
+            handed = [context.cast(builder, value, kind, plain) for value, kind, plain in each]
+            return context.call_conv.call_function(builder, function, result, kinds, handed)[1]
+
+        return result(address, values), write
+
+    return call
+
+
+call_count = _native(numba.int64)
+"""Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the
+caller: the same machine code as ever, and no second compilation."""
+call_truth = _native(numba.boolean)
+"""The same for True or False."""
+call_real = _native(numba.float64)
+"""The same for a float."""
+call_silent = _native(numba.none)
+"""The same for code that answers nothing."""
+
 call_code = _foreign(numba.int32)
 """Call a C function that answers an int: call_code(address, (values, ...)); pointers are integers."""
 call_pointer = _foreign(numba.intp)
 """Call a C function that answers a pointer."""
 
 
+def lapack_address(name: str) -> int:
+    """Where a routine of the LAPACK that SciPy carries begins."""
+    return int(get_cython_function_address("scipy.linalg.cython_lapack", name))
+
+
+def address_of(entry: Callable[..., Any], *arguments: Any) -> int:
+    """Where the compiled code begins that an entry runs for such arguments; compiled if it was not.
+
+    Args:
+        entry: from ``vectorised`` or ``compact``.
+        arguments: any of the types it will be called with.
+    """
+    return int(entry.address(*arguments))  # type: ignore[attr-defined]
+
+
+def is_compiling() -> bool:
+    """Whether kernels are compiled at all, and have addresses."""
+    return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+
+
 @cache
 def lapack_routine(name: str, arguments: int) -> Callable[..., None]:
     """A routine of the LAPACK that SciPy carries; takes addresses, and lets go of the interpreter while it works."""
-    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
-    return ctypes.CFUNCTYPE(None, *arguments * [ctypes.c_void_p])(address)
+    return ctypes.CFUNCTYPE(None, *arguments * [ctypes.c_void_p])(lapack_address(name))
 
 
 _COMPILING = RLock()
@@ -196,22 +244,40 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Callable[..., Any]:
     """The entry, compiled with a setting of numba's own when first called; one and the same for all who ask."""
     is_compiled = False  # entry.signatures would tell, and take longer than many an entry
+    kernel: Any = entry
 
     def call(*arguments: Any) -> Any:
         nonlocal is_compiled
         if is_compiled:
             return entry(*arguments)
-        settings: Any = numba.config
-        with _COMPILING, _uncollected():
-            before = getattr(settings, setting)
-            setattr(settings, setting, value)
+        with _set(setting, value):
             try:
                 return entry(*arguments)
             finally:
-                setattr(settings, setting, before)
                 is_compiled = True
 
+    def address(*arguments: Any) -> int:
+        kinds = tuple(map(numba.typeof, arguments))
+        with _set(setting, value):
+            kernel.compile(kinds)
+        compiled = kernel.overloads[kinds]
+        return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+    call.address = address  # type: ignore[attr-defined]
     return call
+
+
+@contextmanager
+def _set(setting: str, value: int) -> Iterator[None]:
+    """What is compiled meanwhile is compiled with a setting of numba's own, and undisturbed."""
+    settings: Any = numba.config
+    with _COMPILING, _uncollected():
+        before = getattr(settings, setting)
+        setattr(settings, setting, value)
+        try:
+            yield
+        finally:
+            setattr(settings, setting, before)
 
 
 @contextmanager

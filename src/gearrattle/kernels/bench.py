@@ -59,10 +59,11 @@ STIFFNESS, DAMPING, OFFSET, LOWER, UPPER, BY_MEMORY, MOVES, BY_DEFLECTION, BY_RA
 scale; the bounds around; of companions alone: the force for a unit of memory, whether that moves, and what of the
 deflection, its rate and the memory is watched."""
 
-SIZES, PIECES, FIRST_PIECE, CLEARANCES, COLUMN, KEPT, PIVOTS, SIMPLE, PARENT, MEMORY, MARKS = _numbers(11)
+SIZES, PIECES, FIRST_PIECE, CLEARANCES, CORNERED, COLUMN, KEPT, PIVOTS, SIMPLE, PARENT, MEMORY, MARKS = _numbers(12)
 """Rows of ``marks``: the sizes below; (m + companions,) pieces of the region to build; where an element's or
-companion's begin in ``laws``; (K,) elements; (Y,) which of z stand in y; (U,) whether one is kept; where blocks begin,
-or pivots; simple modes; of every companion its element, and its memory's place among the states, -1 without."""
+companion's begin in ``laws``, and where the last end; (K,) elements; (K,) whether one has a corner off zero; (Y,) which
+of z stand in y; (U,) whether one is kept; where blocks begin, or pivots; simple modes; of every companion its element,
+and its memory's place among the states, -1 without."""
 ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS = _numbers(6)
 LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, CHAIN, LINKS, WIDTH, MODES, FINE = _numbers(6, 15)
 """Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r, Q, D + 1; then found: Y, J, its level."""

@@ -135,6 +135,9 @@ BAND = 1e-14
 A clearance whose only corner is at zero has no such scale; its band is relative to how far it moves in a finest step.
 """
 
+ON_CORNER = 8 * 2.220446049250313e-16
+"""A deflection this near to a corner, of the terms that make it, sits on it at the start."""
+
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
 UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, COUNTS = range(12, 19)
 """Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is

@@ -11,7 +11,14 @@ from math import sqrt
 from gearrattle.kernels._jit import strict, strict_entry
 from gearrattle.kernels.bench import (
     AMPLITUDE,
+    CLEARANCE_COUNT,
+    CLEARANCES,
     COLUMNS,
+    CORNER_SCALE,
+    CORNERED,
+    DEFLECTION,
+    ELEMENT_COUNT,
+    FIRST_PIECE,
     FORCE,
     FREQUENCY,
     HARMONICS,
@@ -22,9 +29,11 @@ from gearrattle.kernels.bench import (
     MOST,
     MOST_SEEN,
     PARTICULAR,
+    PIECES,
     SIZES,
     SOLUTION,
     STATES,
+    STIFFNESS,
     SYSTEM,
     VECTORS,
     WATCHED_ALL,
@@ -99,22 +108,70 @@ def respond(work, waves, marks, size, w):
     return residual(work, waves, size, w) <= SOLVED * pushed
 
 
+@strict
+def push(work, waves, marks, j):
+    """Write the force of input j, constant or harmonic, on the states; whether there is one. No solution yet."""
+    size, count, is_pushed = marks[SIZES, STATES], marks[SIZES, HARMONICS], False
+    for i in range(size):
+        sine = work[MATRIX, i, size + j + count] if j > 0 else 0.0
+        force = complex(work[MATRIX, i, size + j], -sine)
+        waves[COLUMNS, FORCE, i] = force
+        waves[COLUMNS, SOLUTION, i] = 0.0
+        is_pushed = is_pushed or force != 0.0
+    return is_pushed
+
+
+@strict_entry
+def stiffest(laws, marks):
+    """Put every element into its stiffest piece, the lowest of several."""
+    for k in range(marks[SIZES, ELEMENT_COUNT]):
+        begin, most = marks[FIRST_PIECE, k], 0
+        for p in range(marks[FIRST_PIECE, k + 1] - begin):
+            if laws[STIFFNESS, begin + p] > laws[STIFFNESS, begin + most]:
+                most = p
+        marks[PIECES, k] = most
+
+
+@strict_entry
+def typical(work, waves, marks):
+    """Size of the scaled states in an ordinary motion, of the rates on the page ``MATRIX``.
+
+    What fills a clearance, and what the inputs make of the stiffest combination of pieces, in a period at most.
+    """
+    size, largest, width = marks[SIZES, STATES], 0.0, marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS]
+    for j in range(1 + marks[SIZES, HARMONICS]):
+        w, reached = 0.0, 0.0
+        if j > 0:
+            w = work[VECTORS, FREQUENCY, j - 1]
+        for i in range(size):
+            reached = max(reached, abs(work[MATRIX, i, size + j]))
+        if not push(work, waves, marks, j):
+            reached = 0.0
+        elif respond(work, waves, marks, size, w):
+            made = 0.0
+            for i in range(size):
+                made = max(made, modulus(waves[COLUMNS, SOLUTION, i]))
+            reached = min(reached, made)
+        largest = max(largest, reached * work[VECTORS, AMPLITUDE, j])
+    for k in range(marks[SIZES, CLEARANCE_COUNT]):
+        moved = 0.0
+        for j in range(width):
+            moved = max(moved, abs(work[DEFLECTION, marks[CLEARANCES, k], j]))
+        if marks[CORNERED, k]:
+            largest = max(largest, work[VECTORS, CORNER_SCALE, k] / moved)
+    return largest if largest > 0.0 else 1.0
+
+
 @strict_entry
 def split_inputs(work, waves, marks):
     """Solve for P, input by input, and mark those whose particular solution is too large: they are kept."""
     size, count = marks[SIZES, STATES], marks[SIZES, HARMONICS]
     most, most_seen = work[VECTORS, LIMITS, MOST], work[VECTORS, LIMITS, MOST_SEEN]
     for j in range(1 + count):
-        w, is_pushed, amplitude = 0.0, False, work[VECTORS, AMPLITUDE, j]
+        w, amplitude = 0.0, work[VECTORS, AMPLITUDE, j]
         if j > 0:
             w = work[VECTORS, FREQUENCY, j - 1]
-        for i in range(size):
-            sine = work[MATRIX, i, size + j + count] if j > 0 else 0.0
-            force = complex(work[MATRIX, i, size + j], -sine)
-            waves[COLUMNS, FORCE, i] = force
-            waves[COLUMNS, SOLUTION, i] = 0.0
-            is_pushed = is_pushed or force != 0.0
-        keep = is_pushed and not respond(work, waves, marks, size, w)
+        keep = push(work, waves, marks, j) and not respond(work, waves, marks, size, w)
         for i in range(size):
             keep = keep or not modulus(waves[COLUMNS, SOLUTION, i]) * amplitude <= most
         for k in range(marks[SIZES, WATCHED_COUNT]):

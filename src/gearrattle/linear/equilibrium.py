@@ -8,6 +8,7 @@ over the deflections x, where a is the uniform acceleration of a train whose mea
 the present pieces, the flat direction where they have no stiffness against a load, and an exact search along each line
 through all corners: finitely many pieces, so it ends. A direction along which U falls for ever is a runaway: some
 element's last slope is zero and its load exceeds what it can carry. Free gaps without load are put at their middle.
+The search is compiled (``kernels.statics``).
 """
 
 from __future__ import annotations
@@ -18,17 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
+from gearrattle.kernels.variants import Statics
 from gearrattle.remember import remembered
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.system.laid_out import coefficients_of, frame_of
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
-
-NEGLIGIBLE = 1e-12  # a load this small against the sum of all means, on the same shaft, counts as zero
-_NO_STIFFNESS = 1e-13  # of the stiffest piece of every element
-_MOST_SEARCHES = 2000
-_ROUNDING = 64 * np.finfo(float).eps
 
 
 class Runaway(Exception):
@@ -58,16 +56,6 @@ class Equilibrium:
     middled: tuple[int, ...]
 
 
-def rigid_acceleration(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Array:
-    """(n,) acceleration of the trains that the mean torques do not balance; zero where they do."""
-    motion = coordinates.angle_from_reference
-    if motion.shape[1] == 0:
-        return np.zeros(system.size)
-    net = motion.T @ system.inputs.mean
-    net = np.where(np.abs(net) <= NEGLIGIBLE * (np.abs(motion).T @ np.abs(system.inputs.mean)), 0.0, net)
-    return np.asarray(motion @ np.linalg.solve(motion.T @ (system.inertia[:, None] * motion), net))
-
-
 @remembered(8)
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     """Find the static equilibrium.
@@ -75,99 +63,43 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     Raises:
         Runaway: an element of zero last slope cannot carry its load.
     """
-    elastic = [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
+    from gearrattle.kernels import statics
+
+    elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
-    acceleration = rigid_acceleration(system, coordinates)
-    laws = [system.laws[k] for k in elastic]
-    net = system.inputs.mean - system.inertia * acceleration
-    size = np.abs(coordinates.angle_from_basis).T @ np.abs(system.inputs.mean)
-    x = _minimise(laws, coordinates, coordinates.angle_from_basis.T @ net, NEGLIGIBLE * size, elastic)
-    x, loose = _middle(laws, coordinates, x)
-    angle = coordinates.angle_from_basis @ x
+    numbers, frame = coefficients_of(system), frame_of(system, coordinates)
+    sought = statics_of(elastic, coordinates)
+    acceleration, angle = np.empty(system.size), np.empty(system.size)
+    x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
+    statics.accelerate_rigidly(numbers, sought.motion, acceleration)
+    code = statics.rest(numbers, frame, sought, acceleration, x, travel)
+    if code == statics.RUNAWAY:
+        raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
+    if code == statics.LOST:
+        remedy = 'initial = "zero", or a state of your own'
+        raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
+    x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
+    statics.turn(sought, x, angle)
     deflection = system.rows @ angle
     deflection[elastic] = coordinates.combination @ x
     pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))
     return Equilibrium(angle, deflection, pieces, acceleration, tuple(elastic[i] for i in loose))
 
 
-def _scale(laws: list[PiecewiseLaw], coordinates: RelativeCoordinates, elastic: list[int]) -> Array:
-    """(r,) length scale of every basis deflection: one over the root of its stiffest slope."""
-    at = [elastic.index(k) for k in coordinates.elements]
-    return np.array([1.0 / np.sqrt(max(float(laws[i].stiffness.max()), 1e-300)) for i in at])
+def elastic_elements(system: PiecewiseSystem) -> list[int]:
+    """The elements that can push, by index."""
+    return [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
 
 
-def _minimise(
-    laws: list[PiecewiseLaw], coordinates: RelativeCoordinates, load: Array, negligible: Array, elastic: list[int]
-) -> Array:
-    """Minimiser x of U; ``load`` is g, entries of the residual below ``negligible`` count as zero."""
-    combination = coordinates.combination
-    x = np.zeros(combination.shape[1])
-    if x.size == 0:
-        return x
-    scale = _scale(laws, coordinates, elastic)
-    travel = np.zeros(len(laws))
-    for _ in range(_MOST_SEARCHES):
-        delta = combination @ x
-        pieces = [_piece(law, float(d), float(t)) for law, d, t in zip(laws, delta, travel, strict=True)]
-        slope = np.array([law.stiffness[p] for law, p in zip(laws, pieces, strict=True)])
-        offset = np.array([law.offset[p] for law, p in zip(laws, pieces, strict=True)])
-        residual = load - combination.T @ (slope * delta + offset)
-        rounding = _ROUNDING * (np.abs(combination).T @ (np.abs(slope * delta) + np.abs(offset)))
-        nothing = np.maximum(negligible, rounding)
-        stiffness = (combination * scale).T @ (slope[:, None] * combination * scale)
-        direction = scale * _direction(stiffness, residual * scale, nothing * scale)
-        if np.all(np.abs(residual) <= nothing):
-            polished = combination @ (x + direction)
-            stays = all(law.piece_at(float(d)) == p for law, d, p in zip(laws, polished, pieces, strict=True))
-            return x + direction if stays else x
-        travel = combination @ direction
-        x = x + _line_search(laws, delta, travel, float(load @ direction), elastic) * direction
-    raise ConvergenceError("the static equilibrium was not found", remedy='initial = "zero", or a state of your own')
-
-
-def _direction(stiffness: Array, residual: Array, negligible: Array) -> Array:
-    """Flat direction if the residual loads one, else the Newton direction (minimum norm)."""
-    values, vectors = np.linalg.eigh(stiffness)
-    parts = vectors.T @ residual
-    flat = values <= _NO_STIFFNESS
-    loaded = vectors[:, flat] @ parts[flat]
-    if np.any(np.abs(loaded) > negligible):
-        return np.asarray(loaded)
-    firm = ~flat
-    return np.asarray(vectors[:, firm] @ (parts[firm] / values[firm]))
-
-
-def _piece(law: PiecewiseLaw, delta: float, travel: float) -> int:
-    """Piece at a deflection; exactly on a corner, the piece the motion heads for."""
-    piece = law.piece_at(delta)
-    on_corner = piece > 0 and delta == law.corners[piece - 1]
-    return (
-        piece - 1 if on_corner and (travel < 0 or (travel == 0 and law.inner(piece - 1, piece) == piece - 1)) else piece
+def statics_of(elastic: list[int], coordinates: RelativeCoordinates) -> Statics:
+    """The same for compiled code, with the coordinates of these elements."""
+    return Statics(
+        elastic=np.array(elastic, dtype=np.int64),
+        at=np.array([elastic.index(k) for k in coordinates.elements], dtype=np.int64),
+        combination=np.ascontiguousarray(coordinates.combination),
+        angle_from_basis=np.ascontiguousarray(coordinates.angle_from_basis),
+        motion=np.ascontiguousarray(coordinates.angle_from_reference),
     )
-
-
-def _line_search(laws: list[PiecewiseLaw], delta: Array, travel: Array, power: float, elastic: list[int]) -> float:
-    """Step s > 0 along the line at which U stops falling: U' is piecewise linear and never falls."""
-    stops: list[float] = []
-    for law, d, v in zip(laws, delta, travel, strict=True):
-        if v != 0.0:
-            stops += [float(s) for s in (law.corners - d) / v if s > 0.0]
-    begin = 0.0
-    for end in [*sorted(set(stops)), np.inf]:
-        inside = begin + 0.5 * (end - begin) if np.isfinite(end) else begin + 1.0 + abs(begin)
-        slope, force = 0.0, 0.0
-        for law, d, v in zip(laws, delta, travel, strict=True):
-            piece = law.piece_at(float(d + inside * v))
-            slope += float(law.stiffness[piece]) * v * v
-            force += (float(law.stiffness[piece]) * d + float(law.offset[piece])) * v
-        if slope > 0.0:
-            zero = (power - force) / slope
-            if zero <= end:
-                return max(begin, zero)
-        elif power - force <= 1e-14 * abs(power):
-            return begin if begin > 0.0 else float(min(end, 1.0))
-        begin = end
-    raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
 
 
 def _middle(laws: list[PiecewiseLaw], coordinates: RelativeCoordinates, x: Array) -> tuple[Array, list[int]]:

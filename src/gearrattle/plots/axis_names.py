@@ -60,3 +60,16 @@ def positions(data: xr.Dataset, axis: str) -> tuple[Array, bool, Ticks]:
         return numbers, False, ()
     step = max(1, -(-len(numbers) // 9))
     return numbers, True, tuple((float(v), numeral(float(v), 3)) for v in numbers[::step])
+
+
+def edges_of(x: Array, log: bool) -> Array:
+    """Limits (N + 1,) of cells about N ascending positions: halfway, on a logarithmic axis by ratio."""
+    at = np.log(x) if log else x
+    if at.size < 2:
+        room = 0.5 * abs(float(at[0])) or 0.5
+        inner, ends = np.zeros(0), (at[0] - room, at[0] + room)
+    else:
+        inner = 0.5 * (at[:-1] + at[1:])
+        ends = (2.0 * at[0] - inner[0], 2.0 * at[-1] - inner[-1])
+    edges = np.concatenate([[ends[0]], inner, [ends[1]]])
+    return np.asarray(np.exp(edges) if log else edges)

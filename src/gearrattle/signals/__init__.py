@@ -11,7 +11,7 @@ from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.ensembles import density_distances, distribution_distances, number_distances, rank
-from gearrattle.signals.impact_sums import ImpactSummary, add_impacts, summarise_impacts
+from gearrattle.signals.impact_sums import ImpactSummary, Severity, add_impacts, measure_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
@@ -23,6 +23,7 @@ from gearrattle.signals.regions import (
     dwell_of_regions,
     dwell_times,
     in_contact,
+    judged_of,
     outside,
     regime,
     regime_of,
@@ -41,6 +42,7 @@ __all__ = [
     "Impacts",
     "Line",
     "Regime",
+    "Severity",
     "Spectrum",
     "Window",
     "add_impacts",
@@ -58,7 +60,9 @@ __all__ = [
     "find_impacts",
     "harmonics",
     "in_contact",
+    "judged_of",
     "last_cycles",
+    "measure_impacts",
     "number_distances",
     "order_sums",
     "outside",

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -78,21 +79,47 @@ def add_impacts(before: Mapping[str, Array] | None, trajectory: Trajectory, wind
 
 def summarise_impacts(sums: Mapping[str, Array], layout: Layout, clearance: int) -> ImpactSummary:
     """Return the statistics of one clearance; an open contact counts with what it has gathered."""
-    before = sum(corners.size for corners in layout.corners[:clearance])
-    mine = slice(before, before + layout.corners[clearance].size)
-    pending = sums["begun"][mine][sums["open"][mine] > 0.0]
-    pushes = np.abs(sums["final"][clearance] - pending)
-    count = int(sums["count"][clearance])
-    nothing = float("nan")
+    found = measure_impacts(sums, layout, clearance)
     return ImpactSummary(
-        count=count,
+        count=int(sums["count"][clearance]),
         drive=int(sums["drive"][clearance]),
-        mean_speed=float(sums["speed"][clearance] / count) if count else nothing,
-        largest_speed=float(sums["top_speed"][clearance]) if count else nothing,
-        mean_impulse=float((sums["push"][clearance] + pushes.sum()) / count) if count else nothing,
-        largest_impulse=float(np.max(pushes, initial=sums["top_push"][clearance])) if count else nothing,
-        censored=bool(pending.size),
+        mean_speed=float(found.mean_speed),
+        largest_speed=float(found.largest_speed),
+        mean_impulse=float(found.mean_impulse),
+        largest_impulse=float(found.largest_impulse),
+        censored=bool(np.any(sums["open"][_corners(layout, clearance)] > 0.0)),
     )
+
+
+class Severity(NamedTuple):
+    """Speeds and impulses as in ``ImpactSummary``, with the leading axes of the sums."""
+
+    mean_speed: Array
+    largest_speed: Array
+    mean_impulse: Array
+    largest_impulse: Array
+
+
+def measure_impacts(sums: Mapping[str, Array], layout: Layout, clearance: int) -> Severity:
+    """Return the severity of one clearance's impacts; the sums may be those of many motions along leading axes."""
+    mine = _corners(layout, clearance)
+    count, push, top = (sums[name][..., clearance] for name in ("count", "push", "top_push"))
+    pending, largest = np.zeros(np.shape(count)), top
+    for corner in range(mine.start, mine.stop):
+        is_open = sums["open"][..., corner] > 0.0
+        gathered = np.abs(sums["final"][..., clearance] - sums["begun"][..., corner])
+        pending = np.where(is_open, pending + gathered, pending)
+        largest = np.where(is_open, np.maximum(largest, gathered), largest)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = sums["speed"][..., clearance] / count, (push + pending) / count
+    each = (means[0], sums["top_speed"][..., clearance], means[1], largest)
+    return Severity(*(np.where(count > 0.0, value, np.nan) for value in each))
+
+
+def _corners(layout: Layout, clearance: int) -> slice:
+    """Where a clearance's corners lie among those of all."""
+    before = sum(corners.size for corners in layout.corners[:clearance])
+    return slice(before, before + layout.corners[clearance].size)
 
 
 def _nothing(clearances: int, corners: int) -> dict[str, Array]:

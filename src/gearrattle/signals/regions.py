@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import GearRattleError
+from gearrattle.kernels.variants import Judged
 from gearrattle.signals.windows import Window, steady
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
@@ -43,6 +44,18 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
     inner = {label: stiffness[label - first] for label in (0, -1)}
     free = frozenset(label for label, slope in inner.items() if slope == 0.0)
     return free if len(free) == 1 else frozenset(inner)
+
+
+def judged_of(layout: Layout) -> Judged:
+    """Return what compiled code needs to know of the clearances: their pieces, and which of them are the centre."""
+    sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
+    inner = [
+        int(first + piece in centre(layout, k))
+        for k, (first, size) in enumerate(zip(layout.region_of_first_piece.tolist(), sizes, strict=True))
+        for piece in range(size)
+    ]
+    first = np.array(layout.region_of_first_piece, dtype=np.int64)
+    return Judged(np.cumsum([0, *sizes], dtype=np.int64), first, np.array(inner, dtype=np.int64))
 
 
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
@@ -142,13 +155,15 @@ def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> flo
     Raises:
         GearRattleError: if the log has a gap.
     """
-    return outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window))
+    return float(outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
 
 
-def outside(layout: Layout, clearance: int, shares: Mapping[int, float]) -> float:
-    """Return the part of the shares (by region label) that is contact, 0 to 1."""
-    inner = centre(layout, clearance)
-    return min(1.0, sum(share for region, share in shares.items() if region not in inner))
+def outside(layout: Layout, clearance: int, shares: Mapping[int, float] | Mapping[int, Array]) -> Array:
+    """Return the part of the shares (by region label, of one motion or of many) that is contact, 0 to 1."""
+    inner, total = centre(layout, clearance), np.zeros(())
+    for region, share in shares.items():
+        total = total if region in inner else total + share
+    return np.asarray(np.minimum(1.0, total))
 
 
 def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:

@@ -38,7 +38,7 @@ _BUDGET = 20_000  # steps a slice
 _NOTES = 256  # samples passed before they are worked out
 
 
-def _paper(size: Size) -> packed.Notes:
+def paper(size: Size) -> packed.Notes:
     """Room for the notes of some samples."""
     whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
     places, times = np.empty((2, _NOTES), np.int64), np.empty((2, _NOTES))
@@ -54,14 +54,15 @@ class ExactMarch:
         from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.march import march_on
         from gearrattle.kernels.notes import work_out
+        from gearrattle.kernels.start import deflect
 
         self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots
         self.flow = self.slots.flow
         flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
-        deflection = flow.coordinates.basis @ task.angle
-        unloaded = np.zeros(size.memories)
+        deflection, unloaded = np.empty(len(flow.coordinates.elements)), np.zeros(size.memories)
+        deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, unloaded])
         u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
         pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
@@ -77,7 +78,7 @@ class ExactMarch:
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
         self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
-        self.notes = _paper(size)
+        self.notes = paper(size)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))

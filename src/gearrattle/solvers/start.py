@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.kernels.packed import ON_CORNER
 from gearrattle.system.flow import Flow
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ON_CORNER = 8 * np.finfo(float).eps
 _NOTHING = 1e-12  # a derivative this small against its own terms is rounding
 _DERIVATIVES = 6
 
@@ -36,7 +36,7 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
         size = float(np.abs(flow.system.rows[k]) @ np.abs(angle) + np.abs(flow.deflection[k]) @ np.abs(z))
         pieces[k] = law.piece_at(delta)
         for c, corner in enumerate(law.corners):
-            if abs(delta - corner) <= _ON_CORNER * max(abs(corner), size):
+            if abs(delta - corner) <= ON_CORNER * max(abs(corner), size):
                 pieces[k] = law.inner(c, c + 1)
                 on_corner[i] = c
     undecided = dict(on_corner)

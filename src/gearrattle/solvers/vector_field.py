@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.start import starting_pieces
+from gearrattle.system.building import typical_of
 from gearrattle.system.field import field_of
 from gearrattle.system.flow import Flow, flow_of
 
@@ -69,7 +70,7 @@ class FieldProblem:
     def size(self) -> Array:
         """(N,) size of x and v in an ordinary motion [SI]: what an error tolerance is relative to."""
         scaling = np.concatenate([self.flow.scaling.deflection, self.flow.scaling.velocity])
-        return np.asarray(self.flow.typical / scaling)
+        return np.asarray(typical_of(self.flow) / scaling)
 
     @cached_property
     def sample_times(self) -> Array:

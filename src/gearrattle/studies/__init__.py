@@ -1,21 +1,27 @@
 """Studies: one driveline, many variants; maps and tolerances; what is done survives being killed.
 
 ``study`` is the call; ``plan`` says which cases there are, ``outputs`` what is kept of each, ``cases`` computes a chunk
-of them, ``schedulers`` deal chunks out, ``store`` keeps them. What is made of the Dataset: ``boundary``,
-``probability`` and ``sensitivity``.
+of them, ``schedulers`` deal chunks out, ``store`` keeps them, ``prepared`` carries a study out. ``kinds`` is a shelf:
+what a study file may ask for. What is made of the Dataset: ``boundary``, ``probability`` and ``sensitivity``.
 
 Takes a Model; gives an xarray Dataset.
 """
 
+from gearrattle.studies.attraction import basins
 from gearrattle.studies.boundary import regime_boundary
+from gearrattle.studies.diagram import bifurcation
+from gearrattle.studies.prepared import Done, Prepared, carry_out
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.store import open_study
-from gearrattle.studies.study import Prepared, carry_out, prepare, study
+from gearrattle.studies.study import prepare, study
 
 __all__ = [
+    "Done",
     "Prepared",
+    "basins",
+    "bifurcation",
     "carry_out",
     "open_study",
     "opened",

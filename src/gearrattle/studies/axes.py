@@ -9,8 +9,9 @@ Takes mappings; gives frozen axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
         read: dict[str, tuple[Any, ...]] = {}
         for path, each in by_path.items():
             try:
-                read[path] = _values(path, each, model)
+                read[path] = values_of(path, each, partial(_read, path, model))
             except ModelError as error:
                 problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
         lengths = {len(each) for each in read.values()}
@@ -81,15 +82,29 @@ def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     return tuple(found)
 
 
-def _values(path: str, given: Any, model: Model) -> tuple[Any, ...]:
+def _read(path: str, model: Model, value: Any) -> Any:
+    return in_si(path, value, model)
+
+
+def values_of(path: str, given: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
+    """Return the values of a list or a range.
+
+    Args:
+        path: what they are of, for messages.
+        given: a list, or a mapping with from, to, count, spacing.
+        read: takes a value as written, gives it in SI, refuses with ModelError.
+
+    Raises:
+        ModelError: neither of them, a range without sense, or what ``read`` refuses.
+    """
     if isinstance(given, Mapping):
-        return _ranged(path, given, model)
+        return _ranged(path, given, read)
     if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or not len(given):
         raise ModelError(Problem(path, shown(given), "must be a list of values, or a range with from, to and count"))
-    return tuple(in_si(path, value, model) for value in (given.tolist() if isinstance(given, np.ndarray) else given))
+    return tuple(read(value) for value in (given.tolist() if isinstance(given, np.ndarray) else given))
 
 
-def _ranged(path: str, given: Mapping[str, Any], model: Model) -> tuple[float, ...]:
+def _ranged(path: str, given: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
     unknown = [key for key in given if key not in _RANGE]
     if unknown:
         remedy = did_you_mean(unknown[0], _RANGE)
@@ -102,7 +117,7 @@ def _ranged(path: str, given: Mapping[str, Any], model: Model) -> tuple[float, .
         raise ModelError(Problem(f"{path}.count", shown(count), f"must be a whole number from 2 to {_MOST_VALUES}"))
     if spacing not in ("linear", "log"):
         raise ModelError(Problem(f"{path}.spacing", shown(spacing), 'must be "linear" or "log"'))
-    ends = [in_si(path, given[key], model) for key in ("from", "to")]
+    ends = [read(given[key]) for key in ("from", "to")]
     if not all(isinstance(end, float | int) and not isinstance(end, bool) for end in ends):
         raise ModelError(Problem(path, shown(ends), "a range is of numbers"))
     if spacing == "log" and not min(ends) > 0.0:

@@ -1,5 +1,6 @@
 """One chunk of a study, computed: every case simulated by the settings of its model, its outputs kept.
 
+Cases that can be are computed together (``studies.batch``), the others one by one.
 A case that fails leaves nothing in its outputs, and says why; the others go on.
 
 Takes a Plan and Outputs; gives a Computed.
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ConvergenceError, ModelError
+from gearrattle.studies.batch import batched
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
 
@@ -46,10 +48,17 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], No
         plan: the study's cases.
         outputs: what is kept of them.
         chunk: its number.
-        told: called after every case with the finished share; what it raises ends the work.
+        told: called now and then, and after every case computed alone, with the finished share; what it raises ends
+            the work.
     """
     found = empty(plan, outputs, chunk)
-    for i, (at, changes) in enumerate(plan.cases(chunk)):
+    values, done = batched(plan, outputs, chunk, told)
+    for name, kept in values.items():
+        found.values[name][...] = kept.reshape(found.values[name].shape)
+    found.outcome.flat[np.flatnonzero(done)] = DONE
+    for i, (at, changes) in enumerate(plan.cases(chunk) if not done.all() else ()):
+        if done[i]:
+            continue
         try:
             run = simulate(plan.model.with_(changes) if changes else plan.model, audit=False)
             for name, value in outputs.of(run).items():
@@ -58,7 +67,7 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], No
         except Cancelled:
             raise
         except Exception as error:  # a case's failure is a result: any error at all is told, and the study goes on
-            found.outcome[at] = _code(error)
+            found.outcome[at] = code_of(error)
             found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         if told is not None:
             told((i + 1) / found.outcome.size)
@@ -75,7 +84,8 @@ def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> C
     return Computed(values, np.full(box, outcome, dtype=np.int8), {})
 
 
-def _code(error: Exception) -> int:
+def code_of(error: Exception) -> int:
+    """Return what became of a case that raised this."""
     if isinstance(error, ModelError):
         return NO_MODEL
     return NOT_CONVERGED if isinstance(error, ConvergenceError) else FAILED

@@ -3,31 +3,18 @@
     schema = 1
     name = "backlash and load"
     model = "case3.toml"                     # beside this file
-    outputs = ["regime", "impacts per cycle"]
-    most = 2_000_000                         # cases allowed, if more than a million
+    kind = "grid"                            # one of the shelf ``kinds``; this one if the file is silent
 
-    [fixed]                                  # other values of the model, by path
-    "simulation.cycles" = 60
+What else may stand in a file its kind says.
 
-    [axis]                                   # what is varied in order, all combinations
-    "mesh.gear.backlash" = { from = "0.02 mm", to = "0.2 mm", count = 10, spacing = "log" }
-    load = { "torque.0.mean" = [5, 10], "inertia.gear.drag_torque" = [0.5, 1.0] }    # together
-
-    [vary]                                   # what scatters
-    "coupling.clutch.stiffness" = { distribution = "normal", mean = 1500.0, deviation = 50.0 }
-
-    [sample]
-    count = 256
-    method = "sobol"
-    seed = 7
-
-Takes a path; gives the arguments of ``study``.
+Takes a path; gives the kind and what to prepare it with.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -35,54 +22,69 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import load
 from gearrattle.model.file import read_tables, read_text
 from gearrattle.model.problems import Positions, place
-from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.studies.kinds import KINDS, Kind
 
-_KEYS: Mapping[str, type] = {
-    "schema": int, "name": str, "model": str, "outputs": list, "most": int, "fixed": dict, "axis": dict, "vary": dict,
-    "sample": dict,
-}  # fmt: skip
-_SAMPLE: Mapping[str, type] = {"count": int, "method": str, "seed": int}
-_WORDS = {int: "a whole number", str: "a text", list: "a list", dict: "a table"}
+_EVERY: Mapping[str, type] = {"schema": int, "name": str, "kind": str, "model": str}
+_DEFAULT = "grid"
+_WORDS = {int: "a whole number", float: "a number", str: "a text", list: "a list", dict: "a table"}
 
 
-def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class StudyFile:
+    """What a study file says.
+
+    Attributes:
+        name: of the study; without one in the file, the file's.
+        kind: of study.
+        arguments: of ``kind.prepare``, model included.
+    """
+
+    name: str
+    kind: Kind
+    arguments: dict[str, Any]
+
+
+def read_study(path: str | os.PathLike[str]) -> StudyFile:
     """Read a study file.
 
     Args:
         path: a TOML file, UTF-8, at most 1 MB.
 
     Returns:
-        The arguments of ``study``, model included.
+        Its kind, and the arguments to prepare it with.
 
     Raises:
         ModelError: everything wrong with its form, with places; or the model's own problems.
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")
-    problems = _form(tables, _KEYS, positions)
-    problems += _form(tables.get("sample", {}), _SAMPLE, positions, "sample")
+    kind = _kind(tables, positions)
+    problems = _form(tables, {**_EVERY, **kind.keys}, positions)
+    for under, keys in kind.tables.items():
+        problems += _form(tables.get(under, {}), keys, positions, under)
     if "model" not in tables:
         problems.append(Problem(name, "", "names no model", 'add model = "..."'))
+    for key in kind.needed:
+        if key not in tables:
+            problems.append(Problem(name, "", f'a study of the kind "{kind.name}" needs {key}', f"add {key}"))
     if tables.get("schema", 1) != 1:
         problems.append(Problem(name, shown(tables["schema"]), "schema must be 1"))
     if problems:
         raise ModelError(problems)
-    sample = tables.get("sample", {})
-    found = {
-        "model": load(Path(name).parent / tables["model"]),
-        "axes": tables.get("axis", {}), "vary": tables.get("vary", {}), "fixed": tables.get("fixed", {}),
-        "samples": sample.get("count", 0),
-    }  # fmt: skip
-    found |= {key: sample[key] for key in ("method", "seed") if key in sample}
-    found |= {key: tables[key] for key in ("outputs", "most") if key in tables}
-    return found
+    model = load(Path(name).parent / tables["model"])
+    title = str(tables.get("name") or Path(name).stem)
+    return StudyFile(title, kind, {"model": model, **kind.arguments(tables)})
 
 
-def study_name(path: str | os.PathLike[str]) -> str:
-    """The name in a study file that ``read_study`` takes; without one, that of the file."""
-    name = os.fspath(path)
-    tables, _ = read_tables(read_text(name, "study file"), name, "study file")
-    return str(tables.get("name") or Path(name).stem)
+def _kind(tables: Mapping[str, Any], positions: Positions) -> Kind:
+    """The kind a file asks for; what else is wrong with a file of no kind cannot be told."""
+    asked = tables.get("kind", _DEFAULT)
+    if not isinstance(asked, str) or asked not in KINDS:
+        rule = f"there is no such kind of study; there are {listed(list(KINDS))}"
+        remedy = did_you_mean(asked, tuple(KINDS)) if isinstance(asked, str) else ""
+        raise ModelError(Problem(place(("kind",), {}, positions), shown(asked), rule, remedy))
+    return KINDS[asked]
 
 
 def _form(table: Any, known: Mapping[str, type], positions: Positions, under: str = "") -> list[Problem]:
@@ -95,6 +97,12 @@ def _form(table: Any, known: Mapping[str, type], positions: Positions, under: st
         if key not in known:
             rule = f"there is no such key; there are {', '.join(known)}"
             found.append(Problem(at, "", rule, did_you_mean(key, known)))
-        elif isinstance(value, bool) or not isinstance(value, known[key]):
+        elif not _is_a(value, known[key]):
             found.append(Problem(at, shown(value), f"must be {_WORDS[known[key]]}"))
     return found
+
+
+def _is_a(value: Any, wanted: type) -> bool:
+    if isinstance(value, bool):
+        return wanted is bool
+    return isinstance(value, int | float) if wanted is float else isinstance(value, wanted)

@@ -53,7 +53,7 @@ class Output:
 
     Attributes:
         name: its variable's.
-        dimension: "part" (clutches, splines, meshes) or "inertia"; empty for one number a case.
+        dimension: "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
         subjects: the coordinate along it.
         unit: by subject, for they may differ; SI.
         words: what codes stand for; empty for numbers.
@@ -62,7 +62,7 @@ class Output:
 
     name: str
     dimension: str
-    subjects: tuple[str, ...]
+    subjects: tuple[Any, ...]
     unit: tuple[str, ...]
     words: tuple[str, ...] = ()
     criterion: str = ""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,12 +48,20 @@ class Plan:
         axes: what is varied in order.
         samples: what scatters; None for nothing.
         chunk_size: cases a chunk holds, about.
+        kind: of study, by its name on the shelf (a class attribute: another kind of plan is a class of its own).
     """
+
+    kind: ClassVar[str] = "grid"
 
     model: Model
     axes: tuple[Axis, ...]
     samples: Samples | None
     chunk_size: int
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What else decides what is computed; plain values, which the Dataset tells in its attributes."""
+        return {}
 
     @property
     def dimensions(self) -> tuple[str, ...]:
@@ -98,6 +106,24 @@ class Plan:
             for i, taken, length in zip(at, self.chunk_shape, self.shape, strict=True)
         )
 
+    def cases_in(self, chunk: int) -> int:
+        """Return how many cases a chunk has."""
+        return prod(part.stop - part.start for part in self.box(chunk))
+
+    def columns(self, chunk: int) -> dict[str, NDArray[Any]]:
+        """Return by path what every case of a chunk is given, (cases,) in the chunk's order; no number: objects."""
+        grid = np.indices([part.stop - part.start for part in self.box(chunk)]).reshape(len(self.shape), -1)
+        grid += np.array([part.start for part in self.box(chunk)])[:, None]
+        found: dict[str, NDArray[Any]] = {}
+        for axis, at in zip(self.axes, grid, strict=False):
+            for path, values in axis.values.items():
+                chosen = [values[i] for i in at.tolist()]
+                is_plain = all(type(value) is float for value in chosen)
+                found[path] = np.array(chosen) if is_plain else _objects(chosen)
+        if self.samples is not None:
+            found |= dict(zip(self.samples.paths, self.samples.points[grid[-1]].T, strict=True))
+        return found
+
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
         box = self.box(chunk)
@@ -120,4 +146,13 @@ class Plan:
         digest.update(json.dumps([[axis.name, dict(axis.values)] for axis in self.axes], sort_keys=True).encode())
         if self.samples is not None:
             digest.update(json.dumps(self.samples.paths).encode() + self.samples.points.tobytes())
+        if self.attributes:
+            digest.update(json.dumps([self.kind, self.attributes], sort_keys=True).encode())
         return digest.hexdigest()
+
+
+def _objects(values: list[Any]) -> NDArray[Any]:
+    """An array of objects, whatever they are."""
+    found = np.empty(len(values), dtype=object)
+    found[:] = values
+    return found

@@ -3,6 +3,7 @@
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
     done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
+    done/0000013.part    how far chunk 13 has come, if what computes it keeps that
 
 A chunk's marker appears, by renaming, after its results. So the markers alone say what is done: a chunk without one is
 computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
@@ -17,6 +18,7 @@ import json
 import os
 import tempfile
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -26,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed
+from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import SAMPLE, Plan
 
@@ -36,6 +38,16 @@ if TYPE_CHECKING:
 FORMAT = "gearrattle study 1"
 OUTCOME = "outcome"
 _RESULTS, _ABOUT, _DONE = "results.zarr", "study.json", "done"
+Told = Callable[[float], None]
+
+
+def case_by_case(store: Store, chunk: int, told: Told | None) -> Computed:
+    """Compute a chunk whose cases do not know of each other."""
+    return compute(store.plan, store.outputs, chunk, told)
+
+
+Work = Callable[["Store", int, Told | None], Computed]
+"""Computes a chunk, and calls ``told`` often with the finished share; workers get it by its module and name."""
 
 
 class Store:
@@ -44,20 +56,29 @@ class Store:
     Attributes:
         folder: where.
         plan, outputs: what it is of.
+        work: what computes a chunk.
     """
 
-    def __init__(self, folder: Path, plan: Plan, outputs: Outputs) -> None:
-        self.folder, self.plan, self.outputs = folder, plan, outputs
+    def __init__(self, folder: Path, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
+        self.folder, self.plan, self.outputs, self.work = folder, plan, outputs, work
 
     @classmethod
-    def open(cls, folder: str | os.PathLike[str], plan: Plan, outputs: Outputs, *, resume: bool) -> Store:
+    def open(
+        cls, folder: str | os.PathLike[str], plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool
+    ) -> Store:
         """Open a folder, made if it does not exist.
+
+        Args:
+            folder: where.
+            plan, outputs: what is computed, and what is kept.
+            work: what computes a chunk.
+            resume: whether it may hold this study already.
 
         Raises:
             ModelError: it holds a study already and ``resume`` is not set, or one of something else.
             OSError: it cannot be written.
         """
-        store = cls(Path(folder), plan, outputs)
+        store = cls(Path(folder), plan, outputs, work)
         about = store.folder / _ABOUT
         if about.exists():
             kept = json.loads(about.read_text(encoding="utf-8"))
@@ -68,7 +89,7 @@ class Store:
                 changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
                 raise ModelError(Problem(str(folder), "", rule, "give another folder"))
-            return cls(store.folder, replace(plan, chunk_size=kept["chunk_size"]), outputs)
+            return cls(store.folder, replace(plan, chunk_size=kept["chunk_size"]), outputs, work)
         if store.folder.exists() and any(store.folder.iterdir()):
             raise ModelError(Problem(str(folder), "", "is not empty, and no study", "give another folder"))
         (store.folder / _DONE).mkdir(parents=True, exist_ok=True)
@@ -101,7 +122,7 @@ class Store:
         if plan.samples is not None:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 _coordinate(group, path, SAMPLE, column.tolist())
-        subjects: dict[tuple[str, tuple[str, ...]], str] = {}
+        subjects: dict[tuple[str, tuple[Any, ...]], str] = {}
         for output in self.outputs.all:
             dimensions, shape, chunks = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
             if output.dimension:
@@ -119,14 +140,15 @@ class Store:
         outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
         group.attrs["source"] = f"gearrattle {version('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
+        group.attrs.update({"kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs["order"] = [*(output.name for output in self.outputs.all), OUTCOME]
 
     def _subjects(
         self,
         dimension: str,
-        subjects: tuple[str, ...],
-        known: dict[tuple[str, tuple[str, ...]], str],
+        subjects: tuple[Any, ...],
+        known: dict[tuple[str, tuple[Any, ...]], str],
         group: Any,
     ) -> str:
         """Name of the dimension with these subjects; a second list of parts is another dimension."""
@@ -161,6 +183,14 @@ class Store:
     def _begun(self, chunk: int) -> Path:
         return self.folder / _DONE / f"{chunk:07d}.begun"
 
+    def compute(self, chunk: int, told: Told | None = None) -> Computed:
+        """Compute a chunk; ``told`` is called often with its finished share, and what it raises ends the work."""
+        return self.work(self, chunk, told)
+
+    def part(self, chunk: int) -> Path:
+        """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
+        return self.folder / _DONE / f"{chunk:07d}.part"
+
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
         group, box = self._group(), self.plan.box(chunk)
@@ -172,6 +202,7 @@ class Store:
         failed = int(np.count_nonzero(computed.outcome != DONE))
         _write(self._marker(chunk), {"checksums": sums, "messages": messages, "failed": failed})
         self._begun(chunk).unlink(missing_ok=True)
+        self.part(chunk).unlink(missing_ok=True)
 
     def _marker(self, chunk: int) -> Path:
         return self.folder / _DONE / f"{chunk:07d}.json"
@@ -223,6 +254,24 @@ class Store:
                 inside = [int(i) for i in at.split(",")] if at else []
                 found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
         return found
+
+    def add(self, found: xr.Dataset) -> None:
+        """Write what was made of the whole beside the results; what is there by these names is replaced."""
+        group = self._group()
+        for name in found.variables:
+            values = np.asarray(found[name].values)
+            words = values.dtype.kind in "OU"
+            data = np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
+            dimensions, kind = [str(dim) for dim in found[name].dims], str if words else values.dtype
+            array = group.create_array(
+                str(name), shape=values.shape, chunks=tuple(max(1, size) for size in values.shape), dtype=kind,
+                dimension_names=dimensions, overwrite=True,
+            )  # fmt: skip
+            array[...] = data if words else values
+            array.attrs.update(found[name].attrs)
+        known = [name for name in group.attrs["order"] if name not in found]
+        group.attrs["order"] = [*known, *map(str, found.data_vars)]
+        group.attrs.update(found.attrs)
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""

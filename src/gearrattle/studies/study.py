@@ -9,56 +9,29 @@ Takes a Model, axes and names of outputs; gives an xarray Dataset.
 from __future__ import annotations
 
 import os
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.results import Run
 from gearrattle.studies.axes import axes_of
+from gearrattle.studies.batch import FEWEST, batched, can_batch
 from gearrattle.studies.distributions import METHODS, distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.schedulers import Scheduler, opened
-from gearrattle.studies.store import Store
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span, with_failures
+from gearrattle.studies.schedulers import opened
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
-CHUNK_SECONDS, MOST_IN_CHUNK = 5.0, 10_000
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A study about to begin.
-
-    Attributes:
-        plan, outputs: what is computed, and what is kept.
-        seconds: that one case took, warm.
-    """
-
-    plan: Plan
-    outputs: Outputs
-    seconds: float
-
-    def estimate(self, workers: int) -> str:
-        """Return in words what all cases will cost."""
-        total = self.plan.count * self.seconds / workers
-        each = f"{1e3 * self.seconds:.3g} ms"
-        return f"{self.plan.count} cases of about {each}: {_span(total)} on {workers} worker{'s' * (workers != 1)}"
-
-    def sensible(self) -> int:
-        """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < _STARTING * 2 else cores
+_TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
+_TOO_LONG = 2.0  # seconds of a case alone: nothing is tried then
 
 
 def prepare(
@@ -78,14 +51,14 @@ def prepare(
     base = settled(model.with_(dict(fixed)) if fixed else model, {})
     points = _points(vary or {}, samples, method, seed, base)
     given = axes_of(axes or {}, base)
-    _check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
+    check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
     plan = Plan(base, given, points, 1)
     if plan.count > most or not plan.dimensions:
         raise ModelError(_wrong_count(plan, base, most))
-    run, seconds = _first(plan)
+    run, seconds = first_run(plan)
     found = outputs_of(outputs, run, function)
-    fitting = int(min(CHUNK_SECONDS / max(seconds, 1e-6), MOST_IN_CHUNK, max(1, plan.count // 8)))
-    return Prepared(Plan(base, given, points, max(1, _round(fitting))), found, seconds)
+    seconds = _together(plan, found, seconds)
+    return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
 
 def study(
@@ -104,7 +77,7 @@ def study(
     resume: bool = False,
     retry_failed: bool = False,
     workers: int | None = None,
-    scheduler: Any = "local",
+    scheduler: Any = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Simulate and judge many variants of a driveline.
@@ -125,8 +98,8 @@ def study(
         output: folder to keep it in; None: in memory.
         resume, retry_failed: go on with what the folder holds; and compute chunks with failed cases anew.
         workers: processes or threads, results are the same; None: as many as cores, one for few cases.
-        scheduler: "local" (processes of this machine), "threads" (of this process), "tcp://HOST:PORT" or a
-            ``distributed.Client`` (a Dask cluster with its own number of workers; they must see ``output``).
+        scheduler: "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
+            must see ``output``); None: threads where cases are computed together, else processes.
         progress: called with the finished share; what it raises ends the work, and leaves whole chunks in the folder.
 
     Returns:
@@ -143,52 +116,23 @@ def study(
         model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
         most=most,
     )  # fmt: skip
-    with opened(scheduler, workers, found.sensible()) as compute, _folder(output) as folder:
-        store = Store.open(folder, found.plan, found.outputs, resume=resume)
-        carry_out(store, compute, retry_failed=retry_failed, progress=progress)
-        return store.dataset().assign_attrs(failures=[f"{at}: {text}" for at, text in store.messages().items()])
+    with opened(scheduler or found.scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+        return with_failures(
+            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+        )
 
 
-def carry_out(
-    store: Store, compute: Scheduler, *, retry_failed: bool = False, progress: Progress | None = None
-) -> list[int]:
-    """Compute whatever is not done, and return the chunks that were found damaged and computed again.
-
-    Args:
-        store: where results are kept.
-        compute: who computes.
-        retry_failed: whether chunks with failed cases are computed again.
-        progress: as in ``study``.
-    """
-    damaged = store.damaged()
-    for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
-        store.forget(chunk)
-    done = store.done()
-    chunks = store.plan.chunks
-    left = [chunk for chunk in range(chunks) if chunk not in done]
-    reached = len(done)
-
-    def tick() -> None:
-        if progress is not None:
-            progress(reached / chunks)
-
-    with closing(compute(store, left, tick)) as finished:
-        for _ in finished:
-            reached += 1
-            tick()
-    return damaged
-
-
-_STARTING = 5.0  # seconds until a fresh process is warm
-
-
-@contextmanager
-def _folder(output: str | os.PathLike[str] | None) -> Iterator[Path]:
-    if output is not None:
-        yield Path(output)
-        return
-    with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
-        yield Path(name) / "study"
+def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
+    """What a case takes [s] among others that are computed with it; as long as alone where none can be."""
+    count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
+    if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
+        return alone
+    few = Plan(plan.model, plan.axes, plan.samples, count)
+    batched(few, outputs, 0)
+    begun = time.perf_counter()
+    done = batched(few, outputs, 0)[1]
+    taken = time.perf_counter() - begun
+    return (taken + alone * float((~done).sum())) / done.size
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:
@@ -210,7 +154,8 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
     return Samples(tuple(each.path for each in distributions), sampled(distributions, samples, method, seed))
 
 
-def _check_paths(paths: list[str]) -> None:
+def check_paths(paths: list[str]) -> None:
+    """Refuse values that are varied twice."""
     twice = sorted({path for path in paths if paths.count(path) > 1})
     if twice:
         raise ModelError([Problem(path, "", "is varied twice", "name it in one axis alone") for path in twice])
@@ -223,13 +168,13 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     simulate(model, audit=False)
     took = time.perf_counter() - begun
     sizes = " x ".join(map(str, plan.shape))
-    cost = _span(plan.count * took)
+    cost = span(plan.count * took)
     rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
 
 
-def _first(plan: Plan) -> tuple[Any, float]:
-    """A run of the first case that can be simulated, warm, and how long it took [s]."""
+def first_run(plan: Plan) -> tuple[Run, float]:
+    """Return a run of the first case that can be simulated, warm, and how long it took [s]."""
     trouble: Exception | None = None
     at = (0,) * len(plan.shape)
     last = tuple(length - 1 for length in plan.shape)
@@ -244,15 +189,3 @@ def _first(plan: Plan) -> tuple[Any, float]:
             trouble = trouble or error
     assert trouble is not None
     raise trouble
-
-
-def _round(count: int) -> int:
-    """Down to a power of two: machines of about one speed cut a study alike, and can go on with each other's."""
-    return 1 << max(0, count.bit_length() - 1)
-
-
-def _span(seconds: float) -> str:
-    for unit, length in (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2.0 * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds:.2g} s"

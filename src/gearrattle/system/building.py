@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import bench
 from gearrattle.kernels.packed import LONGEST, ORDER
-from gearrattle.system import forced
+from gearrattle.kernels.variants import Scales
 from gearrattle.system.companion import Companion
 from gearrattle.system.flow import Flow, Pieces
+from gearrattle.system.forced import LARGEST
+from gearrattle.system.laid_out import coefficients_of, frame_of
 from gearrattle.system.law import PiecewiseLaw
 
 Array = NDArray[np.float64]
@@ -33,60 +35,108 @@ _WIDEST_TURN = 0.5  # of an input over the finest step, radians
 ELIMINATION = 100.0
 """Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
 _STAGES = (
-    "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states", "triangular_form",
-    "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_bounds", "fill_tables",
-    "fill_powers", "fill_series", "fill_forced",
+    "lay_out", "stiffest", "typical", "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states",
+    "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_bounds",
+    "fill_tables", "fill_powers", "fill_series", "fill_forced",
 )  # fmt: skip
 _LETTERS = np.frombuffer(b"VN", dtype=np.uint8)  # zgees: Schur vectors, yes; sorting, no
 _SCRATCH = 34  # complex numbers a row, for zgees
 
 
 class Bench:
-    """Room to work a driveline's regions out, one at a time."""
+    """Room to work a driveline's regions out, one at a time; ``typical`` is the size of its ordinary motions."""
 
     def __init__(self, flow: Flow) -> None:
         system = flow.system
         m, k, w, z = len(system.laws), len(system.clearances), system.watched, flow.width
         carried = len(flow.coordinates.references) + k
-        rows, columns = max(carried + z, 4 * w, ORDER + 1, m), max(z + 1, m + w, 3 * w, ORDER + 1)
+        rows, columns = max(carried + z, 4 * w, ORDER + 1, m), max(z + 1, m + w + 1, 3 * w, ORDER + 1)
         self.work, self.waves = np.zeros((bench.PAGES, rows, columns)), np.zeros((bench.WAVES, z, z), complex)
         self.marks = np.zeros((bench.MARKS, columns), np.int64)
         self.sizes = self.marks[bench.SIZES]
         self.carried, self.watched = carried, w
         self.states, self.inputs = flow.states, flow.inputs
-        _share(flow, self.work)
-        self._write_laws(flow)
+        members: tuple[PiecewiseLaw | Companion, ...] = (*system.laws, *system.companions)
+        first = np.cumsum([0, *(each.pieces for each in members)])
+        self.laws = np.zeros((bench.LAWS, first[-1]))
         counts = (m, system.size, flow.states, w, len(flow.coordinates.references), flow.frequency.size)
         links = 1 if system.signals is None else system.signals.degree + 1
         chains = len(flow.coordinates.elements), flow.chain.size, links
         sizes = (*counts, level_of_turns(flow.frequency), DEEPEST, k, *chains)
         self.sizes[: len(sizes)] = sizes
+        self.marks[bench.FIRST_PIECE, : len(first)] = first
         self.marks[bench.CLEARANCES, :k] = system.clearances
+        if system.is_plain:
+            frame, scaling = frame_of(system, flow.coordinates), flow.scaling
+            scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(k))
+            stages().lay_out(coefficients_of(system), frame, scales, self.work, self.laws, self.marks)
+        else:
+            self._lay_out(flow)
         self.corner_scale = flow.corner_scale
         self.which = np.array([*system.clearances, *range(m, m + w - k)], dtype=np.int64)  # of all pieces
         self._prepare_lapack()
+        self.typical = self._settle_limits(flow)
+
+    def _settle_limits(self, flow: Flow) -> float:
+        """Write what counts as too large, against an ordinary motion of the stiffest pieces; its size."""
+        do, vectors = stages(), self.work[bench.VECTORS]
+        limits, frequency = vectors[bench.LIMITS], vectors[bench.FREQUENCY, : self.sizes[bench.HARMONICS]]
+        limits[bench.FAST], limits[bench.FAST_ROUNDING] = FAST * frequency.max(initial=2 * np.pi), FAST_ROUNDING
+        limits[bench.CHAIN_PACE] = flow.pace_of_chains.max(initial=0.0)
+        limits[bench.HORIZON] = min(2.0 * LONGEST, float(np.diff(flow.knots).max()))
+        do.stiffest(self.laws, self.marks)
+        do.accelerate(self.work, self.laws, self.marks)
+        typical = float(do.typical(self.work, self.waves, self.marks))
+        if flow.chain.size:
+            chains = self.work[bench.MATRIX, : self.states, self.states + self.inputs :][:, : flow.chain.size]
+            pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
+            typical = max(typical, float(pushed))
+        limits[bench.MOST], limits[bench.MOST_SEEN] = LARGEST * typical, LARGEST
+        return typical
+
+    def _lay_out(self, flow: Flow) -> None:
+        """Write the pages that all regions share, of a driveline that is more than laws and harmonics."""
+        system, scaling, period = flow.system, flow.scaling, flow.system.inputs.period
+        clearances, vectors = list(system.clearances), self.work[bench.VECTORS]
+        unit = 1.0 / flow.corner_scale[: len(clearances), None]
+        pages = {
+            bench.MOTION: period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
+            bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,
+            bench.ELEMENTS: system.rows,
+            bench.DEFLECTION: flow.deflection,
+            bench.RATE: flow.rate,
+            bench.REFERENCES: period * flow.velocity[list(flow.coordinates.references)],
+            bench.SEEN: np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
+            bench.CURVATURE: flow.curvature_of_error[clearances],
+        }
+        for page, rows in pages.items():
+            self.work[page, : rows.shape[0], : rows.shape[1]] = rows
+        rows_of_vectors = {
+            bench.INERTIA: system.inertia, bench.PACE: period * scaling.velocity, bench.CORNER_SCALE: flow.corner_scale,
+            bench.FREQUENCY: flow.frequency, bench.AMPLITUDE: scaling.inputs, bench.INPUT_SIZE: flow.input_size,
+        }  # fmt: skip
+        for row, vector in rows_of_vectors.items():
+            vectors[row, : vector.size] = vector
+        vectors[bench.LIMITS, bench.PERIOD] = period
+        cornered = [np.any(system.laws[k].corners != 0.0) for k in clearances]
+        self.marks[bench.CORNERED, : len(clearances)] = cornered
+        self._write_laws(flow)
 
     def _write_laws(self, flow: Flow) -> None:
         """Write down all pieces of all elements, then of all companions."""
-        system, unit = flow.system, 1.0 / flow.scaling.inputs[0]
+        system, unit, first = flow.system, 1.0 / flow.scaling.inputs[0], self.marks[bench.FIRST_PIECE]
         members: tuple[PiecewiseLaw | Companion, ...] = (*system.laws, *system.companions)
-        first = np.cumsum([0, *(each.pieces for each in members)])
-        self.laws = np.zeros((bench.LAWS, first[-1]))
-        for each, begin, end in zip(members, first, first[1:], strict=False):
-            own = self.laws[:, begin:end]
-            own[bench.STIFFNESS], own[bench.DAMPING], own[bench.OFFSET] = (
-                each.stiffness,
-                each.damping,
-                each.offset * unit,
-            )
+        for i, each in enumerate(members):
+            own = self.laws[:, first[i] : first[i + 1]]
+            own[bench.STIFFNESS], own[bench.DAMPING] = each.stiffness, each.damping
+            own[bench.OFFSET] = each.offset * unit
             if isinstance(each, Companion):
                 own[bench.LOWER], own[bench.UPPER] = each.lower, each.upper
                 own[bench.BY_MEMORY], own[bench.MOVES] = each.memory, each.moves
                 own[[bench.BY_DEFLECTION, bench.BY_RATE, bench.BY_ITSELF]] = each.watched.T
-            else:
+            elif isinstance(each, PiecewiseLaw):
                 own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, each.corners
                 own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, each.corners
-        self.marks[bench.FIRST_PIECE, : len(members)] = first[:-1]
         for c, companion in enumerate(system.companions):
             self.marks[bench.PARENT, c], self.marks[bench.MEMORY, c] = companion.element, -1
         for i, c in enumerate(system.memories):
@@ -96,12 +146,12 @@ class Bench:
     def _prepare_lapack(self) -> None:
         """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
         states = self.states
-        self._integers = np.array([states, self.waves.shape[1], 0, _SCRATCH * states, 0], np.int32)
+        self.integers = np.array([states, self.waves.shape[1], 0, _SCRATCH * states, 0], np.int32)
         self._scratch = np.empty((_SCRATCH + 2) * states, complex)
-        n, letter, scratch = self._integers.ctypes.data, _LETTERS.ctypes.data, self._scratch.ctypes.data
+        n, letter, scratch = self.integers.ctypes.data, _LETTERS.ctypes.data, self._scratch.ctypes.data
         schur, basis = (self.waves[page].ctypes.data for page in (bench.SCHUR, bench.BASIS))
         values, reals = scratch + 16 * _SCRATCH * states, scratch + 16 * (_SCRATCH + 1) * states
-        self._arguments = (
+        self.arguments = (
             letter, letter + 1, None, n, schur, n + 4, n + 8, values, basis, n + 4, scratch, n + 12, reals, None, n + 16
         )  # fmt: skip
 
@@ -120,8 +170,8 @@ class Bench:
         do.generate(work, marks)
         do.split_off(work, marks)
         do.transpose_states(work, waves, marks)
-        do.schur(*self._arguments)
-        if self._integers[4] != 0:
+        do.schur(*self.arguments)
+        if self.integers[4] != 0:
             raise FloatingPointError(f"the region {pieces} cannot be built: its eigenvalues are not found")
         do.triangular_form(work, waves, marks)
         blocks = do.block_diagonalise(waves, marks, ELIMINATION)
@@ -166,45 +216,18 @@ class Bench:
 @cache
 def stages() -> SimpleNamespace:
     """The compiled stages, and LAPACK's zgees; each lets go of the interpreter while it works."""
-    from gearrattle.kernels import blocks, majorant, region, responses, strips
+    from gearrattle.kernels import blocks, majorant, pages, region, responses, strips
     from gearrattle.kernels._jit import compact, lapack_routine
 
-    modules, found = (region, responses, blocks, majorant, strips), {}
+    modules, found = (pages, region, responses, blocks, majorant, strips), {}
     for name in _STAGES:
         found[name] = compact(next(getattr(module, name) for module in modules if hasattr(module, name)))
     return SimpleNamespace(**found, schur=lapack_routine("zgees", 15))
 
 
-def _share(flow: Flow, work: Array) -> None:
-    """Write the pages that all regions share."""
-    system, scaling, period = flow.system, flow.scaling, flow.system.inputs.period
-    clearances = list(system.clearances)
-    unit = 1.0 / flow.corner_scale[: len(clearances), None]
-    fastest = float(flow.frequency.max(initial=2 * np.pi))
-    pace = float(flow.pace_of_chains.max(initial=0.0))
-    horizon = min(2.0 * LONGEST, float(np.diff(flow.knots).max()))
-    limits = np.array([
-        period, forced.LARGEST * flow.typical, forced.LARGEST, FAST * fastest, FAST_ROUNDING, pace, horizon
-    ])  # fmt: skip
-    pages = {
-        bench.MOTION: period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
-        bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,
-        bench.ELEMENTS: system.rows,
-        bench.DEFLECTION: flow.deflection,
-        bench.RATE: flow.rate,
-        bench.REFERENCES: period * flow.velocity[list(flow.coordinates.references)],
-        bench.SEEN: np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
-        bench.CURVATURE: flow.curvature_of_error[clearances],
-    }
-    for page, rows in pages.items():
-        work[page, : rows.shape[0], : rows.shape[1]] = rows
-    vectors = {
-        bench.INERTIA: system.inertia, bench.PACE: period * scaling.velocity, bench.CORNER_SCALE: flow.corner_scale,
-        bench.FREQUENCY: flow.frequency, bench.AMPLITUDE: scaling.inputs, bench.INPUT_SIZE: flow.input_size,
-        bench.LIMITS: limits,
-    }  # fmt: skip
-    for row, vector in vectors.items():
-        work[bench.VECTORS, row, : vector.size] = vector
+def typical_of(flow: Flow) -> float:
+    """Size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most."""
+    return Bench(flow).typical
 
 
 def level_of_turns(frequency: Array) -> int:

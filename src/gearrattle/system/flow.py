@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gearrattle.system.companion import Companion
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
-from gearrattle.system.forced import oscillation, responses
+from gearrattle.system.forced import oscillation
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.scaling import Scaling, energy_scaling, power_of_two
 from gearrattle.system.signals import Signals
@@ -73,27 +73,6 @@ class Flow:
     def input_size(self) -> Array:
         """(1 + 2 H,) amplitude of every input column."""
         return np.asarray(self.scaling.inputs[_column_scale(self.frequency.size)])
-
-    @cached_property
-    def typical(self) -> float:
-        """Size of the scaled states in an ordinary motion.
-
-        What fills a clearance, and what the inputs make of the stiffest combination of pieces, in a period at most.
-        """
-        stiffest = tuple(int(np.argmax(law.stiffness)) for law in self.system.laws)
-        matrix, n = self.generator(stiffest), self.states
-        made = responses(matrix[:n, :n], matrix[:n, n : n + self.inputs], self.frequency)
-        pushed = np.abs(matrix[:n, n : n + 1 + self.frequency.size]).max(axis=0, initial=0.0)
-        reached = np.fmin(pushed, [np.abs(x).max(initial=0.0) for x in made])
-        sizes = list(reached * self.scaling.inputs)
-        if self.system.signals is not None:
-            first = n + self.inputs
-            pushed = np.abs(matrix[:n, first:]).max(axis=0, initial=0.0) @ np.abs(self.chains).max(axis=0)
-            sizes.append(float(pushed))
-        for k, scale in zip(self.system.clearances, self.corner_scale, strict=False):
-            if np.any(self.system.laws[k].corners != 0.0):
-                sizes.append(float(scale / np.abs(self.deflection[k]).max()))
-        return max(sizes, default=0.0) or 1.0
 
     def force_rows(self, pieces: Pieces) -> Array:
         """(m, Z) force of every element, its companions' included, with all in the pieces given [SI].

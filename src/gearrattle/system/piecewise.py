@@ -83,6 +83,11 @@ class PiecewiseSystem:
         """Indices of the elements that have a corner."""
         return tuple(k for k, law in enumerate(self.laws) if law.corners.size)
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether there is nothing but laws and harmonics."""
+        return not self.companions and self.signals is None and self.clock is None
+
     @cached_property
     def memories(self) -> tuple[int, ...]:
         """Indices of the companions that have a state."""

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.kernels.variants import Scales
 from gearrattle.system.coordinates import RelativeCoordinates
+from gearrattle.system.laid_out import coefficients_of, frame_of
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -31,27 +33,15 @@ class Scaling:
 
 def power_of_two(values: Array) -> Array:
     """The power of two nearest below each positive value."""
-    return np.asarray(2.0 ** np.floor(np.log2(values)))
+    values = np.asarray(values, dtype=float)
+    return np.where(values < np.inf, np.ldexp(1.0, np.frexp(values)[1] - 1), values)
 
 
 def energy_scaling(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Scaling:
-    """Balance the states by energy and each input column by the size of the force it makes."""
-    velocity = np.sqrt(system.inertia)
-    stiffness = np.zeros(len(coordinates.elements))
-    for i, k in enumerate(coordinates.elements):
-        mobility = float(system.rows[k] ** 2 @ (1.0 / system.inertia))
-        floor = (1.0 / system.inputs.period) ** 2 / mobility  # an element without stiffness: one radian a period
-        stiffness[i] = max(float(system.laws[k].stiffness.max()), floor)
-    inputs = system.inputs
-    torque = np.abs(inputs.torque_sine) + np.abs(inputs.torque_cosine)
-    peak = np.abs(system.rows).T @ (
-        np.array([law.stiffness.max() for law in system.laws])[:, None]
-        * (np.abs(inputs.error_sine) + np.abs(inputs.error_cosine))
-    )
-    constant = np.abs(inputs.mean) + np.abs(system.rows).T @ [float(np.abs(law.offset).max()) for law in system.laws]
-    columns = np.hstack([constant[:, None], torque + peak]) / velocity[:, None]
-    size = np.linalg.norm(columns, axis=0) * inputs.period
-    size = size / (2 * np.pi * np.maximum(1.0, np.concatenate([[1.0], inputs.cycles])))
-    return Scaling(
-        power_of_two(np.sqrt(stiffness)), power_of_two(velocity), power_of_two(np.where(size > 0, size, 1.0))
-    )
+    """Balance the states by energy and each input column by the size of the force it makes (``kernels.scaling``)."""
+    from gearrattle.kernels.scaling import scale
+
+    sizes = len(coordinates.elements), system.size, 1 + system.inputs.count, len(system.clearances)
+    scales = Scales(*(np.empty(size) for size in sizes))
+    scale(coefficients_of(system), frame_of(system, coordinates), scales)
+    return Scaling(scales.deflection, scales.velocity, scales.inputs)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import bench
 from gearrattle.kernels.packed import BAND, ORDER, Regions
-from gearrattle.system.building import Bench
+from gearrattle.system.building import DEEPEST, Bench
 from gearrattle.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ class Store:
     def __init__(self, flow: Flow, room: Room | None = None) -> None:
         self.flow, self.size = flow, Size.of(flow)
         self.pieces: list[Pieces] = []
-        self._bench = Bench(flow)
+        self.bench = Bench(flow)
         self._tables_used = self._last = 0
         laws = [flow.system.laws[k] for k in flow.system.clearances]
         self._bands = [BAND if np.any(law.corners != 0.0) else 0.0 for law in laws]
@@ -138,11 +138,11 @@ class Store:
             FloatingPointError: the region's rates are not finite, or have no Schur form.
         """
         slot = len(self.pieces)
-        self._bench.work_out(pieces)
-        width, modes, fine = self._bench.found()
+        self.bench.work_out(pieces)
+        width, modes, fine = self.bench.found()
         if not self._has_room(slot + 1, self._tables_used + fine + 1, width, modes):
             self._make_room(Room(slot + 1, self._tables_used + fine + 1, width, modes))
-        self._bench.pack(self._arrays, slot, self._tables_used)
+        self.bench.pack(self._arrays, slot, self._tables_used)
         self._arrays["band"][slot] = [*self._bands, *self._bands_beside(pieces)]
         self._arrays["known"][slot] = self.flow.known(pieces)
         self.pieces.append(pieces)
@@ -169,6 +169,11 @@ class Store:
         self._arrays["neighbour"][slot, clearance, upward] = target
         if self.flow.system.beyond(self.pieces[target], clearance, 1 - upward) == self.pieces[slot]:
             self._arrays["neighbour"][target, clearance, 1 - upward] = slot
+
+    def grow(self) -> None:
+        """Make room for about twice as many regions."""
+        now = self.room()
+        self._make_room(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
 
     def room(self) -> Room:
         """What the arrays hold, for a store that is likely to need as much."""

@@ -25,7 +25,6 @@ from pathlib import Path
 from uuid import uuid4
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
-from gearrattle.studies.cases import compute
 from gearrattle.studies.store import Store
 
 SAME = ("gearrattle", "numpy", "numba")
@@ -55,7 +54,7 @@ def handed_over(store: Store) -> Iterator[Handed]:
     """Write a study's hand-over, and remove it in the end."""
     folder = store.folder.absolute()
     head = json.dumps({name: version(name) for name in SAME}).encode()
-    content = head + b"\n" + _pickled(Store(folder, store.plan, store.outputs))
+    content = head + b"\n" + _pickled(Store(folder, store.plan, store.outputs, store.work))
     path = folder / f".handed-{uuid4().hex}"
     path.write_bytes(content)
     try:
@@ -110,7 +109,7 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 
     with _TURNS.alone() if alone else _TURNS.beside_others():
         store.begin(chunk, attempt)
-        store.keep(chunk, compute(store.plan, store.outputs, chunk, told))
+        store.keep(chunk, store.compute(chunk, told))
 
 
 @lru_cache(maxsize=2)

@@ -21,7 +21,6 @@ from functools import partial
 from itertools import chain
 from multiprocessing import get_context
 
-from gearrattle.studies.cases import compute
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 
@@ -44,7 +43,7 @@ def _either(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Gene
 def here(store: Store, chunks: Iterable[int], tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in this process, one after the other; ``tick`` is called after every case, and may raise."""
     for chunk in chunks:
-        store.keep(chunk, compute(store.plan, store.outputs, chunk, lambda _: tick()))
+        store.keep(chunk, store.compute(chunk, lambda _: tick()))
         yield chunk
 
 
@@ -64,7 +63,7 @@ def _leave_with(parent: int) -> None:
 def _work(chunk: int) -> int:
     (store,) = _held
     store.begin(chunk)
-    store.keep(chunk, compute(store.plan, store.outputs, chunk))
+    store.keep(chunk, store.compute(chunk))
     return chunk
 
 

@@ -1,6 +1,7 @@
-"""Threads of this process: nothing to start, nothing to copy, but most of a case is Python, which takes turns.
+"""Threads of this process: nothing to start, nothing to copy.
 
-Compiled kernels let other threads run; assembling and judging do not. Measured: docs/reference/scaling.md.
+Chunks whose cases are computed together (``studies.batch``) are one compiled loop each, and run beside each other.
+Cases computed alone are Python for the most part, which takes turns. Measured: docs/reference/variants.md.
 
 Takes a Store; gives chunks as they are done.
 """
@@ -14,7 +15,6 @@ from contextlib import contextmanager
 from functools import partial
 
 from gearrattle.errors import Cancelled
-from gearrattle.studies.cases import compute
 from gearrattle.studies.schedulers.base import TICK, WINDOW, Scheduler, Tick, Wanted
 from gearrattle.studies.store import Store
 
@@ -51,5 +51,5 @@ def _work(store: Store, chunk: int, stop: threading.Event) -> int:
         if stop.is_set():
             raise Cancelled("the study has ended")
 
-    store.keep(chunk, compute(store.plan, store.outputs, chunk, told))
+    store.keep(chunk, store.compute(chunk, told))
     return chunk

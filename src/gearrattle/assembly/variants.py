@@ -1,0 +1,265 @@
+"""Many variants of a model assembled at once: paths of the file become columns, columns become coefficients.
+
+Every number of a model is one *leaf*; a path that is varied replaces its leaf by a column of values, one a variant, and
+the same sums and products as in ``assembly.system`` make columns of coefficients of them, in the same order: the same
+bits as if every variant were written, checked and assembled by itself (``tests/assembly/test_variants.py``).
+
+Only numbers may differ. Where a variant would have another structure - a gap that closes, a slope that vanishes - or
+could be refused by the model, it is marked as one that must go the general way, and so is every path that is no such
+number.
+
+Takes a Model, paths and values; gives ``kernels.variants.Coefficients`` with a leading axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly.elements import elements_of
+from gearrattle.assembly.period import period_of
+from gearrattle.assembly.system import assemble
+from gearrattle.kernels.variants import Coefficients
+from gearrattle.model import Coupling, Model
+from gearrattle.model.over_speed import AtSpeed
+from gearrattle.system.laid_out import coefficients_of
+
+Array = NDArray[np.float64]
+Number = float | Array
+Stage = tuple[Number, Number, Number | None]
+
+_POSITIVE, _NOT_NEGATIVE, _FINITE = "positive", "non-negative", "finite"
+_BOUNDS = {
+    "inertia": {"J": _POSITIVE, "drag": _NOT_NEGATIVE, "drag_torque": _NOT_NEGATIVE},
+    "coupling": {
+        "stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "clearance": _NOT_NEGATIVE, "preload": _FINITE,
+        "stiffness_ratio": _NOT_NEGATIVE, "damping_ratio": _NOT_NEGATIVE,
+    },
+    "stages": {"stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "until": _POSITIVE},
+    "mesh": {"stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "backlash": _NOT_NEGATIVE},
+    "torque": {"mean": _FINITE},
+    "harmonics": {"amplitude": _FINITE, "phase": _FINITE},
+    "excitation": {"speed": _POSITIVE, "frequency": _POSITIVE},
+}  # fmt: skip
+"""Leaves that may vary, and what the model asks of them."""
+
+
+def bound_of(model: Model, path: str) -> str | None:
+    """What the model asks of the number at a path; None where it is no number that may vary here."""
+    parts = path.split(".")
+    kind, key = parts[0], parts[-1]
+    if kind == "excitation" and len(parts) == 2:
+        return _BOUNDS[kind].get(key)
+    if len(parts) == 3 and kind in ("inertia", "coupling", "mesh", "torque"):
+        owner = _owner(model, kind, parts[1])
+        if owner is None or (kind == "coupling" and owner.stages is not None and key != "preload"):
+            return None
+        return _BOUNDS[kind].get(key)
+    if len(parts) == 5 and parts[2] in ("stages", "coast_stages", "harmonics", "transmission_error"):
+        rows = getattr(_owner(model, kind, parts[1]), parts[2], None) or ()
+        if not (parts[3].isdecimal() and int(parts[3]) < len(rows)):
+            return None
+        is_last = key == "until" and int(parts[3]) == len(rows) - 1
+        return None if is_last else _BOUNDS["stages" if "stages" in parts[2] else "harmonics"].get(key)
+    return None
+
+
+def _owner(model: Model, kind: str, name: str) -> Any:
+    """The table that a path begins with; None for none."""
+    if kind == "torque":
+        return model.torques[int(name)] if name.isdecimal() and int(name) < len(model.torques) else None
+    named: dict[str, tuple[Any, ...]] = {"inertia": model.inertias, "coupling": model.couplings, "mesh": model.meshes}
+    tables = named.get(kind, ())
+    return next((table for table in tables if table.name == name), None)
+
+
+@dataclass
+class Columns:
+    """The leaves of a model, some of them columns.
+
+    Attributes:
+        model: what is varied; a variant itself.
+        given: by path (V,) values.
+        count: V.
+        good: (V,) which variants share the structure of the model, and satisfy it for certain.
+    """
+
+    model: Model
+    given: Mapping[str, Array]
+    count: int
+    good: NDArray[np.bool_] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.good = np.ones(self.count, dtype=np.bool_)
+        for path, values in self.given.items():
+            bound = bound_of(self.model, path)
+            fits = np.isfinite(values) if bound else np.zeros(self.count, dtype=np.bool_)
+            if bound in (_POSITIVE, _NOT_NEGATIVE):
+                fits &= (values > 0.0) if bound == _POSITIVE else (values >= 0.0)
+            self.good &= fits
+        if {"excitation.speed", "excitation.frequency"} <= set(self.given):
+            self.good[:] = False
+        self.omega = self._speed()
+
+    def _speed(self) -> Number:
+        if "excitation.speed" in self.given:
+            return self.given["excitation.speed"]
+        if "excitation.frequency" in self.given:
+            frequency = self.given["excitation.frequency"]
+            return frequency if self.model.units == "dimensionless" else 2.0 * math.pi * frequency
+        return self.model.excitation.omega
+
+    def of(self, path: str, value: Any) -> Number:
+        """The leaf at a path, whose value in the model is told; tables over speed are read at every speed."""
+        if path in self.given:
+            return self.given[path]
+        if not isinstance(value, AtSpeed) or isinstance(self.omega, float):
+            return float(value)
+        speeds, values = np.array(value.speeds), np.array(value.values)
+        covered = (self.omega >= speeds[0]) & (self.omega <= speeds[-1])
+        self.good &= covered
+        omega = np.where(covered, self.omega, speeds[0])
+        k = np.searchsorted(speeds[1:], omega, side="left")
+        share = (omega - speeds[k]) / (speeds[k + 1] - speeds[k])
+        return np.where(share != 0.0, values[k] + share * (values[k + 1] - values[k]), values[k])
+
+    def stages(self, path: str, stages: Sequence[Any]) -> list[Stage]:
+        """A side of a staged coupling."""
+        return [
+            (
+                self.of(f"{path}.{i}.stiffness", stage.stiffness),
+                self.of(f"{path}.{i}.damping", stage.damping),
+                None if stage.until is None else self.of(f"{path}.{i}.until", stage.until),
+            )
+            for i, stage in enumerate(stages)
+        ]
+
+    def sides(self, element: Any) -> tuple[list[Stage], list[Stage]]:
+        """Drive and coast side of an element's law."""
+        kind = "coupling" if isinstance(element, Coupling) else "mesh"
+        at = f"{kind}.{element.name}"
+        if kind == "coupling" and element.stages is not None:
+            drive = self.stages(f"{at}.stages", element.stages)
+            coast = element.coast_stages
+            return drive, drive if coast is None else self.stages(f"{at}.coast_stages", coast)
+        stiffness, damping = (self.of(f"{at}.{key}", getattr(element, key) or 0.0) for key in ("stiffness", "damping"))
+        last: Stage = (stiffness, damping, None)
+        if kind == "mesh":
+            gap = self.of(f"{at}.backlash", element.backlash)
+            first: Stage = (0.0, 0.0, gap / 2.0)
+        else:
+            gap = self.of(f"{at}.clearance", element.clearance)
+            alpha, beta = (
+                self.of(f"{at}.{key}", getattr(element, key)) for key in ("stiffness_ratio", "damping_ratio")
+            )
+            first = (alpha * stiffness, beta * damping, gap)
+        if (element.backlash if kind == "mesh" else element.clearance) == 0.0:
+            self.good &= np.asarray(gap == 0.0)
+            return [last], [last]
+        return [first, last], [first, last]
+
+
+def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
+    """Assemble variants.
+
+    Args:
+        model: one of them; what is not varied stands in it.
+        given: by path (V,) values in SI.
+        count: V.
+
+    Returns:
+        Coefficients with a leading axis (V, ...), and (V,) which of them may be used: the others must go the general
+        way.
+    """
+    columns = Columns(model, given, count)
+    base = coefficients_of(assemble(model))
+    common = period_of(model)
+    out = Coefficients(*(np.repeat(array[None], count, axis=0) for array in base))
+    _write_inertias(columns, out)
+    _write_inputs(columns, out, {order: j for j, order in enumerate(common.orders)})
+    _write_laws(columns, out)
+    out.period[:, 0] = 2 * math.pi / columns.omega / common.turns
+    laws = assemble(model).laws
+    limp = np.repeat([not law.stiffness.any() for law in laws], [law.pieces for law in laws])
+    for array, pattern in ((out.stiffness, base.stiffness), (out.corners, base.corners)):
+        columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
+    columns.good &= np.all((out.offset != 0.0) == (base.offset != 0.0), axis=1, where=limp)  # push, or push nothing
+    for array in out:
+        columns.good &= np.isfinite(array).reshape(count, -1).all(axis=1)
+    return out, columns.good
+
+
+def _write_inertias(columns: Columns, out: Coefficients) -> None:
+    for i, body in enumerate(columns.model.inertias):
+        at = f"inertia.{body.name}"
+        out.inertia[:, i] = columns.of(f"{at}.J", body.J)
+        out.drag[:, i] = columns.of(f"{at}.drag", body.drag)
+        out.mean[:, i] = -columns.of(f"{at}.drag_torque", body.drag_torque)
+
+
+def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, int]) -> None:
+    """Mean torques, torque harmonics and transmission errors."""
+    model = columns.model
+    names = [body.name for body in model.inertias]
+    for array in (out.torque_sine, out.torque_cosine, out.error_sine, out.error_cosine):
+        array[:] = 0.0
+    for t, table in enumerate(model.torques):
+        on = names.index(table.on)
+        out.mean[:, on] += columns.of(f"torque.{t}.mean", table.mean)
+        for i, harmonic in enumerate(table.harmonics):
+            sine, cosine = _wave(columns, f"torque.{t}.harmonics.{i}", harmonic)
+            out.torque_sine[:, on, column[harmonic.order]] += sine
+            out.torque_cosine[:, on, column[harmonic.order]] += cosine
+    for k, mesh in enumerate(model.meshes, start=len(model.couplings)):
+        for i, error in enumerate(mesh.transmission_error):
+            sine, cosine = _wave(columns, f"mesh.{mesh.name}.transmission_error.{i}", error)
+            out.error_sine[:, k, column[error.order]] += sine
+            out.error_cosine[:, k, column[error.order]] += cosine
+
+
+def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
+    """Sine and cosine part of a harmonic; the phase by the same functions as one at a time."""
+    amplitude, phase = columns.of(f"{at}.amplitude", harmonic.amplitude), columns.of(f"{at}.phase", harmonic.phase)
+    if isinstance(phase, float):
+        return amplitude * math.cos(phase), amplitude * math.sin(phase)
+    safe = np.where(np.isfinite(phase), phase, 0.0).tolist()
+    cosine, sine = np.array([math.cos(each) for each in safe]), np.array([math.sin(each) for each in safe])
+    return amplitude * cosine, amplitude * sine
+
+
+def _write_laws(columns: Columns, out: Coefficients) -> None:
+    """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
+    first = 0
+    for k, (element, law) in enumerate(zip(elements_of(columns.model), assemble(columns.model).laws, strict=True)):
+        drive, coast = columns.sides(element)
+        same = law.first_label == 1 - len(coast)
+        columns.good &= np.asarray((drive[0][0] == coast[0][0]) & (drive[0][1] == coast[0][1])) == same
+        for side in (drive, coast):
+            for (_, _, sooner), (_, _, later) in pairwise([stage for stage in side if stage[2] is not None]):
+                columns.good &= np.asarray(later > sooner)  # type: ignore[operator]
+        stages = [*reversed(coast), *(drive[1:] if same else drive)]
+        ends: list[Any] = [-stage[2] for stage in reversed(coast[:-1])]  # type: ignore[operator]
+        ends += [*([] if same else [0.0]), *(stage[2] for stage in drive[:-1])]
+        for p, stage in enumerate(stages):
+            out.stiffness[:, first + p], out.damping[:, first + p] = stage[0], stage[1]
+        for c, end in enumerate(ends):
+            out.corners[:, first - k + c] = end
+        _write_offsets(columns, out, element, (k, first, len(coast) - 1, len(stages)))
+        first += len(stages)
+
+
+def _write_offsets(columns: Columns, out: Coefficients, element: Any, place: tuple[int, int, int, int]) -> None:
+    k, first, centre, count = place
+    stiffness, offset = out.stiffness[:, first : first + count], out.offset[:, first : first + count]
+    corners = out.corners[:, first - k : first - k + count - 1]
+    is_coupling = isinstance(element, Coupling)
+    offset[:, centre] = columns.of(f"coupling.{element.name}.preload", element.preload) if is_coupling else 0.0
+    outward = [(piece, piece - 1, piece - 1) for piece in range(centre + 1, count)]
+    for piece, inner, corner in [*outward, *((piece, piece + 1, piece) for piece in range(centre - 1, -1, -1))]:
+        offset[:, piece] = offset[:, inner] + (stiffness[:, inner] - stiffness[:, piece]) * corners[:, corner]

@@ -1,0 +1,101 @@
+"""The arrays in which many variants of one driveline lie, and what they have in common.
+
+Variants of one *structure* differ in numbers alone: the same elements in the same places, as many pieces to each law,
+the same orders. What their structure says is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
+variants. Laws lie end to end: P pieces of all m elements, and P - m corners between them.
+
+n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with
+stiffness.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeVar
+
+T = TypeVar("T", "Coefficients", "Tallies")
+
+
+class Coefficients(NamedTuple):
+    """Numbers of one driveline; of V variants with a leading axis (V, ...)."""
+
+    inertia: Any  # (n,)
+    drag: Any  # (n,)
+    stiffness: Any  # (P,) slope of every piece
+    damping: Any  # (P,)
+    offset: Any  # (P,)
+    corners: Any  # (P - m,)
+    mean: Any  # (n,) mean torques
+    torque_sine: Any  # (n, H)
+    torque_cosine: Any  # (n, H)
+    error_sine: Any  # (m, H)
+    error_cosine: Any  # (m, H)
+    period: Any  # (1,)
+
+
+class Frame(NamedTuple):
+    """What variants of one structure share."""
+
+    rows: Any  # (m, n) W
+    first: Any  # (m + 1,) where an element's pieces begin; its corners begin at first[k] - k
+    label: Any  # (m,) label of its lowest piece
+    clearances: Any  # (K,) elements with corners
+    cycles: Any  # (H,) oscillations a period
+    basis: Any  # (r, n) X
+    combination: Any  # (m, r) B
+    elements: Any  # (r,) the element of each row of X
+    references: Any  # (R,) inertias whose angle is carried
+
+
+class Scales(NamedTuple):
+    """The scales of one variant, see ``system.scaling``."""
+
+    deflection: Any  # (r,)
+    velocity: Any  # (n,)
+    inputs: Any  # (1 + H,)
+    corner: Any  # (K,)
+
+
+class Statics(NamedTuple):
+    """What the search for the equilibrium needs to know: coordinates of the elements with stiffness alone."""
+
+    elastic: Any  # (E,) these elements
+    at: Any  # (r,) which of them each deflection that is sought belongs to
+    combination: Any  # (E, r) B
+    angle_from_basis: Any  # (n, r)
+    motion: Any  # (n, R) free motion of the trains
+
+
+class Judged(NamedTuple):
+    """What the judging of variants needs to know of their structure; corners and pieces of clearances end to end."""
+
+    pieces: Any  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
+    label: Any  # (K,) label of its lowest piece
+    inner: Any  # (pieces,) whether one is its centre, 1 or 0
+
+
+class Tallies(NamedTuple):
+    """The tallies of V variants, each array with a leading axis (V, ...)."""
+
+    sides: Any  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
+    dwell: Any  # (pieces,) time in each region [s]
+    count: Any  # (K,) impacts
+    drive: Any  # (K,) on the drive side
+    speed: Any  # (K,) sum of their speeds
+    top_speed: Any  # (K,)
+    push: Any  # (K,) sum of their impulses
+    top_push: Any  # (K,)
+    final: Any  # (K,) force integral at the end
+    open: Any  # (corners,) 1 where a contact has not ended
+    begun: Any  # (corners,) the force integral at its begin
+    crossings: Any  # (1,) crossings in the window
+    calls: Any  # (1,) function calls of the algorithm
+
+
+def picked(many: T, which: Any) -> T:
+    """Those of many that are chosen along the leading axis."""
+    return type(many)(*(array[which] for array in many))
+
+
+def one(coefficients: Coefficients, index: int) -> Coefficients:
+    """The numbers of one variant."""
+    return Coefficients(*(array[index] for array in coefficients))

@@ -1,0 +1,26 @@
+"""The shelf of pages, by kind of study.
+
+Takes the Dataset of a study; gives its StudyPage.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gearrattle.report.study_pages.base import StudyPage
+from gearrattle.report.study_pages.basins import PAGE as BASINS
+from gearrattle.report.study_pages.bifurcation import PAGE as BIFURCATION
+from gearrattle.report.study_pages.grid import PAGE as GRID
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS}
+"""Name of the kind -> page."""
+
+__all__ = ["PAGES", "StudyPage", "page_of"]
+
+
+def page_of(data: xr.Dataset) -> StudyPage:
+    """Return the page of a Dataset's kind, told by its attribute ``kind``; a grid's if it does not say."""
+    return PAGES[str(data.attrs.get("kind", "grid"))]

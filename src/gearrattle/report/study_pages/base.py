@@ -1,0 +1,47 @@
+"""What the page of a kind of study is: what it draws, says and tabulates, from the Dataset alone.
+
+To add one: its file with a ``StudyPage``, and one line in the table in ``__init__``. A page says in words and tables
+what its figures show.
+
+Takes nothing; the pages beside it build on this, and do not see each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gearrattle.plots.chart import Chart
+from gearrattle.report.comparison import Section
+from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Messages = Mapping[tuple[int, ...], str]
+"""Why cases failed, by their place in the grid."""
+
+
+@dataclass(frozen=True)
+class StudyPage:
+    """The page of a kind of study.
+
+    Attributes:
+        charts: every figure that has something to show, in reading order.
+        summary: what came out, in a few sentences.
+        setting: what was varied.
+        counts: the table below the summary.
+        sections: the tables behind it all, those that have rows.
+    """
+
+    charts: Callable[[xr.Dataset], list[Chart]]
+    summary: Callable[[xr.Dataset], str]
+    setting: Callable[[xr.Dataset], str]
+    counts: Callable[[xr.Dataset], Table]
+    sections: Callable[[xr.Dataset, Messages], list[Section]]
+
+
+def joined(words: list[str]) -> str:
+    """Return words as a sentence lists them."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

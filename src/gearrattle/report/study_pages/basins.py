@@ -1,0 +1,127 @@
+"""The page of a basin study: the map of initial states, the attractors with their shares, how well they are told apart.
+
+Takes the Dataset of ``basins``; gives charts, sentences and sections.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.basins import basin_map, keys_of, name_of
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.comparison import Section
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_tables import failure_table
+from gearrattle.report.tables import Table
+from gearrattle.studies.attractors import ATTRACTOR, CHAOS, FAR, NOTHING, UNSETTLED, orbit_of, quiet_share
+from gearrattle.studies.plan import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_SAID, _MOST_ROWS, _ROOM = 6, 40, 10.0
+
+
+def charts(data: xr.Dataset) -> list[Chart]:
+    """Return the map of the basins."""
+    return [basin_map(data)]
+
+
+def summary_of(data: xr.Dataset) -> str:
+    """How many attractors there are, how likely each is, and the quiet ones together."""
+    count = data.sizes[ATTRACTOR]
+    shares = [
+        f"{name_of(data, n).partition(': ')[2]} from {_percent(float(data['share'][n - 1]))}"
+        for n in range(1, min(count, _MOST_SAID) + 1)
+    ]
+    more = f", and {count - _MOST_SAID} more" if count > _MOST_SAID else ""
+    told = (
+        [f"{count} periodic motion{'s' * (count != 1)}: {joined(shares)} of the initial states{more}."] if count else []
+    )
+    if np.any(data["family"].values):
+        told.append("A family is a continuum of motions, as of a body that floats anywhere within its gap.")
+    quiet = quiet_share(data)
+    interval = ""
+    if np.isfinite(quiet["low"]):
+        interval = f" (95 % interval {_percent(quiet['low'])} to {_percent(quiet['high'])})"
+    told.append(f"The quiet state is reached from {_percent(quiet['share'])} of them{interval}.")
+    for code, words in ((CHAOS, "lead to chaos"), (UNSETTLED, "had not settled and are counted to no motion")):
+        share = int(np.count_nonzero(data["basin"].values == code)) / max(1.0, quiet["among"])
+        if share > 0.0:
+            told.append(f"{_percent(share)} {words}.")
+    failed = int(np.count_nonzero(data["basin"].values == NOTHING))
+    if failed:
+        told.append(f"{failed} of {data['basin'].size} cases failed; they are counted nowhere.")
+    return " ".join([*told, _apart(data)])
+
+
+def _apart(data: xr.Dataset) -> str:
+    """How well the attractors are told apart."""
+    between, same = float(data.attrs["between"]), float(data.attrs["same"])
+    if data.sizes[ATTRACTOR] < 2 or between >= FAR:
+        return ""
+    within = float(data.attrs["within"])
+    told = (
+        f"Orbits of one motion differ by {numeral(within, 2)} of half the clearance at most, those of two by "
+        f"{numeral(between, 2)} at least; {numeral(same, 2)} parts them."
+    )
+    if between < _ROOM * same or within > same / _ROOM:
+        told += " That leaves little room: another threshold may find other motions."
+    return told
+
+
+def _percent(share: float) -> str:
+    return f"{numeral(100.0 * share, 3)} %"
+
+
+def setting_of(data: xr.Dataset) -> str:
+    """Which initial states, and how motions were looked at."""
+    names = [str(name) for name in np.atleast_1d(data.attrs["over"])]
+    how = "drawn from a box of" if SAMPLE in data["basin"].dims else "on a grid over"
+    return (
+        f"{data['basin'].size} initial states {how} {joined(names)}. Seen at {float(data.attrs['phase']):g} of every "
+        f"period; a motion is settled if it repeats within {float(data.attrs['tolerance']):g} of half the clearance."
+    )
+
+
+def counts_of(data: xr.Dataset) -> Table:
+    """Initial states by where they lead."""
+    rows = []
+    for code, key in keys_of(data).items():
+        rows.append((key.name, f"{int(np.count_nonzero(data['basin'].values == code))}"))
+    return Table(("motion", "initial states"), tuple(rows))
+
+
+def attractor_table(data: xr.Dataset) -> Table:
+    """The attractors: share, interval, and a point of each."""
+    section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
+    rows = []
+    for n in range(1, min(data.sizes[ATTRACTOR], _MOST_ROWS) + 1):
+        one = data.isel({ATTRACTOR: n - 1})
+        low, high = float(one["low"]), float(one["high"])
+        interval = f"{_percent(low)} to {_percent(high)}" if np.isfinite(low) else "a grid has none"
+        points = [", ".join(numeral(float(v), 4) for v in orbit_of(data, n, name)) for name in section]
+        rows.append((name_of(data, n), f"{int(one['cases'])}", _percent(float(one["share"])), interval,
+                     _percent(float(one["agreeing"])), *points))  # fmt: skip
+    note = "Agreeing: the share of its cases whose verdict is the one named. " + (
+        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less than it."
+        if SAMPLE in data["basin"].dims
+        else "Shares of a grid are shares of its points."
+    )
+    return Table(("motion", "cases", "share", "95 % interval", "agreeing", *section), tuple(rows), note=note)
+
+
+def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
+    """The tables, those that have rows."""
+    found = [
+        Section("attractors", "Attractors", "The motions that the initial states lead to, seen once a period.",
+                (attractor_table(data),)),
+        Section("failures", "Cases that failed", "The others went on.", (failure_table(data, messages),)),
+    ]  # fmt: skip
+    return [section for section in found if any(table.rows for table in section.tables)]
+
+
+PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections)

@@ -1,0 +1,153 @@
+"""The page of a bifurcation diagram: the points over the swept value, stretches of one motion, where two coexist.
+
+Takes the Dataset of ``bifurcation``; gives charts, sentences and sections.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.bifurcation import diagram
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.comparison import Section
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_tables import failure_table
+from gearrattle.report.tables import Table
+from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
+from gearrattle.studies.cases import DONE
+from gearrattle.studies.layout import words_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_CHARTS, _MOST_SAID, _MOST_ROWS = 4, 5, 60
+
+
+def charts(data: xr.Dataset) -> list[Chart]:
+    """Return a diagram for every combination of further axes, the first few."""
+    found = []
+    for i, (held, one) in enumerate(itertools.islice(_combinations(data), _MOST_CHARTS)):
+        found.append(diagram(one, "bifurcation" + (f"-{i + 1}" if held else ""), held))
+    return found
+
+
+def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Every combination of further axes in words, and its sweeps."""
+    others = [str(name) for name in data["outcome"].dims[1:-1]]
+    for at in itertools.product(*(range(data.sizes[name]) for name in others)):
+        held = ", ".join(f"{name} = {_word(data[name].values[i])}" for name, i in zip(others, at, strict=True))
+        yield held, data.isel(dict(zip(others, at, strict=True)))
+
+
+def _word(value: object) -> str:
+    return numeral(float(value), 3) if isinstance(value, float | int | np.number) else str(value)
+
+
+def summary_of(data: xr.Dataset) -> str:
+    """What comes with the swept value, and where two motions coexist."""
+    told = []
+    for name, one in sweeps_of(data)[:2]:
+        found = stretches(one)
+        parts = [f"{each.words} {_range(each)}" for each in found[:_MOST_SAID]]
+        more = f", and {len(found) - _MOST_SAID} more stretches" if len(found) > _MOST_SAID else ""
+        told.append(f"Going {name}: {'; '.join(parts)}{more}.")
+    if "motions" in data:
+        first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
+        apart = _runs(first)
+        where = joined([_span(low, high) for low, high in apart[:_MOST_SAID]])
+        told.append(
+            f"Two motions coexist {where}."
+            if apart
+            else "Both directions end in the same motion wherever that is decided."
+        )
+    missing = data["outcome"].size - int((data["outcome"] == DONE).sum())
+    if missing:
+        told.append(f"{missing} of {data['outcome'].size} cases failed.")
+    return " ".join(told)
+
+
+def _range(found: Stretch) -> str:
+    return _span(found.low, found.high)
+
+
+def _span(low: float, high: float) -> str:
+    return f"at {numeral(low, 4)}" if low == high else f"from {numeral(low, 4)} to {numeral(high, 4)}"
+
+
+def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
+    """Neighbouring values at which two motions coexist, as ranges."""
+    values, differ = swept_values(data), data["motions"].values == 1
+    edge = np.diff(np.concatenate([[0], differ.astype(int), [0]]))
+    return [
+        (float(values[a]), float(values[b - 1]))
+        for a, b in zip(np.flatnonzero(edge == 1), np.flatnonzero(edge == -1), strict=True)
+    ]
+
+
+def setting_of(data: xr.Dataset) -> str:
+    """What was swept and how the motion was looked at."""
+    axis, others = swept(data), [str(name) for name in data["outcome"].dims[1:-1]]
+    beside = f" for every combination of {joined(others)}" if others else ""
+    return (
+        f"Swept: {axis} ({data.sizes[axis]} values, {joined([str(way) for way in data['direction'].values])}){beside}. "
+        f"Seen at {float(data.attrs['phase']):g} of every period; points within {float(data.attrs['tolerance']):g} of "
+        f"the clearance are the same; periods up to {int(data.attrs['largest_period'])} T are looked for."
+    )
+
+
+def counts_of(data: xr.Dataset) -> Table:
+    """How many values there are of each kind of motion, a row a direction."""
+    words = words_of(data["motion"])
+    rows = []
+    for i, way in enumerate(data["direction"].values):
+        codes = data["motion"].isel(direction=i).values
+        rows.append((str(way), *(f"{int(np.count_nonzero(codes == code))}" for code in range(len(words)))))
+    return Table(("direction", *words), tuple(rows), note="Values by kind of motion.")
+
+
+def stretch_table(data: xr.Dataset) -> Table:
+    """Stretches of one kind of motion, a row each."""
+    rows = []
+    for name, one in sweeps_of(data):
+        for each in stretches(one):
+            period = f"{each.period}" if each.period else ""
+            rows.append(
+                (name, _number(each.low), _number(each.high), f"{each.count}", each.motion, period, each.verdict)
+            )
+    left = len(rows) - _MOST_ROWS
+    note = f"{left} more stretches stand in results.zarr." if left > 0 else ""
+    head = ("sweep", "from", "to", "values", "motion", "period [T]", "verdict")
+    return Table(head, tuple(rows[:_MOST_ROWS]), frozenset({0, 4, 6}), note=note)
+
+
+def coexistence_table(data: xr.Dataset) -> Table:
+    """Where both directions end in different motions."""
+    rows = []
+    for held, one in _combinations(data) if "motions" in data else ():
+        rows += [(held or "all", _number(low), _number(high)) for low, high in _runs(one)]
+    return Table(("held", "from", "to"), tuple(rows[:_MOST_ROWS]))
+
+
+def _number(value: float) -> str:
+    return numeral(value, 5)
+
+
+def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
+    """The tables, those that have rows."""
+    found = [
+        Section("stretches", "Stretches", "Neighbouring values along which the motion keeps its kind.",
+                (stretch_table(data),)),
+        Section("coexistence", "Two motions", "Values at which going up and going down end in different motions.",
+                (coexistence_table(data),)),
+        Section("failures", "Cases that failed", "The sweep went on from the state before.",
+                (failure_table(data, messages),)),
+    ]  # fmt: skip
+    return [section for section in found if any(table.rows for table in section.tables)]
+
+
+PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections)

@@ -1,0 +1,137 @@
+"""The page of a grid: maps, sweeps or scatter, what came out in a few sentences, and the tables behind them.
+
+Takes the Dataset of a study; gives charts, sentences and sections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.maps import number_maps, probability_map, regime_map
+from gearrattle.plots.scatter import histograms, probability_bars, tornado
+from gearrattle.plots.sweeps import output_sweep, probability_sweep
+from gearrattle.report.comparison import Section
+from gearrattle.report.study_pages.base import StudyPage, joined
+from gearrattle.report.study_tables import (
+    boundary_table,
+    code_counts,
+    count_table,
+    failure_table,
+    probability_table,
+    sensitivity_tables,
+)
+from gearrattle.studies.cases import DONE, MISSING
+from gearrattle.studies.layout import axes_in, chosen_codes, outputs_in, scattered, subject_of, words_of
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.sensitivity import sensitivities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_MAPS, _MOST_NAMED = 8, 4
+
+
+def charts(data: xr.Dataset) -> list[Chart]:
+    """Return every figure that has something to show, in reading order."""
+    numbers = [name for name in outputs_in(data) if not words_of(data[name])][:_MOST_MAPS]
+    made = [
+        regime_map(data), probability_map(data), probability_sweep(data), probability_bars(data), tornado(data),
+        output_sweep(data), *(chart for name in numbers for chart in number_maps(data, name)), histograms(data),
+    ]  # fmt: skip
+    return [chart for chart in made if chart is not None]
+
+
+def summary_of(data: xr.Dataset) -> str:
+    """What came out, in a few sentences."""
+    output = chosen_codes(data)
+    cases, done = data["outcome"].size, int((data["outcome"] == DONE).sum())
+    missing = int((data["outcome"] == MISSING).sum())
+    told = []
+    if done < cases:
+        failed = cases - done - missing
+        kinds = [f"{failed} failed"] * bool(failed) + [f"{missing} are not computed yet"] * bool(missing)
+        told.append(f"Of {cases} cases {' and '.join(kinds)}; they are counted nowhere.")
+    if not output:
+        return " ".join([f"{done} cases were computed.", *told])
+    if SAMPLE in data.dims and not axes_in(data):
+        return " ".join([*_probable(data, output), *told])
+    return " ".join([*_counted(data, output), *told])
+
+
+def _counted(data: xr.Dataset, output: str) -> list[str]:
+    """In how many cases each part does what."""
+    told = []
+    counts = code_counts(data, output)
+    for name, by_word in list(counts.items())[:_MOST_NAMED]:
+        there = {word: count for word, count in by_word.items() if count}
+        who = name if subject_of(data, output) else "The driveline"
+        total = sum(there.values())
+        if len(there) == 1:
+            told.append(f"{who} is {next(iter(there))} in all {total} cases.")
+        elif there:
+            told.append(f"{who} is {joined([f'{word} in {count}' for word, count in there.items()])} of {total} cases.")
+    return [*told, *_more(len(counts))]
+
+
+def _probable(data: xr.Dataset, output: str) -> list[str]:
+    """How likely each part rattles, and what decides it."""
+    found, subject = rattle_probability(data, output), subject_of(data, output)
+    follows = sensitivities(data, output) if scattered(data) else None
+    told = []
+    names = [str(name) for name in data[subject].values] if subject else [""]
+    for name in names[:_MOST_NAMED]:
+        one = found.sel({subject: name}) if subject else found
+        p, low, high = (100.0 * float(one[key]) for key in ("probability", "low", "high"))
+        if not np.isfinite(p):
+            continue
+        who = name or "The driveline"
+        sentence = f"{who} rattles in {p:.0f} % of samples (95 % interval {low:.0f} to {high:.0f} %)"
+        told.append(sentence + _decided(follows.sel({subject: name}) if subject and follows is not None else follows))
+    return [*told, *_more(len(names))]
+
+
+def _decided(found: xr.Dataset | None) -> str:
+    """The value the regime follows most, if it does so beyond chance."""
+    if found is None or not np.isfinite(found["spearman"].values).any():
+        return "."
+    strengths = found["spearman"].values
+    most = int(np.nanargmax(np.abs(strengths)))
+    if not abs(strengths[most]) > float(found["chance_correlation"]):
+        return "; it follows no single value beyond chance."
+    return f"; it follows {found['value'].values[most]} most (rank correlation {strengths[most]:.2f})."
+
+
+def setting_of(data: xr.Dataset) -> str:
+    """What was varied."""
+    axes = [f"{axis} ({data.sizes[axis]} values)" for axis in axes_in(data)]
+    parts = [f"Varied: {joined(axes)}."] if axes else []
+    if SAMPLE in data.dims:
+        parts.append(f"{data.sizes[SAMPLE]} samples of {joined(list(scattered(data)))}.")
+    return " ".join([*parts, f"{data['outcome'].size} cases."])
+
+
+def _more(count: int) -> list[str]:
+    left = count - _MOST_NAMED
+    return [f"{left} more parts stand in the table."] if left > 0 else []
+
+
+def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[Section]:
+    """The tables, those that have rows."""
+    found = [
+        Section("probabilities", "Probabilities", "How likely each part rattles.", (probability_table(data),)),
+        Section(
+            "sensitivities", "Sensitivities", "How outputs follow the values that scatter.",
+            tuple(sensitivity_tables(data)),
+        ),
+        Section("boundary", "Boundary", "Where the regime changes over the grid.", (boundary_table(data),)),
+        Section("failures", "Cases that failed", "The others went on.", (failure_table(data, messages),)),
+    ]  # fmt: skip
+    return [section for section in found if any(table.rows for table in section.tables)]
+
+
+PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=count_table, sections=sections)

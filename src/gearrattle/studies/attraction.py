@@ -1,0 +1,245 @@
+"""``basins``: which settled motion every initial state leads to, and how likely the quiet one is.
+
+Initial states lie on a grid, or are drawn from a box; each is simulated by the settings of the model and its motion
+seen once a period (``sections``). What repeats is told apart by its points (``attractors``). A case is one initial
+state, so that chunks, workers, clusters, killing and going on are those of every study.
+
+Takes a Model and ranges of initial values; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from gearrattle.calls.settings import settled
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.studies.attractors import attractors_of
+from gearrattle.studies.axes import Axis, values_of
+from gearrattle.studies.distributions import METHODS, Distribution, sampled
+from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.plan import Plan, Samples
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, with_failures
+from gearrattle.studies.schedulers import opened
+from gearrattle.studies.sections import Sections, is_isolated, section_of, unit_of
+from gearrattle.studies.starts import Starts, read_value, starts_of
+from gearrattle.studies.store import Store
+from gearrattle.studies.study import MOST, first_run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAME, TOLERANCE, MOST_PERIOD = 1e-3, 1e-6, 16
+DEFAULT = ("verdict", "regime")
+INITIAL = "initial "
+"""Before the name of a quantity: its value at the start, not that of the settled motion."""
+
+
+@dataclass(frozen=True)
+class Initials(Plan):
+    """The cases of a basin study: the model from one initial state after the other.
+
+    Attributes:
+        said: what else decides what is computed.
+        starts: from values to states.
+    """
+
+    kind: ClassVar[str] = "basins"
+    said: dict[str, Any] = field(default_factory=dict)
+    starts: Starts | None = None
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The settings of the section and of the test of its period."""
+        return self.said
+
+    def changes(self, at: tuple[int, ...]) -> dict[str, Any]:
+        """Return the initial state of one case."""
+        assert self.starts is not None
+        values = {name.removeprefix(INITIAL): value for name, value in super().changes(at).items()}
+        return {"simulation.initial": self.starts.state(values)}
+
+
+@dataclass(frozen=True)
+class Basins(Prepared):
+    """A basin study about to begin.
+
+    Attributes:
+        same: distance below which two orbits are one.
+    """
+
+    same: float = SAME
+
+    def completed(self, store: Store) -> xr.Dataset:
+        """Tell attractors apart, and keep that as well."""
+        store.add(attractors_of(store.dataset(), self.same, self._isolated))
+        return store.dataset()
+
+    def _isolated(self, at: tuple[int, ...], period: int) -> bool:
+        """Run a case again, for its Floquet multipliers."""
+        return is_isolated(simulate(self.plan.model.with_(self.plan.changes(at)), audit=False), period)
+
+
+def prepare(
+    model: Model,
+    over: Mapping[str, Any],
+    *,
+    samples: int = 0,
+    method: str = "latin-hypercube",
+    seed: int = 0,
+    cycles: int | None = None,
+    discard: int | None = None,
+    phase: float = 0.0,
+    section: Sequence[str] | None = None,
+    tolerance: float = TOLERANCE,
+    same: float = SAME,
+    outputs: Sequence[str] = DEFAULT,
+    fixed: Mapping[str, Any] | None = None,
+    most: int = MOST,
+) -> Basins:
+    """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
+    _check(samples, method, tolerance, same)
+    base = model.with_(dict(fixed)) if fixed else model
+    chosen = section_of(base, section, phase)
+    grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
+    base = settled(base, grid)
+    starts = starts_of(base, tuple(over))
+    axes, points = _points(over, base, samples, method, seed)
+    kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
+    last = min(kept, MOST_PERIOD)
+    said = {
+        "over": list(over), "phase": float(chosen.phase), "tolerance": float(tolerance), "points": last,
+        "section": list(chosen.names), "scale": [chosen.scale[name] for name in chosen.names],
+        "largest_period": last,
+    }  # fmt: skip
+    plan = Initials(base, axes, points, 1, said, starts)
+    if plan.count > most:
+        rule = f"{plan.count} initial states, more than the {most} allowed"
+        raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
+    run, seconds = first_run(plan)
+    told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
+    units = tuple(unit_of(name, base) for name in chosen.names)
+    found = Sections(told.chosen, None, (), chosen, units, last, float(tolerance), last)
+    begun = time.perf_counter()
+    found.of(Run(run.trajectory, run.model))
+    seconds += time.perf_counter() - begun
+    plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
+    return Basins(plan, found, seconds, same=float(same))
+
+
+def basins(
+    model: Model,
+    over: Mapping[str, Any],
+    *,
+    samples: int = 0,
+    method: str = "latin-hypercube",
+    seed: int = 0,
+    cycles: int | None = None,
+    discard: int | None = None,
+    phase: float = 0.0,
+    section: Sequence[str] | None = None,
+    tolerance: float = TOLERANCE,
+    same: float = SAME,
+    outputs: Sequence[str] = DEFAULT,
+    fixed: Mapping[str, Any] | None = None,
+    most: int = MOST,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    scheduler: Any = "local",
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Find which settled motion every initial state leads to.
+
+    Args:
+        model: the driveline; its own start holds for what ``over`` leaves open (``studies.starts``).
+        over: by name, "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA" or "velocity.INERTIA", a list of initial
+            values or a range ``{"from": ..., "to": ..., "count": ...}``: all combinations; with ``samples`` a box,
+            ``{"from": ..., "to": ...}`` for each.
+        samples, method, seed: how many states are drawn from the box, evenly, and how, as in ``study``.
+        cycles, discard: periods simulated, and those left out to settle; None: the model's.
+        phase, section, tolerance, outputs, fixed: as in ``bifurcation``.
+        same: periodic motions nearer than this, in units of half the clearance, are one attractor.
+        most: a study of more initial states is refused.
+        output, resume, retry_failed, workers, scheduler, progress: as in ``study``.
+
+    Returns:
+        A Dataset over the initial values, "initial deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
+        of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its ``share``
+        of the states with Wilson's interval ``low``, ``high`` (of drawn states), its period and verdict. Attributes
+        ``within`` and ``between``: how far orbits of one attractor, and attractors, are apart; ``quiet_share``: how
+        likely a quiet one is, ``quiet_low`` to ``quiet_high``. Besides ``motion``, ``period``, the section, the
+        outputs.
+
+    Raises:
+        ModelError: anything wrong with the arguments; nothing has been computed then.
+        ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
+    """
+    found = prepare(
+        model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
+        section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
+    )  # fmt: skip
+    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+        return with_failures(
+            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+        )
+
+
+def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:
+    """Refuse what is wrong by itself."""
+    problems = []
+    if isinstance(samples, bool) or not isinstance(samples, int) or not 0 <= samples <= 100 * MOST:
+        problems.append(Problem("samples", str(samples), "must be a whole number"))
+    if method not in METHODS:
+        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(METHODS)}"))
+    numbers = {"tolerance": tolerance, "same": same}
+    for name, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 0.1:
+            problems.append(Problem(name, str(value), "must be above 0 and below 0.1, in units of half the clearance"))
+    if not problems and not tolerance < same:
+        rule = f"must be above tolerance, {tolerance:g}: a motion settles to no better than that"
+        problems.append(Problem("same", f"{same:g}", rule))
+    if problems:
+        raise ModelError(problems)
+
+
+def _points(
+    over: Mapping[str, Any], model: Model, samples: int, method: str, seed: int
+) -> tuple[tuple[Axis, ...], Samples | None]:
+    """Axes of a grid, or points drawn from a box."""
+    problems: list[Problem] = []
+    axes, box = [], []
+    for name, given in over.items():
+        try:
+            if samples:
+                box.append(_range(name, given, model))
+            else:
+                axes.append(
+                    Axis(
+                        INITIAL + name, {INITIAL + name: values_of(name, given, partial(read_value, name, model=model))}
+                    )
+                )
+        except ModelError as error:
+            problems += [Problem(f"over {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+    if problems:
+        raise ModelError(problems)
+    if not samples:
+        return tuple(axes), None
+    return (), Samples(tuple(INITIAL + name for name in over), sampled(tuple(box), samples, method, seed))
+
+
+def _range(name: str, given: Any, model: Model) -> Distribution:
+    if not isinstance(given, Mapping) or set(given) != {"from", "to"}:
+        raise ModelError(Problem(name, "", "is drawn from a range: it must have from and to, and nothing else"))
+    low, high = (read_value(name, given[key], model) for key in ("from", "to"))
+    if not low < high:
+        raise ModelError(Problem("from", f"{low:g}", f"must lie below to, {high:g}"))
+    return Distribution(name, "uniform", {"from": low, "to": high})

@@ -1,0 +1,184 @@
+"""The cases of a chunk in one compiled loop, where they can be: see ``solvers.many`` for the loop.
+
+A chunk's cases differ in a few numbers, so they are assembled together (``assembly.variants``), marched and judged
+without a model, a system or a trajectory of their own, to the same bits as one at a time. What the loop cannot do is
+left to the general way, case by case: outputs that need samples or a function of the user's, other algorithms, cases of
+another structure, cases that fail.
+
+Takes a Plan, Outputs and a chunk; gives values and which cases have them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly.variants import coefficients
+from gearrattle.criteria import MEASURED
+from gearrattle.errors import GearRattleError
+from gearrattle.kernels.variants import Tallies, picked
+from gearrattle.model import Initial, Model
+from gearrattle.signals import judged_of
+from gearrattle.solvers.many import Pattern, march_variants
+from gearrattle.studies.outputs import VERDICT, Outputs
+from gearrattle.studies.plan import Plan
+from gearrattle.trajectory import Layout
+
+Array = NDArray[np.float64]
+Values = dict[str, NDArray[Any]]
+
+FEWEST = 4
+"""Cases that are worth a loop of their own."""
+_STRUCTURES = 3  # of a chunk's cases, tried one after the other
+_COUNTED = ("crossings per cycle", "function calls")
+
+
+def can_batch(outputs: Outputs, plan: Plan) -> bool:
+    """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
+    of_events = all(each.criterion in MEASURED or each.name in _COUNTED for each in outputs.chosen)
+    return of_events and outputs.function is None and type(plan) is Plan and plan.model.simulation.algorithm == "exact"
+
+
+def batched(
+    plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], None] | None = None
+) -> tuple[Values, NDArray[np.bool_]]:
+    """Compute what can be computed together.
+
+    Args:
+        plan, outputs, chunk: as in ``cases.compute``.
+        told: called now and then with the share of the chunk's cases that are through; what it raises ends the work.
+
+    Returns:
+        Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
+    """
+    count = plan.cases_in(chunk)
+    if not can_batch(outputs, plan):
+        return {}, np.zeros(count, dtype=np.bool_)
+    given = plan.columns(chunk)
+    values: Values = {}
+    for output in outputs.all:
+        shape = (count, len(output.subjects)) if output.dimension else (count,)
+        values[output.name] = np.full(shape, output.nothing, output.dtype)
+    done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
+
+    def tell(share: float) -> None:
+        if told is not None:
+            told((done.sum() + share * waiting.size) / count)
+
+    for _ in range(_STRUCTURES):
+        if waiting.size < FEWEST:
+            break
+        model = _pattern(plan.model, {path: column[waiting[0]] for path, column in given.items()})
+        if model is None:
+            waiting = waiting[1:]
+            continue
+        alike = _Alike.of(model, {path: column[waiting] for path, column in given.items()}, waiting.size)
+        chosen = waiting[alike.good]
+        if chosen.size and alike.pattern.can_march():
+            found, judged = alike.march(tell)
+            _keep(values, outputs, alike, found, (chosen, judged))
+            done[chosen[judged]] = True
+        waiting = waiting[~alike.good] if chosen.size else waiting[1:]
+    return values, done
+
+
+def _pattern(model: Model, changes: Mapping[str, Any]) -> Model | None:
+    """The model of one case; None if there is none."""
+    try:
+        return model.with_(changes) if changes else model
+    except GearRattleError:
+        return None
+
+
+@dataclass(frozen=True)
+class _Alike:
+    """Cases of one structure, assembled.
+
+    Attributes:
+        model, layout: of one of them.
+        pattern: what the loop needs to know of it.
+        numbers: coefficients of those that are good.
+        start: their angles and velocities.
+        window: steady part and period of each.
+        good: of the cases asked for, which these are.
+    """
+
+    model: Model
+    layout: Layout
+    pattern: Pattern
+    numbers: Any
+    start: tuple[Array, Array]
+    window: Array
+    good: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, model: Model, given: Mapping[str, NDArray[Any]], count: int) -> _Alike:
+        """Assemble cases."""
+        system = assemble(model)
+        layout, settings = name_plate(model, system), model.simulation
+        assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
+        assert settings.samples_per_cycle is not None
+        pattern = Pattern(system, settings.initial == "static", settings.cycles, judged_of(layout))
+        columns, is_number = _floats(given, count)
+        numbers, good = coefficients(model, columns, count)
+        good &= is_number
+        numbers, period = picked(numbers, good), numbers.period[good, 0]
+        angle, velocity = np.zeros((2, good.sum(), system.size))
+        if isinstance(settings.initial, Initial):
+            angle[:], velocity[:] = settings.initial.angle, settings.initial.velocity
+        samples = settings.cycles * settings.samples_per_cycle
+        end = np.maximum(samples * (period / settings.samples_per_cycle), settings.cycles * period)
+        window = np.stack([settings.discard * period, end, period], axis=1)
+        return cls(model, layout, pattern, numbers, (angle, velocity), window, good)
+
+    def march(self, told: Callable[[float], None]) -> tuple[Tallies, NDArray[np.bool_]]:
+        """March and judge them."""
+        return march_variants(self.pattern, self.numbers, self.start, self.window, told)
+
+    @property
+    def cycles(self) -> int:
+        """Length of the steady part in periods."""
+        return int(self.model.simulation.cycles or 0) - int(self.model.simulation.discard or 0)
+
+
+def _floats(given: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+    """Columns as floats, and which cases have nothing but numbers in them."""
+    columns, good = {}, np.ones(count, dtype=np.bool_)
+    for path, column in given.items():
+        if column.dtype == object:
+            fits = np.array([type(value) in (int, float) for value in column.tolist()])
+            columns[path] = np.where(fits, column, np.nan).astype(float)
+            good &= fits
+        else:
+            columns[path] = np.ascontiguousarray(column, dtype=float)
+    return columns, good
+
+
+def _keep(
+    values: Values, outputs: Outputs, alike: _Alike, found: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
+) -> None:
+    """Write the values of the cases that are judged."""
+    chosen, judged = places
+    tally, at, duration = picked(found, judged), chosen[judged], (alike.window[:, 1] - alike.window[:, 0])[judged]
+    by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
+    for output in outputs.chosen:
+        if output.name in _COUNTED:
+            counted = tally.crossings / alike.cycles if output.name == _COUNTED[0] else tally.calls
+            values[output.name][at] = counted[:, 0]
+            continue
+        if output.criterion not in by_criterion:
+            criterion = MEASURED[output.criterion]
+            by_criterion[criterion.name] = criterion.measure(tally._asdict(), alike.layout, alike.cycles, duration)
+        measures = by_criterion[output.criterion]
+        if output.name == VERDICT:
+            codes = [code for (_, quantity), code in measures.items() if quantity == output.quantity]
+            values[VERDICT][at] = np.max(codes, axis=0, initial=0)
+            continue
+        for i, subject in enumerate(output.subjects):
+            if (subject, output.quantity) in measures:
+                values[output.name][at, i] = measures[subject, output.quantity]

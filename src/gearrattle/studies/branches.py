@@ -1,0 +1,149 @@
+"""What a bifurcation diagram shows: where two motions coexist, and along which values the motion keeps its kind.
+
+Takes the Dataset of ``bifurcation``; gives codes and stretches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.signals.strobe import apart
+from gearrattle.studies.cases import DONE
+from gearrattle.studies.layout import words_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+SAME = 1e-3
+MOTIONS = ("one", "two")
+_PERIODIC = 0
+
+
+def swept(data: xr.Dataset) -> str:
+    """Name of the swept axis."""
+    return str(data["outcome"].dims[-1])
+
+
+def swept_values(data: xr.Dataset) -> Array:
+    """Return (N,) swept values; of several paths swept together those of the first by name, as in figures."""
+    axis = swept(data)
+    together = sorted(str(name) for name, each in data.coords.items() if each.dims == (axis,) and name != axis)
+    values = np.asarray(data[together[0] if together else axis].values)
+    return np.asarray(values if values.dtype.kind in "iuf" else data[axis].values, dtype=np.float64)
+
+
+def orbit_at(data: xr.Dataset) -> Array:
+    """Return (n, q) the orbit of one case that is n-periodic, in the units of the section.
+
+    Args:
+        data: of one case alone.
+    """
+    names = [str(name) for name in np.atleast_1d(data.attrs["section"])]
+    scale = np.atleast_1d(np.asarray(data.attrs["scale"], dtype=np.float64))
+    n = int(data["period"])
+    return np.column_stack([data[name].values[-n:] / size for name, size in zip(names, scale, strict=True)])
+
+
+def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
+    """Tell at which values both directions end in different motions; None for one direction alone.
+
+    Two motions: periodic ones whose orbits are farther apart than 1e-3 in the units of the section, or one periodic
+    and one chaotic. Two chaotic ones cannot be told apart by points, and what is undecided is not judged: -1.
+
+    Args:
+        data: of both directions.
+
+    Returns:
+        Codes over all but "direction": 0 one, 1 two, -1 undecided.
+    """
+    import xarray as xr
+
+    if data.sizes["direction"] < 2:
+        return None
+    grid = data["outcome"].isel(direction=0)
+    found = np.full(grid.shape, -1, dtype=np.int8)
+    for at in np.ndindex(grid.shape):
+        here = data.isel(dict(zip(map(str, grid.dims), at, strict=True)))
+        up, down = (here.isel(direction=i) for i in range(2))
+        kinds = {int(one["motion"]) for one in (up, down)}
+        if any(int(one["outcome"]) != DONE for one in (up, down)):
+            continue
+        if kinds == {_PERIODIC}:
+            found[at] = apart(orbit_at(up), orbit_at(down)) > SAME
+        elif kinds == {_PERIODIC, 1}:
+            found[at] = 1
+    flags = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": " ".join(MOTIONS), "units": ""}
+    return xr.DataArray(found, dims=grid.dims, attrs=flags)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Neighbouring values along which the motion keeps its kind.
+
+    Attributes:
+        low, high: the first and the last of them.
+        motion: "periodic", "chaotic", "undecided"; or what became of the case.
+        period: number of T; 0 without one.
+        verdict: the worst regime of any part; empty if it was not kept.
+        count: how many values.
+    """
+
+    low: float
+    high: float
+    motion: str
+    period: int
+    verdict: str
+    count: int
+
+    @property
+    def words(self) -> str:
+        """Say it in a few words."""
+        kind = f"period {self.period} T" if self.period else self.motion
+        return f"{self.verdict}, {kind}" if self.verdict else kind
+
+
+def stretches(data: xr.Dataset) -> list[Stretch]:
+    """Return the stretches of one sweep, by ascending value.
+
+    Args:
+        data: of one sweep alone.
+    """
+    values = swept_values(data)
+    motions, verdicts = words_of(data["motion"]), words_of(data["verdict"]) if "verdict" in data else ()
+    outcomes = words_of(data["outcome"])
+    found: list[Stretch] = []
+    for i, value in enumerate(values.tolist()):
+        outcome = int(data["outcome"].values[i])
+        if outcome == DONE:
+            code, number = int(data["motion"].values[i]), float(data["period"].values[i])
+            period = int(number) if np.isfinite(number) else 0
+            told = (motions[code], period, verdicts[int(data["verdict"].values[i])] if verdicts else "")
+        else:
+            told = (outcomes[outcome].replace("_", " "), 0, "")
+        last = found[-1] if found else None
+        if last is not None and (last.motion, last.period, last.verdict) == told:
+            found[-1] = Stretch(last.low, value, *told, last.count + 1)
+        else:
+            found.append(Stretch(value, value, *told, 1))
+    return found
+
+
+def sweeps_of(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Return every sweep with its name: the values of further axes, and the direction last."""
+    import itertools
+
+    others = [str(name) for name in data["outcome"].dims[1:-1]]
+    found = []
+    for at in itertools.product(*(range(data.sizes[name]) for name in others)):
+        here = data.isel(dict(zip(others, at, strict=True)))
+        held = [f"{name} = {here[name].values:g}" if here[name].dtype.kind in "iuf" else f"{here[name].values}"
+                for name in others]  # fmt: skip
+        for i, way in enumerate(data["direction"].values):
+            found.append((", ".join([*held, str(way)]), here.isel(direction=i)))
+    return found

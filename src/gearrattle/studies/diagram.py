@@ -1,0 +1,307 @@
+"""``bifurcation``: the settled motion against one value of the model, swept up and down, by brute force.
+
+A driven motion seen once a period (``sections``) is n points if it is n-periodic, and a cloud if it is chaotic; drawn
+over a parameter these points are the bifurcation diagram. Where motions coexist the one found depends on where it
+began, so every value begins with the state, angles and velocities, in which the one before it ended: going up and going
+down then follow different branches, and where they differ there are two motions at least (a jump with hysteresis).
+
+A sweep is sequential: it is one chunk, keeps how far it has come every second, and goes on from there to the same bits.
+Directions and the values of further axes are sweeps of their own, each begun with the model's own start, and run beside
+each other.
+
+Takes a Model, a path and values; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from gearrattle.assembly import assemble
+from gearrattle.calls.settings import settled
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import Cancelled, ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.results import Run
+from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.branches import hysteresis
+from gearrattle.studies.cases import DONE, Computed, code_of, empty
+from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.plan import Plan
+from gearrattle.studies.prepared import Prepared, Progress, folder_for, span, with_failures
+from gearrattle.studies.schedulers import opened
+from gearrattle.studies.sections import Sections, section_of, unit_of
+from gearrattle.studies.store import Store, Told
+from gearrattle.studies.study import check_paths, first_run
+from gearrattle.system.coordinates import relative_coordinates
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIRECTION = "direction"
+WAYS: Mapping[str, tuple[str, ...]] = {"both": ("up", "down"), "up": ("up",), "down": ("down",)}
+DEFAULT = ("verdict", "regime")
+TOLERANCE, MOST_PERIOD, MOST_POINTS = 1e-6, 16, 128
+_KEEP_EVERY = 1.0  # seconds
+
+
+@dataclass(frozen=True)
+class Sweeps(Plan):
+    """The cases of a bifurcation diagram: directions, further axes, and along the last dimension the swept value.
+
+    Attributes:
+        said: what else decides what is computed.
+    """
+
+    kind: ClassVar[str] = "bifurcation"
+    said: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def chunk_shape(self) -> tuple[int, ...]:
+        """A sweep: all values, one of everything else."""
+        return (*(1 for _ in self.shape[:-1]), self.shape[-1])
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The settings of the section and of the test of its period."""
+        return self.said
+
+    def changes(self, at: tuple[int, ...]) -> dict[str, Any]:
+        """Return what one case changes; its direction is no value of the model."""
+        found = super().changes(at)
+        del found[DIRECTION]
+        return found
+
+    def rises(self, chunk: int) -> bool:
+        """Return whether a sweep goes through the values in their order."""
+        return bool(self.axes[0].coordinate[self.box(chunk)[0].start] == "up")
+
+
+@dataclass(frozen=True)
+class Diagram(Prepared):
+    """A bifurcation diagram about to begin."""
+
+    def estimate(self, workers: int) -> str:
+        """Return in words what all sweeps will cost."""
+        sweeps, values = self.plan.chunks, self.plan.shape[-1]
+        busy = min(workers, sweeps)
+        total = span(-(-sweeps // busy) * values * self.seconds)
+        return (
+            f"{sweeps} sweep{'s' * (sweeps != 1)} of {values} values of about {1e3 * self.seconds:.3g} ms: "
+            f"{total} on {busy} worker{'s' * (busy != 1)}"
+        )
+
+    def sensible(self) -> int:
+        """Return how many workers pay: never more than there are sweeps."""
+        return min(super().sensible(), self.plan.chunks)
+
+    def completed(self, store: Store) -> xr.Dataset:
+        """Tell where both directions end in different motions, and keep that as well."""
+        found = hysteresis(store.dataset())
+        if found is not None:
+            store.add(found.to_dataset(name="motions"))
+        return store.dataset()
+
+
+def prepare(
+    model: Model,
+    path: str,
+    values: Any,
+    *,
+    axes: Mapping[str, Any] | None = None,
+    direction: str = "both",
+    cycles: int | None = None,
+    discard: int | None = None,
+    phase: float = 0.0,
+    section: Sequence[str] | None = None,
+    tolerance: float = TOLERANCE,
+    outputs: Sequence[str] = DEFAULT,
+    fixed: Mapping[str, Any] | None = None,
+) -> Diagram:
+    """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    problems = []
+    if direction not in WAYS:
+        problems.append(Problem("direction", f'"{direction}"', f"must be one of {', '.join(WAYS)}"))
+    if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 0.0 < tolerance < 0.1:
+        rule = "must be above 0 and below 0.1: the largest difference of two points that are called the same"
+        problems.append(Problem("tolerance", str(tolerance), rule, f"for example {TOLERANCE:g}"))
+    if problems:
+        raise ModelError(problems)
+    base = model.with_(dict(fixed)) if fixed else model
+    chosen = section_of(base, section, phase)
+    grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
+    base = settled(base, grid)
+    others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
+    check_paths([each for axis in (*others, *swept) for each in axis.values])
+    _check_order(swept[0])
+    kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
+    points = min(kept, MOST_POINTS)
+    said = {
+        "path": path, "phase": float(chosen.phase), "tolerance": float(tolerance), "points": points,
+        "section": list(chosen.names), "scale": [chosen.scale[name] for name in chosen.names],
+        "largest_period": MOST_PERIOD, "direction": direction,
+    }  # fmt: skip
+    ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
+    plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
+    run, seconds = first_run(plan)
+    told = outputs_of(outputs, run)
+    states = len(relative_coordinates(assemble(base)).elements) + len(base.inertias)
+    units = tuple(unit_of(name, base) for name in chosen.names)
+    ends = tuple(inertia.name for inertia in base.inertias)
+    found = Sections(told.chosen, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends)
+    found.of(run)
+    begun = time.perf_counter()
+    found.of(Run(run.trajectory, run.model))
+    return Diagram(plan, found, seconds + time.perf_counter() - begun, sweep)
+
+
+def bifurcation(
+    model: Model,
+    path: str,
+    values: Any,
+    *,
+    axes: Mapping[str, Any] | None = None,
+    direction: str = "both",
+    cycles: int | None = None,
+    discard: int | None = None,
+    phase: float = 0.0,
+    section: Sequence[str] | None = None,
+    tolerance: float = TOLERANCE,
+    outputs: Sequence[str] = DEFAULT,
+    fixed: Mapping[str, Any] | None = None,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    scheduler: Any = "local",
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Sweep one value of a driveline up and down, and keep the settled motion seen once a period.
+
+    Args:
+        model: the driveline; its start is that of the first value of every sweep.
+        path: of the swept value; or a name of one's own, and ``values`` a mapping from paths to lists, swept together.
+        values: a list that ascends, or a range ``{"from": ..., "to": ..., "count": ..., "spacing": "linear" | "log"}``.
+        axes: further axes, as in ``study``: a sweep for every combination.
+        direction: "both", "up", "down".
+        cycles, discard: periods simulated at every value, and those left out to settle; None: the model's.
+        phase: of the period, at which the motion is seen: a fraction from 0 to below 1.
+        section: quantities that are kept: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA";
+            None: deflection and rate of every clearance.
+        tolerance: points nearer than this, in units of half the clearance (and that times 2 pi / T), are the same.
+        outputs: of criteria, as in ``study``.
+        fixed: other values of the model, by path.
+        output: folder to keep it in; None: in memory.
+        resume, retry_failed: go on with what the folder holds; and compute sweeps with failed cases anew.
+        workers, scheduler, progress: as in ``study``; a sweep is one piece of work.
+
+    Returns:
+        A Dataset over "direction", further axes and the swept value: every quantity of the section over "cycle" (the
+        last 0, those before it negative); ``motion`` (codes: periodic, chaotic, undecided), ``period`` in T, the
+        largest Lyapunov exponent over the periods kept, the Floquet multipliers of periodic motions, the state at the
+        end, the outputs of criteria, ``outcome``; and ``motions`` (codes: one, two), without "direction": whether both
+        directions end in the same motion, -1 where that is undecided.
+
+    Raises:
+        ModelError: anything wrong with the arguments; nothing has been computed then.
+        ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
+    """
+    found = prepare(
+        model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
+        section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
+    )  # fmt: skip
+    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+        return with_failures(
+            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+        )
+
+
+def _check_order(axis: Axis) -> None:
+    values = axis.coordinate
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        raise ModelError(Problem(axis.name, str(values[0]), "what is swept must be a number"))
+    if len(values) < 2 or np.any(np.diff(np.array(values, dtype=float)) <= 0.0):
+        remedy = 'sort them; direction = "down" goes backward'
+        raise ModelError(Problem(axis.name, "", "a sweep needs two values at least, and they must ascend", remedy))
+
+
+@dataclass
+class _Reached:
+    """How far a sweep has come: results so far, values done, and the state the last one ended in."""
+
+    computed: Computed
+    count: int = 0
+    state: dict[str, list[float]] | None = None
+
+    def keep(self, path: Path) -> None:
+        """Write it whole or not at all."""
+        arrays = {f"value {name}": values for name, values in self.computed.values.items()}
+        messages = [[list(at), text] for at, text in self.computed.messages.items()]
+        said = json.dumps({"count": self.count, "messages": messages})
+        state = self.state or {}
+        arrays |= {f"state {name}": np.array(values) for name, values in state.items()}
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                np.savez(stream, outcome=self.computed.outcome, said=np.array(said), **arrays)  # type: ignore[arg-type]
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+
+    def read(self, path: Path) -> None:
+        """Take over what was kept; what is missing or damaged is not."""
+        try:
+            with np.load(path) as found:
+                kept = {name: found[name] for name in found.files}
+            said = json.loads(str(kept["said"]))
+            values = {name: kept[f"value {name}"] for name in self.computed.values}
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return
+        messages = {tuple(at): text for at, text in said["messages"]}
+        self.computed, self.count = Computed(values, kept["outcome"], messages), said["count"]
+        state = {name: kept[f"state {name}"].tolist() for name in ("angle", "velocity") if f"state {name}" in kept}
+        self.state = state or None
+
+
+def sweep(store: Store, chunk: int, told: Told | None) -> Computed:
+    """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
+    plan, outputs = store.plan, store.outputs
+    assert isinstance(plan, Sweeps)
+    cases = list(plan.cases(chunk))
+    if not plan.rises(chunk):
+        cases.reverse()
+    reached = _Reached(empty(plan, outputs, chunk))
+    reached.read(store.part(chunk))
+    kept = time.monotonic()
+    for at, changes in cases[reached.count :]:
+        found = reached.computed
+        try:
+            run = simulate(plan.model.with_(changes), initial=reached.state, audit=False)
+            for name, value in outputs.of(run).items():
+                found.values[name][at] = value
+            found.outcome[at] = DONE
+            end = run.trajectory
+            reached.state = {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
+        except Cancelled:
+            raise
+        except Exception as error:  # as in a grid: a failure is a result
+            found.outcome[at] = code_of(error)
+            found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
+        reached.count += 1
+        if time.monotonic() - kept > _KEEP_EVERY:
+            reached.keep(store.part(chunk))
+            kept = time.monotonic()
+        if told is not None:
+            told(reached.count / len(cases))
+    return reached.computed

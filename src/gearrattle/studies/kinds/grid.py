@@ -1,0 +1,48 @@
+"""The kind "grid": all combinations of values, and values that scatter.
+
+    outputs = ["regime", "impacts per cycle"]
+    most = 2_000_000                         # cases allowed, if more than a million
+
+    [fixed]                                  # other values of the model, by path
+    "simulation.cycles" = 60
+
+    [axis]                                   # what is varied in order, all combinations
+    "mesh.gear.backlash" = { from = "0.02 mm", to = "0.2 mm", count = 10, spacing = "log" }
+    load = { "torque.0.mean" = [5, 10], "inertia.gear.drag_torque" = [0.5, 1.0] }    # together
+
+    [vary]                                   # what scatters
+    "coupling.clutch.stiffness" = { distribution = "normal", mean = 1500.0, deviation = 50.0 }
+
+    [sample]
+    count = 256
+    method = "sobol"
+    seed = 7
+
+Takes the tables of a file; gives the arguments of ``study``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gearrattle.studies.kinds.base import Kind
+from gearrattle.studies.study import prepare
+
+
+def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
+    sample = tables.get("sample", {})
+    found = {"axes": tables.get("axis", {}), "vary": tables.get("vary", {}), "fixed": tables.get("fixed", {})}
+    found |= {"samples": sample.get("count", 0)}
+    found |= {key: sample[key] for key in ("method", "seed") if key in sample}
+    return found | {key: tables[key] for key in ("outputs", "most") if key in tables}
+
+
+GRID = Kind(
+    name="grid",
+    prepare=prepare,
+    arguments=_arguments,
+    keys={"outputs": list, "most": int, "fixed": dict, "axis": dict, "vary": dict, "sample": dict},
+    tables={"sample": {"count": int, "method": str, "seed": int}},
+    options=frozenset({"function"}),
+)

@@ -1,0 +1,209 @@
+"""A study about to begin whose cases form a grid: what it will cost, and how it is carried out and kept.
+
+What can be known before a case is computed is known here; kinds of studies that keep their results in a Store build on
+it, and change what they must: how a chunk is computed, and what is made of the whole in the end.
+
+Takes a Plan and Outputs; gives Done.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.studies.batch import can_batch
+from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.plan import Plan
+from gearrattle.studies.schedulers import Scheduler
+from gearrattle.studies.store import Store, Work, case_by_case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[float], None]
+CHUNK_SECONDS, MOST_IN_CHUNK = 5.0, 10_000
+_STARTING = 5.0  # seconds until a fresh process is warm
+
+
+@dataclass(frozen=True)
+class Done:
+    """A study that has been carried out.
+
+    Attributes:
+        data: what came out.
+        messages: why cases failed, by their place in the grid of ``data["outcome"]``.
+        told: what became of it, in a line.
+        cost: what it took, in a sentence.
+        summary: the same as ``told`` for machines: plain values by name.
+        notes: what the user must know besides.
+    """
+
+    data: xr.Dataset
+    messages: Mapping[tuple[int, ...], str]
+    told: str
+    cost: str
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A study about to begin.
+
+    Attributes:
+        plan, outputs: what is computed, and what is kept.
+        seconds: that one case took, warm.
+        work: what computes a chunk.
+    """
+
+    plan: Plan
+    outputs: Outputs
+    seconds: float
+    work: Work = case_by_case
+
+    @property
+    def scheduler(self) -> str:
+        """Return the one to use on this machine: threads for what is compiled, processes for what is Python."""
+        return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
+
+    def estimate(self, workers: int) -> str:
+        """Return in words what all cases will cost."""
+        total = self.plan.count * self.seconds / workers
+        each = f"{1e3 * self.seconds:.3g} ms"
+        return f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
+
+    def sensible(self) -> int:
+        """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        starting = 0.0 if self.scheduler == "threads" else _STARTING
+        return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < starting * 2 else cores
+
+    def open(self, folder: str | os.PathLike[str], *, resume: bool) -> Store:
+        """Open the folder the study is kept in. Errors as ``Store.open``."""
+        return Store.open(folder, self.plan, self.outputs, self.work, resume=resume)
+
+    def kept(self, folder: str | os.PathLike[str]) -> str:
+        """Return in words how much of a study a folder holds; empty if it holds none."""
+        try:
+            chunks = json.loads((Path(folder) / "study.json").read_text(encoding="utf-8"))["chunks"]
+        except (OSError, ValueError, KeyError):
+            return ""
+        done = sum(path.stem.isdigit() for path in (Path(folder) / "done").glob("*.json"))
+        return f"{done} of {chunks} chunks are kept in {folder}"
+
+    def carry_out(
+        self,
+        folder: str | os.PathLike[str],
+        compute: Scheduler,
+        *,
+        resume: bool = False,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+    ) -> Done:
+        """Compute what a folder does not hold yet, and return the whole.
+
+        Args:
+            folder: to keep it in.
+            compute: who computes.
+            resume: whether the folder may hold a part of it already.
+            retry_failed: whether chunks with failed cases are computed again.
+            progress: called with the finished share; what it raises ends the work, and leaves whole chunks.
+
+        Raises:
+            ModelError: the folder holds something else.
+            SchedulerLost: whoever computed has gone.
+            OSError: the folder cannot be written.
+        """
+        store = self.open(folder, resume=resume)
+        before, begun = len(store.done()), time.perf_counter()
+        damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress)
+        data = self.completed(store)
+        cost = self._cost(store, before if not damaged else 0, time.perf_counter() - begun)
+        notes = (f"damaged chunks computed again: {len(damaged)}",) if damaged else ()
+        counts = {word: int((data["outcome"] == code).sum()) for code, word in enumerate(OUTCOMES)}
+        sizes = {str(name): int(size) for name, size in data.sizes.items()}
+        summary = {"sizes": sizes, "outcomes": counts, "outputs": list(map(str, data))}
+        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        return Done(data, store.messages(), told, cost, summary, notes)
+
+    def completed(self, store: Store) -> xr.Dataset:
+        """Return what is made of a store all of whose chunks are done."""
+        return store.dataset()
+
+    def _cost(self, store: Store, before: int, seconds: float) -> str:
+        """What a case takes, and what this run took, in a sentence; ``before`` chunks were there already."""
+        each, chunks = f"A case takes about {1e3 * self.seconds:.3g} ms", store.plan.chunks
+        if before == chunks:
+            return f"{each}."
+        left = f" for what was left, {before} of {chunks} chunks were there" if before else ""
+        return f"{each}; this run took {seconds:.3g} s{left}."
+
+
+def carry_out(
+    store: Store, compute: Scheduler, *, retry_failed: bool = False, progress: Progress | None = None
+) -> list[int]:
+    """Compute whatever is not done, and return the chunks that were found damaged and computed again.
+
+    Args:
+        store: where results are kept.
+        compute: who computes.
+        retry_failed: whether chunks with failed cases are computed again.
+        progress: as in ``study``.
+    """
+    damaged = store.damaged()
+    for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
+        store.forget(chunk)
+    done = store.done()
+    chunks = store.plan.chunks
+    left = [chunk for chunk in range(chunks) if chunk not in done]
+    reached = len(done)
+
+    def tick() -> None:
+        if progress is not None:
+            progress(reached / chunks)
+
+    with closing(compute(store, left, tick)) as finished:
+        for _ in finished:
+            reached += 1
+            tick()
+    return damaged
+
+
+@contextmanager
+def folder_for(output: str | os.PathLike[str] | None) -> Iterator[Path]:
+    """Give the folder that was asked for, or one that does not outlive the study."""
+    if output is not None:
+        yield Path(output)
+        return
+    with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
+        yield Path(name) / "study"
+
+
+def with_failures(done: Done) -> xr.Dataset:
+    """Return the Dataset of a study with the messages of its failed cases in ``attrs["failures"]``."""
+    return done.data.assign_attrs(failures=[f"{at}: {text}" for at, text in done.messages.items()])
+
+
+def fit_size(seconds: float, count: int) -> int:
+    """Return how many cases a chunk should hold.
+
+    A power of two: machines of about one speed cut a study alike, and can go on with each other's.
+    """
+    fitting = int(min(CHUNK_SECONDS / max(seconds, 1e-6), MOST_IN_CHUNK, max(1, count // 8)))
+    return 1 << max(0, fitting.bit_length() - 1)
+
+
+def span(seconds: float) -> str:
+    """Return a length of time in the unit that suits it."""
+    for unit, length in (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.2g} s"

@@ -1,0 +1,271 @@
+"""Sections of a run: chosen quantities once a period, and what kind of motion they show.
+
+A *section* is taken at t = (k + phase) T, T the common period of all orders. Its quantities are by name
+
+    deflection.ELEMENT, rate.ELEMENT    delta = W q - e(t) and delta' = W q' - e'(t) [rad, rad/s; m, m/s for a mesh]
+    angle.INERTIA, velocity.INERTIA     [rad, rad/s]
+
+by default the deflection and rate of every clearance. Whether the motion repeats is asked of all clearances, whatever
+was chosen, in units of half the clearance b (of the largest corner) and of b 2 pi / T; those of a law whose corners are
+all at zero in units of the sum of all loads over its largest slope.
+
+What a motion is called:
+
+* *periodic*: it repeats after n periods (``signals.strobe``); its Floquet multipliers are the eigenvalues of the flow's
+  gradient over the last n periods, products of exponentials and saltations (``system.variation``): as exact as the
+  motion. It is stable if all lie inside the unit circle; one at -1 doubles the period.
+  Its largest Lyapunov exponent is ln |mu_1| / (n T).
+* *chaotic*: it does not, and a small perturbation grows over the periods kept to more than ``GROWN`` times itself and
+  to more than 100 times their number, still growing over the last half: a perturbation that neither shrinks nor grows
+  exponentially (a free rigid body's, a quasi-periodic motion's) grows at most like that number.
+* *undecided*: neither was shown.
+
+Takes a Model and Runs; gives arrays by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, elements_of, period_of
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Mesh, Model
+from gearrattle.model.table import did_you_mean
+from gearrattle.results import Run
+from gearrattle.signals.strobe import period_number
+from gearrattle.studies.outputs import Output, Outputs
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+MOTIONS = ("periodic", "chaotic", "undecided")
+PERIODIC, CHAOTIC, UNDECIDED = range(3)
+GROWN = 1e3
+_FINEST = 360
+_STILL = 1e-6
+EXPONENT = "largest Lyapunov exponent"
+
+
+@dataclass(frozen=True)
+class Section:
+    """What is looked at, and when.
+
+    Attributes:
+        names: of the quantities kept.
+        tested: of those the period is asked of: deflections and rates of all clearances.
+        scale: what counts as one, by name.
+        phase: of the period.
+    """
+
+    names: tuple[str, ...]
+    tested: tuple[str, ...]
+    scale: dict[str, float]
+    phase: Fraction
+
+    def values(self, run: Run, names: Sequence[str]) -> Array:
+        """Return (K, q) quantities at (k + phase) T of the periods that are not discarded."""
+        t, system = run.trajectory, assemble(run.model)
+        first = t.discard * t.samples_per_cycle + round(self.phase * t.samples_per_cycle)
+        stops = np.arange(first, len(t.time), t.samples_per_cycle)
+        columns = [_quantity(name, run, system, float(self.phase), stops) for name in names]
+        return np.column_stack(columns)
+
+    def scaled(self, run: Run) -> Array:
+        """Return (K, q) all that the period is asked of, in units of its own."""
+        return np.asarray(self.values(run, self.tested) / np.array([self.scale[name] for name in self.tested]))
+
+
+def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Section:
+    """Choose what is looked at.
+
+    Args:
+        model: the driveline; its clearances are the scale of the whole study.
+        names: of quantities; None for deflection and rate of every clearance.
+        phase: of the period, from 0 to below 1, a fraction with a denominator up to 360.
+
+    Raises:
+        ModelError: no clearance, a name there is not, a phase that is no such fraction.
+    """
+    system, elements = assemble(model), elements_of(model)
+    parts, inertias = [e.name for e in elements], [inertia.name for inertia in model.inertias]
+    known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
+    known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
+    tested = tuple(f"{kind}.{parts[k]}" for k in system.clearances for kind in ("deflection", "rate"))
+    problems = []
+    if not tested:
+        rule = "the driveline has no clearance: it has one motion, and linear analysis tells it"
+        problems.append(Problem("model", model.name, rule, "gr.modes, gr.campbell"))
+    chosen = tested if names is None else tuple(names)
+    for name in (name for name in chosen if name not in known):
+        rule = "there is no such quantity; there are deflection and rate of elements, angle and velocity of inertias"
+        problems.append(Problem("section", f'"{name}"', rule, did_you_mean(name, known)))
+    if names is not None and not chosen:
+        problems.append(Problem("section", "[]", "needs one quantity at least", "leave it out for all clearances"))
+    problems += [p for p in [_wrong_phase(phase)] if p is not None]
+    if problems:
+        raise ModelError(problems)
+    scale = _scales(model, system)
+    return Section(tuple(dict.fromkeys(chosen)), tested, scale, Fraction(phase).limit_denominator(_FINEST))
+
+
+def _wrong_phase(phase: Any) -> Problem | None:
+    rule = f"must be a fraction of the period from 0 to below 1, with a denominator up to {_FINEST}"
+    if isinstance(phase, bool) or not isinstance(phase, int | float) or not 0.0 <= phase < 1.0:
+        return Problem("phase", str(phase), rule, "for example 0.25")
+    near = Fraction(phase).limit_denominator(_FINEST)
+    if abs(float(near) - phase) > 1e-9 or near >= 1:
+        return Problem("phase", f"{phase:g}", rule, f"the nearest is {near}")
+    return None
+
+
+def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
+    """Unit of every quantity: half the clearance, and that times 2 pi / T; for inertias the smallest about them."""
+    load = sum(abs(t.mean) + sum(abs(h.amplitude) for h in t.harmonics) for t in model.torques)
+    rate = 2.0 * np.pi / period_of(model).period
+    found: dict[str, float] = {}
+    angles = np.full(system.size, np.inf)
+    for k, element in enumerate(elements_of(model)):
+        law = system.laws[k]
+        corner = float(np.abs(law.corners).max(initial=0.0))
+        arms = np.abs(system.rows[k])
+        slope = float(law.stiffness.max()) * float(arms.max())
+        size = corner or (load / slope if load > 0.0 and slope > 0.0 else 1.0)
+        found[f"deflection.{element.name}"], found[f"rate.{element.name}"] = size, size * rate
+        angles[arms > 0.0] = np.minimum(angles[arms > 0.0], size / arms[arms > 0.0])
+    for inertia, angle in zip(model.inertias, np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
+        found[f"angle.{inertia.name}"], found[f"velocity.{inertia.name}"] = angle, angle * rate
+    return found
+
+
+def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops: NDArray[np.int64]) -> Array:
+    kind, _, subject = name.partition(".")
+    t = run.trajectory
+    if kind in ("angle", "velocity"):
+        return np.asarray(getattr(t, kind)[stops, t.layout.inertia_names.index(subject)])
+    k, inputs = t.layout.element_names.index(subject), system.inputs
+    turn = 2.0 * np.pi * inputs.cycles
+    sine, cosine = inputs.error_sine[k], inputs.error_cosine[k]
+    if kind == "deflection":
+        error = float(sine @ np.sin(turn * phase) + cosine @ np.cos(turn * phase))
+        return np.asarray(t.angle[stops] @ system.rows[k] - error)
+    swift = turn / inputs.period
+    error = float((sine * swift) @ np.cos(turn * phase) - (cosine * swift) @ np.sin(turn * phase))
+    return np.asarray(t.velocity[stops] @ system.rows[k] - error)
+
+
+def unit_of(name: str, model: Model) -> str:
+    """Return the unit of a quantity [SI]."""
+    if model.units == "dimensionless":
+        return "1"
+    kind, _, subject = name.partition(".")
+    length = any(e.name == subject and isinstance(e, Mesh) for e in elements_of(model))
+    base = "m" if length and kind in ("deflection", "rate") else "rad"
+    return base if kind in ("deflection", "angle") else f"{base}/s"
+
+
+@dataclass(frozen=True)
+class Sections(Outputs):
+    """What is kept of every case: the section's last points, the kind of motion, and chosen outputs of criteria.
+
+    Attributes:
+        section: what is looked at.
+        units: of its quantities.
+        points: periods kept of the section, the last ones.
+        tolerance: of the period's test, in the units of the section.
+        most: largest period number looked for.
+        states: number of relative states; 0 keeps no Floquet multipliers.
+        inertias: whose last angles and velocities are kept; empty for none.
+    """
+
+    section: Section = Section((), (), {}, Fraction(0))
+    units: tuple[str, ...] = ()
+    points: int = 1
+    tolerance: float = 1e-6
+    most: int = 16
+    states: int = 0
+    inertias: tuple[str, ...] = ()
+
+    @property
+    def all(self) -> tuple[Output, ...]:
+        """Those of criteria, the section's, and those of the motion."""
+        last = tuple(range(-self.points + 1, 1))
+        found = [
+            Output(name, "cycle", last, (unit,)) for name, unit in zip(self.section.names, self.units, strict=True)
+        ]
+        found += [Output("motion", "", (), ("",), MOTIONS), Output("period", "", (), ("cycles",))]
+        found += [Output(EXPONENT, "", (), ("1/s",))]
+        numbers = tuple(range(1, self.states + 1))
+        parts = ("real", "imaginary") if self.states else ()
+        found += [Output(f"multiplier {part}", "multiplier", numbers, ("1",)) for part in parts]
+        ends = ("angle at the end", "rad"), ("velocity at the end", "rad/s")
+        found += [Output(name, "inertia", self.inertias, (unit,)) for name, unit in ends if self.inertias]
+        return (*found, *self.chosen)
+
+    def of(self, run: Run) -> dict[str, NDArray[Any]]:
+        """Return every output of one run."""
+        told = Outputs(self.chosen).of(run)
+        shown = self.section.values(run, self.section.names)[-self.points :]
+        told |= {name: column.copy() for name, column in zip(self.section.names, shown.T, strict=True)}
+        n = period_number(self.section.scaled(run), self.tolerance, self.most)
+        told["period"] = np.array(float(n) if n else np.nan)
+        exponent, grows = (np.nan, False) if n else _growth(run)
+        told["motion"] = np.array(PERIODIC if n else CHAOTIC if grows else UNDECIDED, dtype=np.int8)
+        if self.states:
+            found = multipliers(run, n) if n else np.full(self.states, complex(np.nan, np.nan))
+            told |= {"multiplier real": found.real.copy(), "multiplier imaginary": found.imag.copy()}
+            if n:  # exact, where an average over finite time is not
+                exponent = float(np.log(max(abs(found[0]), 1e-300))) / (n * run.trajectory.layout.period)
+        told[EXPONENT] = np.array(exponent)
+        t = run.trajectory
+        if self.inertias:
+            told |= {"angle at the end": t.angle[-1].copy(), "velocity at the end": t.velocity[-1].copy()}
+        return {output.name: told[output.name] for output in self.all}
+
+
+def _gradient(run: Run, cycles: int) -> Array:
+    """(N, N) gradient of the flow over the last cycles, balanced coordinates: basis deflections, then velocities."""
+    variation, t = run.variation, run.trajectory
+    begin = (t.cycles - cycles) * t.layout.period
+    total = np.eye(len(variation.scale))
+    for segment in variation.segments[np.searchsorted(variation.time[:-1], begin - 1e-9 * t.layout.period) :]:
+        total = segment @ total
+    return total
+
+
+def is_isolated(run: Run, cycles: int) -> bool:
+    """Return whether a periodic motion has none of its like about it.
+
+    A multiplier of one whose eigenvector moves a deflection means that neighbouring motions are periodic as well: a
+    body that floats within its gap may do so anywhere. A body that turns freely has such a multiplier too, but deflects
+    nothing.
+
+    Args:
+        run: the motion, settled.
+        cycles: its period number.
+    """
+    total = _gradient(run, cycles)
+    values, vectors = np.linalg.eig(total)
+    deflections = len(values) - len(run.trajectory.layout.inertia_names)
+    moves = np.linalg.norm(vectors[:deflections], axis=0) > _STILL
+    return not bool(np.any((np.abs(values) > 1.0 - _STILL) & moves))
+
+
+def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:
+    """Return (N,) eigenvalues of the gradient of the flow over the last cycles, the largest first."""
+    found = np.linalg.eigvals(_gradient(run, cycles)).astype(np.complex128)
+    return np.asarray(found[np.lexsort((-found.imag, -np.round(np.abs(found), 12)))])
+
+
+def _growth(run: Run) -> tuple[float, bool]:
+    """The largest Lyapunov exponent over the periods kept, and whether it is one of chaos."""
+    t = run.trajectory
+    period, kept = t.layout.period, t.cycles - t.discard
+    whole = float(run.lyapunov_exponents[0])
+    late = float(run.variation.exponents((t.cycles - kept // 2) * period)[0]) if kept > 1 else whole
+    return whole, bool(whole * kept * period > np.log(max(GROWN, 100.0 * kept)) and late > 0.0)

@@ -1,0 +1,155 @@
+"""Initial states by the quantities that matter: deflections and rates of elements, angles and velocities of inertias.
+
+A few such coordinates do not fix a state. What they leave open stays as near as may be to the model's own start q_0:
+the angles q are those with C q = c for which the change, weighted by the inertias, is smallest,
+
+    q = q_0 + J^-1 C^T (C J^-1 C^T)^-1 (c - C q_0),
+
+rows of C being W_k for a deflection (c then is delta + e(0)) and a unit row for an angle; likewise the velocities with
+rates and e'(0). So a rate is set by an impulse between the two bodies of an element, which leaves their angular
+momentum (with a mesh, that of the train) as it was, and an angle moves one inertia alone.
+
+Takes a Model and names; gives a map from values to states as ``simulate`` takes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble, elements_of
+from gearrattle.calls.simulate import prepare
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Mesh, Model, units
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+
+_SINGULAR = 1e-10
+_LEVELS = (("angle", "deflection"), ("velocity", "rate"))
+
+
+@dataclass(frozen=True)
+class Half:
+    """Angles, or velocities, from values of their coordinates: base + gain (c - c_0).
+
+    Attributes:
+        names: (q,) coordinates.
+        base: (n,) the model's own.
+        gain: (n, q) least change for a unit of every coordinate.
+        zero: (q,) coordinates of the base.
+    """
+
+    names: tuple[str, ...]
+    base: Array
+    gain: Array
+    zero: Array
+
+    def at(self, values: Mapping[str, float]) -> list[float]:
+        """Return (n,) angles or velocities."""
+        wanted = np.array([values[name] for name in self.names])
+        found: list[float] = (self.base + self.gain @ (wanted - self.zero)).tolist()
+        return found
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Initial states by values of coordinates."""
+
+    angle: Half
+    velocity: Half
+
+    def state(self, values: Mapping[str, float]) -> dict[str, list[float]]:
+        """Return the state, as ``simulation.initial`` takes it.
+
+        Args:
+            values: of every coordinate, by name [SI].
+        """
+        return {"angle": self.angle.at(values), "velocity": self.velocity.at(values)}
+
+
+def starts_of(model: Model, names: Sequence[str]) -> Starts:
+    """Choose coordinates of initial states.
+
+    Args:
+        model: its own start holds for what they leave open.
+        names: "deflection.ELEMENT", "rate.ELEMENT", "angle.INERTIA", "velocity.INERTIA".
+
+    Raises:
+        ModelError: a name there is not, or coordinates that follow from each other; all of them.
+    """
+    parts, inertias = [e.name for e in elements_of(model)], [inertia.name for inertia in model.inertias]
+    known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
+    known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
+    rule = "there is no such initial value; there are deflection and rate of elements, angle and velocity of inertias"
+    problems = [Problem("over", f'"{name}"', rule, did_you_mean(name, known)) for name in names if name not in known]
+    if not names:
+        problems.append(Problem("over", "", "needs an initial value at least", f'for example "{known[0]}"'))
+    if problems:
+        raise ModelError(problems)
+    task = prepare(model, {}, audit=False).task
+    bases = (task.angle, task.velocity)
+    halves = [
+        _half(model, [name for name in names if name.partition(".")[0] in kinds], bases[level], level)
+        for level, kinds in enumerate(_LEVELS)
+    ]
+    return Starts(*halves)
+
+
+def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
+    system = assemble(model)
+    parts, inertias = [e.name for e in elements_of(model)], [inertia.name for inertia in model.inertias]
+    rows, error = np.zeros((len(names), system.size)), np.zeros(len(names))
+    for i, name in enumerate(names):
+        kind, _, subject = name.partition(".")
+        if kind in ("angle", "velocity"):
+            rows[i, inertias.index(subject)] = 1.0
+        else:
+            k = parts.index(subject)
+            rows[i], error[i] = system.rows[k], _error(system, k, level)
+    weighted = (rows / system.inertia).T
+    matrix = rows @ weighted
+    size = np.sqrt(np.diagonal(matrix))
+    if names and np.linalg.svd(matrix / np.outer(size, size), compute_uv=False)[-1] < _SINGULAR:
+        rule = "follow from each other: they cannot be chosen freely"
+        raise ModelError(Problem("over", ", ".join(names), rule, "leave one out"))
+    gain = np.zeros((system.size, len(names)))
+    if names:
+        gain[:] = np.linalg.solve(matrix, weighted.T).T
+    return Half(tuple(names), base, gain, rows @ base - error)
+
+
+def _error(system: PiecewiseSystem, k: int, level: int) -> float:
+    """Transmission error of an element, or its rate, at t = 0."""
+    inputs = system.inputs
+    if level == 0:
+        return float(inputs.error_cosine[k].sum())
+    return float(inputs.error_sine[k] @ (2.0 * np.pi * inputs.cycles / inputs.period))
+
+
+def read_value(name: str, value: Any, model: Model) -> float:
+    """Read an initial value as a model file does: a plain number in SI or a text with a unit.
+
+    Raises:
+        ModelError: neither, or the wrong unit.
+    """
+    kind, _, subject = name.partition(".")
+    length = any(e.name == subject and isinstance(e, Mesh) for e in elements_of(model))
+    if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
+        return float(value)
+    on_a_line = length and kind in ("deflection", "rate")
+    dimension = {"deflection": units.LENGTH if on_a_line else units.ANGLE, "angle": units.ANGLE}.get(
+        kind, None if on_a_line else units.ANGULAR_VELOCITY
+    )
+    if not isinstance(value, str) or dimension is None or model.units == "dimensionless":
+        also = "" if dimension is None or model.units == "dimensionless" else f' or a text as "{dimension.example}"'
+        raise ModelError(Problem(name, shown(value), f"must be a finite number in SI{also}"))
+    try:
+        return units.convert(value, dimension)
+    except units.UnitError as error:
+        raise ModelError(Problem(name, shown(value), error.rule, error.remedy)) from None

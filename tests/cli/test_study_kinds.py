@@ -1,0 +1,134 @@
+"""``gearrattle study`` with files of other kinds: from the file to the page, refusals, and Ctrl-C within a sweep."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.cli import main
+from tests.architecture.places import EXAMPLES
+
+BIFURCATION = """
+schema = 1
+model = "rattle_oscillator.toml"
+kind = "bifurcation"
+cycles = 40
+discard = 20
+[sweep]
+"torque.0.harmonics.0.amplitude" = { from = 1.0, to = 7.0, count = COUNT }
+"""
+
+BASINS = """
+schema = 1
+model = "rattle_oscillator.toml"
+kind = "basins"
+cycles = 80
+discard = 60
+[over]
+"deflection.flanks" = { from = -0.5, to = 0.7, count = 6 }
+"rate.flanks" = { from = -4.0, to = 4.0, count = 6 }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(EXAMPLES / "rattle_oscillator.toml", tmp_path)
+    return tmp_path
+
+
+def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "over.toml").write_text(BIFURCATION.replace("COUNT", "5"), encoding="utf-8")
+    assert main(["study", "over.toml", "--workers", "1"]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "10 done"
+    assert "2 sweeps of 5 values" in err
+    found = gr.open_study("over-study")
+    assert found.attrs["kind"] == "bifurcation"
+    assert set(found["motions"].dims) == {"torque.0.harmonics.0.amplitude"}
+    assert "Bifurcation diagram" in Path("over-study/study.html").read_text(encoding="utf-8")
+    assert main(["study", "over.toml", "--resume", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcomes"]["done"] == 10
+    assert gr.open_study("over-study").identical(found)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ("[sweep]", "[swept]", "needs sweep"),
+        ("[sweep]", '[sweep]\n"inertia.gear.drag" = [0.5, 0.6]', "one value is swept"),
+        ("cycles = 40", 'cycles = "40"', "over.toml:5: cycles"),
+        ("cycles = 40", "samples = 40", "there is no such key"),
+        ("discard = 20", "phase = true", "must be a number"),
+        ("to = 7.0", "to = 0.5", "ascend"),
+        ("torque.0", "torque.1", "torque goes by index"),
+    ],
+)
+def test_wrong_files_are_refused_before_anything_runs(
+    folder: Path, old: str, new: str, match: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = BIFURCATION.replace("COUNT", "5").replace(old, new)
+    (folder / "over.toml").write_text(text, encoding="utf-8")
+    assert main(["study", "over.toml"]) == 2
+    assert match in capsys.readouterr().err
+    assert not Path("over-study").exists()
+
+
+def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "rest.toml").write_text(BASINS, encoding="utf-8")
+    assert main(["study", "rest.toml", "--workers", "1"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "36 done"
+    found = gr.open_study("rest-study")
+    assert found.attrs["kind"] == "basins"
+    assert found["basin"].shape == (6, 6)
+    page = Path("rest-study/study.html").read_text(encoding="utf-8")
+    assert "The quiet state is reached from" in page
+    drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
+    (folder / "drawn.toml").write_text(drawn, encoding="utf-8")
+    assert main(["study", "drawn.toml", "--workers", "1"]) == 0
+    assert "95 % interval" in Path("drawn-study/study.html").read_text(encoding="utf-8")
+    for old, new, match in (
+        ("[over]", "[ower]", "needs over"),
+        (", count = 6", "", "needs count"),
+        ("-0.5", '"1 mm"', "finite"),
+    ):
+        (folder / "wrong.toml").write_text(BASINS.replace(old, new), encoding="utf-8")
+        capsys.readouterr()
+        assert main(["study", "wrong.toml"]) == 2
+        assert match in capsys.readouterr().err
+    assert not Path("wrong-study").exists()
+
+
+def test_a_function_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "over.toml").write_text(BIFURCATION.replace("COUNT", "5"), encoding="utf-8")
+    assert main(["study", "over.toml", "--function", "tests.studies.drivelines:loudness"]) == 2
+    assert "takes no function" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
+def test_stopped_within_a_sweep_it_goes_on_to_the_same_bits(folder: Path, by: signal.Signals) -> None:
+    text = BIFURCATION.replace("COUNT", "300").replace("cycles = 40", "cycles = 80")
+    (folder / "over.toml").write_text(text, encoding="utf-8")
+    command = [sys.executable, "-m", "gearrattle", "study", "over.toml", "--workers", "2", "-o", "killed"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline and not list(Path("killed/done").glob("0*.part")):
+        time.sleep(0.02)
+    os.kill(process.pid, by)
+    told = process.communicate()[1].decode()
+    assert list(Path("killed/done").glob("0*.part"))
+    if by == signal.SIGINT:
+        assert process.returncode == 130
+        assert "interrupted: 0 of 2 chunks are kept in killed; --resume goes on" in told
+    assert main(["study", "over.toml", "--resume", "-o", "killed", "--workers", "1"]) == 0
+    assert main(["study", "over.toml", "-o", "whole", "--workers", "1"]) == 0
+    assert gr.open_study("killed").identical(gr.open_study("whole"))

@@ -1,0 +1,68 @@
+"""The page of a bifurcation diagram: it says and tabulates what the Dataset holds, and draws every point once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearrattle as gr
+from gearrattle.plots.bifurcation import diagram
+from gearrattle.report.study import fill_study
+from gearrattle.report.study_pages import page_of
+from gearrattle.report.study_pages.bifurcation import charts, coexistence_table, stretch_table, summary_of
+from tests.report.test_study import Balance
+from tests.studies.oscillator import AMPLITUDE, model
+
+
+@pytest.fixture(scope="module")
+def data() -> xr.Dataset:
+    values = [1.0, 2.5, 4.0, 5.5, 7.0]
+    return gr.bifurcation(model(), AMPLITUDE, values, cycles=160, discard=120, workers=1)
+
+
+def test_the_summary_says_what_the_sweeps_found(data: xr.Dataset) -> None:
+    told = summary_of(data)
+    assert "Going up: quiet, period 1 T from 1 to 5.5; double-sided, period 1 T at 7." in told
+    assert "Two motions coexist from 2.5 to 5.5." in told
+
+
+def test_the_tables_say_the_same(data: xr.Dataset) -> None:
+    rows = stretch_table(data).rows
+    assert rows[0] == ("up", "1", "5.5", "4", "periodic", "1", "quiet")
+    assert sum(int(row[3]) for row in rows if row[0] == "down") == 5
+    assert coexistence_table(data).rows == (("all", "2.5", "5.5"),)
+
+
+def test_every_point_of_an_orbit_is_drawn_once(data: xr.Dataset) -> None:
+    chart = diagram(data)
+    up = chart.panels[0].lines[0]
+    assert up.x.tolist() == data[AMPLITUDE].values.tolist()
+    np.testing.assert_array_equal(up.y, data["deflection.flanks"].isel(direction=0, cycle=-1))
+    (band,) = chart.panels[0].bands
+    assert (band.low, band.high) == (1.75, 6.25)
+    assert [key.name for key in chart.legend] == [
+        "going up", "going down", "two motions", "quiet", "single-sided", "double-sided",
+    ]  # fmt: skip
+
+
+def test_further_axes_have_a_figure_each(data: xr.Dataset) -> None:
+    more = xr.concat([data, data], "inertia.gear.drag").assign_coords({"inertia.gear.drag": [0.5, 0.6]})
+    more = more.transpose("direction", "inertia.gear.drag", AMPLITUDE, ...)
+    more["motions"] = more["motions"].transpose("inertia.gear.drag", AMPLITUDE)
+    assert [chart.key for chart in charts(more)] == ["bifurcation-1", "bifurcation-2"]
+    assert len(coexistence_table(more).rows) == 2
+
+
+def test_the_page_stands_whole(data: xr.Dataset, tmp_path: Path) -> None:
+    fill_study(data, {(0, 2): "it <failed>"}, tmp_path, title="up & down", cost="It took 3 s.")
+    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    balance = Balance()
+    balance.feed(page)
+    assert not balance.open
+    assert "up &amp; down" in page
+    assert "it &lt;failed&gt;" in page
+    assert (tmp_path / "figures" / "bifurcation.svg").stat().st_size > 1000
+    assert page_of(data).counts(data).rows == (("up", "5", "0", "0"), ("down", "5", "0", "0"))

@@ -1,0 +1,76 @@
+"""The shelf of kinds: laws that hold for every kind, and study files that ask for one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gearrattle.cli import main
+from gearrattle.errors import ModelError
+from gearrattle.report.study_pages import PAGES
+from gearrattle.studies.file import read_study
+from gearrattle.studies.kinds import KINDS
+from tests.architecture.places import DOCS, EXAMPLES
+from tests.studies.drivelines import TOML
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")
+    return tmp_path
+
+
+def test_every_kind_has_its_page() -> None:
+    assert set(KINDS) == set(PAGES)
+    assert all(kind.name == name for name, kind in KINDS.items())
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
+def test_needed_keys_and_tables_are_keys_of_the_file(kind: object) -> None:
+    found = KINDS[kind.name]  # type: ignore[attr-defined]
+    assert set(found.needed) <= set(found.keys)
+    assert all(found.keys[name] is dict for name in found.tables)
+    assert not set(found.keys) & {"schema", "name", "kind", "model"}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_is_described_and_has_an_example(name: str) -> None:
+    page = (DOCS / "howto" / "study.md").read_text(encoding="utf-8")
+    assert f"`{name}`" in page
+    kinds = [read_study(path).kind.name for path in sorted((EXAMPLES / "studies").glob("*.toml"))]
+    assert name in kinds
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_wrong_key_and_a_missing_one_are_told_with_the_file(folder: Path, name: str) -> None:
+    path = folder / "wrong.toml"
+    path.write_text(f'kind = "{name}"\nmodle = "two.toml"\n', encoding="utf-8")
+    with pytest.raises(ModelError) as caught:
+        read_study(path)
+    told = str(caught.value)
+    assert "wrong.toml:2: modle" in told
+    assert 'did you mean "model"?' in told
+    assert "names no model" in told
+    assert all(f"needs {key}" in told for key in KINDS[name].needed)
+
+
+def test_a_file_without_a_kind_is_a_grid(folder: Path) -> None:
+    path = folder / "plain.toml"
+    path.write_text('model = "two.toml"\n[axis]\n"torque.0.mean" = [0.3, 0.6]\n', encoding="utf-8")
+    found = read_study(path)
+    assert (found.kind.name, found.name) == ("grid", "plain")
+    assert found.arguments["axes"] == {"torque.0.mean": [0.3, 0.6]}
+
+
+@pytest.mark.parametrize(("asked", "match"), [('"grids"', 'did you mean "grid"'), ("3", "there is no such kind")])
+def test_a_kind_that_does_not_exist_is_refused(
+    folder: Path, asked: str, match: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = folder / "odd.toml"
+    path.write_text(f'model = "two.toml"\nkind = {asked}\n', encoding="utf-8")
+    assert main(["study", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "odd.toml:2: kind" in told
+    assert match in told
