@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.assembly import assemble, name_plate, ramp_of
+from gearrattle.assembly import assemble, drive_torque, free_names, name_plate, ramp_of
 from gearrattle.assembly.friction import WORDS
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, Points, loads
@@ -71,8 +71,8 @@ class Run:
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
-        slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]. Attributes:
-        period, units, provenance.
+        slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
+        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance.
         """
         import xarray as xr
 
@@ -93,6 +93,9 @@ class Run:
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
             states = np.stack([code[s] for code, s in zip(codes, t.companions.state.T, strict=True)], axis=1)
             variables["slider"] = (("time", "companion"), states, {"units": "1", "flag_meanings": ", ".join(WORDS)})
+        if self.model.motions:
+            coordinates["motion"] = [motion.on for motion in self.model.motions]
+            variables["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), {"units": "N m"})
         if self.speed is not None:
             variables["speed"] = (("time",), self.speed, {"units": "rad/s"})
         return xr.Dataset(variables, coordinates, self._attributes())
@@ -152,7 +155,7 @@ class Run:
         t = self.trajectory
         elements = relative_coordinates(assemble(self.model)).elements
         names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
-        names += [f"velocity.{name}" for name in t.layout.inertia_names]
+        names += [f"velocity.{name}" for name in free_names(self.model)]
         names += [f"slider.{t.layout.companion_names[c]}" for c in assemble(self.model).memories]
         return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
 

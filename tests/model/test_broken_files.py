@@ -170,7 +170,7 @@ CASES = [
     Broken("friction on a flat", '"5 kN*m/rad"', "0, hysteresis = 3", 29, "stages.2.hysteresis", ("stick_stiffness",)),
     Broken("stick stiffness", "damping = 0.02", "stick_stiffness = 0", 27, "stick_stiffness", ("positive",)),
     Broken("clipped, no gap", 'backlash = "0.1 mm"', 'contact_damping = "clipped"', 38, "contact_damping", ("gap",)),
-    Broken("signal", 'mean = "10 N*m"', 'signal = { file = "t.csv" }', 46, "torque.0.signal", ("not supported yet",)),
+    Broken("signal", 'mean = "10 N*m"', 'signal = { file = "t.csv" }', 46, "torque.0.signal", ("time is required",)),
     Broken(
         "mesh on ground", 'between = ["flywheel", "hub"]\nradii', 'between = ["ground", "hub"]\nradii', 34, "gear", ()
     ),

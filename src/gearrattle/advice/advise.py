@@ -65,9 +65,7 @@ def advise(
         ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
         ConvergenceError: the exact pilot run failed.
     """
-    if left := unsteady(model):
-        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
-        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
+    _refuse_unsteady(model)
     planned = settled(
         model,
         {"algorithm": algorithm, "cycles": cycles, "discard": discard, "samples_per_cycle": samples_per_cycle,
@@ -97,3 +95,10 @@ def advise(
     )
     told(_STAGES)
     return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(plate, response)))
+
+
+def _refuse_unsteady(model: Model) -> None:
+    """Refuse records, motions and sweeps: the pilot's first cycles would show nothing of what comes later."""
+    if left := unsteady(model):
+        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
+        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))

@@ -1,11 +1,12 @@
 """The one place that knows both wings: a model in words becomes a piecewise system and its name plate."""
 
-from gearrattle.assembly.elements import elements_of
+from gearrattle.assembly.elements import elements_of, rows_of
 from gearrattle.assembly.friction import left_out
 from gearrattle.assembly.lumped import lumped_model, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
+from gearrattle.assembly.prescribed import drive_torque, free_names, free_of, moved, places, whole, whole_trajectory
 from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
-from gearrattle.assembly.steady import steady, unsteady
+from gearrattle.assembly.steady import refuse_motions, steady, unsteady
 from gearrattle.assembly.system import assemble, name_plate
 
 __all__ = [
@@ -14,14 +15,23 @@ __all__ = [
     "check_length",
     "common_period",
     "default_cycles",
+    "drive_torque",
     "elements_of",
+    "free_names",
+    "free_of",
     "left_out",
     "lumped_model",
+    "moved",
     "must_stay_level",
     "name_plate",
     "period_of",
+    "places",
     "ramp_of",
+    "refuse_motions",
+    "rows_of",
     "signals_of",
     "steady",
     "unsteady",
+    "whole",
+    "whole_trajectory",
 ]

@@ -44,6 +44,11 @@ KINDS: dict[str, Any] = {
         "harmonics": {"amplitude": "torque"},
         "signal": {"time": "time", "value": "torque", "start": "time", "static": "torque"},
     },
+    "motion": {
+        "speed": {"time": "time", "value": "velocity", "start": "time"},
+        "angle": {"time": "time", "value": "angle", "start": "time"},
+        "about": "velocity",
+    },
     "simulation": {"step": "time", "initial": {"angle": "angle", "velocity": "velocity"}},
 }
 """Table -> key -> kind of quantity, a key of ``Scales.units``."""

@@ -1,8 +1,8 @@
-"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, and all harmonics along a sweep.
+"""Inputs of a model that are no harmonics of one speed, as ``Signals``: records, motions, all harmonics along a sweep.
 
-A record's torque is parted into the mean that the static start sees and the rest. Along a sweep of the speed every
-driven inertia and every mesh has one channel: its harmonics follow the angle, their amplitudes, means and drag torques
-their tables.
+A record's torque is parted into the mean that the static start sees and the rest. A prescribed motion moves the
+elements at its inertia. Along a sweep of the speed every driven inertia and every mesh has one channel: its harmonics
+follow the angle, their amplitudes, means and drag torques their tables.
 
 Takes a Model; gives Signals, or None where all inputs are harmonics.
 """
@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.elements import elements_of
+from gearrattle.assembly.elements import elements_of, rows_of
 from gearrattle.assembly.period import period_of
+from gearrattle.assembly.prescribed import angle_of, free_of, places
 from gearrattle.assembly.splines import mean, spline
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Mesh, Model, Torque
@@ -53,11 +54,11 @@ def mean_torque(torque: Torque) -> float:
 
 
 class _Part(NamedTuple):
-    """A channel, and the index of the inertia or of the element that it drives."""
+    """A channel, and what a unit of it is: torques (n,) on all inertias, errors (m,) of all elements."""
 
     channel: Channel
-    inertia: int | None
-    element: int | None = None
+    torque: Array
+    error: Array
 
 
 @remembered(8)
@@ -67,22 +68,24 @@ def signals_of(model: Model) -> Signals | None:
     Raises:
         ModelError: a run-up of more intervals than can be held.
     """
-    parts = [*_records(model), *_swept(model)]
+    parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
         return None
-    torque = np.zeros((len(model.inertias), len(parts)))
-    error = np.zeros((len(elements_of(model)), len(parts)))
-    for c, part in enumerate(parts):
-        if part.inertia is not None:
-            torque[part.inertia, c] = 1.0
-        if part.element is not None:
-            error[part.element, c] = 1.0
     numbers = (
         sum(len(p.channel.knots) for p in parts) * len(parts) * max(p.channel.coefficients.shape[1] for p in parts)
     )
     if numbers > _MOST_NUMBERS:
         raise _too_long(f"{numbers:.3g} coefficients")
-    return joined([part.channel for part in parts], torque, error)
+    torque, error = (np.column_stack(columns) for columns in ([p.torque for p in parts], [p.error for p in parts]))
+    return joined([part.channel for part in parts], torque[free_of(model)], error)
+
+
+def _unit(size: int, index: int | None = None) -> Array:
+    """Zeros, with a one at an index."""
+    out = np.zeros(size)
+    if index is not None:
+        out[index] = 1.0
+    return out
 
 
 def _too_long(found: str) -> ModelError:
@@ -95,7 +98,14 @@ def _records(model: Model) -> Iterator[_Part]:
     for torque in model.torques:
         if torque.signal is not None:
             beyond_mean = torque.mean - mean_torque(torque)
-            yield _Part(spline(torque.signal).plus(beyond_mean), names.index(torque.on))
+            on = _unit(len(names), names.index(torque.on))
+            yield _Part(spline(torque.signal).plus(beyond_mean), on, _unit(len(elements_of(model))))
+
+
+def _motions(model: Model) -> Iterator[_Part]:
+    rows = rows_of(model)
+    for motion, place in zip(model.motions, places(model), strict=True):
+        yield _Part(angle_of(motion), _unit(len(model.inertias)), -rows[:, place])
 
 
 def check_length(model: Model, end: float) -> None:
@@ -108,17 +118,16 @@ def check_length(model: Model, end: float) -> None:
     Raises:
         ModelError: naming every record that is too short.
     """
+    records = [(f"torque.{i}.signal", "torque", t.signal) for i, t in enumerate(model.torques) if t.signal is not None]
+    records += [(f"motion.{i}", "motion", m.signal) for i, m in enumerate(model.motions)]
     problems = []
-    for index, torque in enumerate(model.torques):
-        if torque.signal is not None:
-            last = float(spline(torque.signal).knots[-1])
-            if end > last * (1.0 + 1e-9):
-                most = int(last / period_of(model).period * (1.0 + 1e-9))
-                remedy = f"simulate {most} cycles at most, or record longer" if most else "record longer"
-                rule = f"the run takes {end:.6g} s, and nothing is known of the torque after that"
-                problems.append(
-                    Problem(f"torque.{index}.signal", f"a record that ends after {last:.6g} s", rule, remedy)
-                )
+    for path, kind, signal in records:
+        last = float(signal.time[-1]) - signal.start
+        if end > last * (1.0 + 1e-9):
+            most = int(last / period_of(model).period * (1.0 + 1e-9))
+            remedy = f"simulate {most} cycles at most, or record longer" if most else "record longer"
+            rule = f"the run takes {end:.6g} s, and nothing is known of the {kind} after that"
+            problems.append(Problem(path, f"a record that ends after {last:.6g} s", rule, remedy))
     if problems:
         raise ModelError(problems)
 
@@ -131,7 +140,8 @@ def _swept(model: Model) -> Iterator[_Part]:
     cycles = model.simulation.cycles or default_cycles(model)
     until = cycles * period_of(model).period * (1.0 + 1e-9)
     range_ = (min(ramp.begin, ramp.end), max(ramp.begin, ramp.end))
-    places: list[tuple[int | None, int | None]] = []
+    bodies, count = len(model.inertias), len(elements_of(model))
+    driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
     for i, inertia in enumerate(model.inertias):
         tones = list(_changing(inertia.drag_torque, -1.0, range_))
@@ -140,12 +150,12 @@ def _swept(model: Model) -> Iterator[_Part]:
                 tones += _changing(torque.mean, 1.0, range_)
                 tones += [_tone(h.order, h.phase, h.amplitude, range_) for h in torque.harmonics]
         if tones:
-            places.append((i, None))
+            driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
     for k, element in enumerate(elements_of(model)):
         errors = element.transmission_error if isinstance(element, Mesh) else ()
         if errors:
-            places.append((None, k))
+            driven.append((_unit(bodies), _unit(count, k)))
             sounds.append(Sound(tuple(_tone(h.order, h.phase, h.amplitude, range_) for h in errors), smooth=True))
     if not sounds:
         return
@@ -153,8 +163,8 @@ def _swept(model: Model) -> Iterator[_Part]:
         made = channels(ramp, sounds, until)
     except TooLong as error:
         raise _too_long(str(error)) from None
-    for channel, (inertia_index, element_index) in zip(made, places, strict=True):
-        yield _Part(channel, inertia_index, element_index)
+    for channel, (torque_on, error_of) in zip(made, driven, strict=True):
+        yield _Part(channel, torque_on, error_of)
 
 
 def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:

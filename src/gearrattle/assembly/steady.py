@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from gearrattle.assembly.signals import mean_torque
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.remember import remembered
 
@@ -17,6 +18,7 @@ from gearrattle.remember import remembered
 def unsteady(model: Model) -> tuple[str, ...]:
     """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
     told = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
+    told += [f"{motion.on} is held fast" for motion in model.motions]
     if model.excitation.sweep is not None:
         told.append("the sweep counts as its first speed")
     return tuple(told)
@@ -32,3 +34,16 @@ def steady(model: Model) -> Model:
         if torque.signal is not None:
             changes |= {f"torque.{index}.signal": None, f"torque.{index}.mean": mean_torque(torque)}
     return model.with_(changes) if changes else model
+
+
+def refuse_motions(model: Model, what: str) -> None:
+    """Refuse a model in which the motion of an inertia is prescribed.
+
+    Raises:
+        ModelError: naming what needs every inertia free.
+    """
+    if model.motions:
+        rule = f"{what} needs every inertia free"
+        raise ModelError(
+            Problem("motion.0", f"a prescribed motion of {model.motions[0].on}", rule, "remove [[motion]]")
+        )

@@ -1,8 +1,8 @@
 """Model -> piecewise system, and its name plate.
 
-Elements stand in the order all couplings, then all meshes. A coupling's row is (+1, -1), a mesh's (+R_a, -R_b), ground
-has no column. A drag torque is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its
-sine and cosine parts. Along a sweep of the speed there are no harmonics: all of them are signals.
+Elements stand in the order all couplings, then all meshes; an inertia of prescribed motion has no column. A drag torque
+is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its sine and cosine parts. Along
+a sweep of the speed there are no harmonics: all of them are signals.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from math import cos, sin
 
 import numpy as np
 
-from gearrattle.assembly.elements import elements_of, law_of
+from gearrattle.assembly.elements import elements_of, law_of, rows_of
 from gearrattle.assembly.friction import Named, companions_of
 from gearrattle.assembly.period import period_of
+from gearrattle.assembly.prescribed import free_of
 from gearrattle.assembly.signals import mean_torque, signals_of
 from gearrattle.model import GROUND, Harmonic, Mesh, Model
 from gearrattle.remember import remembered
@@ -39,13 +40,9 @@ def assemble(model: Model) -> PiecewiseSystem:
     common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
-    rows = np.zeros((count, size))
+    free = free_of(model)
     error = np.zeros((2, count, len(column)))
     for k, element in enumerate(elements):
-        ratio = element.radii if isinstance(element, Mesh) else (1.0, 1.0)
-        for end, factor in zip(element.between, (ratio[0], -ratio[1]), strict=True):
-            if end != GROUND:
-                rows[k, names.index(end)] += factor
         if isinstance(element, Mesh) and not swept:
             for harmonic in element.transmission_error:
                 _add(error[:, k, column[harmonic.order]], harmonic)
@@ -57,11 +54,11 @@ def assemble(model: Model) -> PiecewiseSystem:
         for harmonic in () if swept else table.harmonics:
             _add(torque[:, on, column[harmonic.order]], harmonic)
     return PiecewiseSystem(
-        inertia=np.array([inertia.J for inertia in model.inertias]),
-        drag=np.array([inertia.drag for inertia in model.inertias]),
-        rows=rows,
+        inertia=np.array([model.inertias[i].J for i in free]),
+        drag=np.array([model.inertias[i].drag for i in free]),
+        rows=rows_of(model)[:, free],
         laws=tuple(law_of(element) for element in elements),
-        inputs=Harmonics(common.period, common.cycles[: len(column)], mean, *torque, *error),
+        inputs=Harmonics(common.period, common.cycles[: len(column)], mean[free], *torque[:, free], *error),
         companions=tuple(named.companion for named in companions(model)),
         signals=signals_of(model),
     )
@@ -77,10 +74,10 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
     elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
-    common = period_of(model)
+    common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
     return Layout(
         inertia_names=tuple(names),
-        inertia=system.inertia,
+        inertia=np.array([inertia.J for inertia in model.inertias]),
         drag_torque=np.array([inertia.drag_torque for inertia in model.inertias]),
         stiffness=np.array([law.stiffness.max() for law in system.laws]),
         element_names=tuple(element.name for element in elements),
@@ -95,7 +92,7 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
         omega=model.excitation.omega,
         period=common.period,
         orders=common.orders,
-        reference=names.index(model.torques[0].on) if model.torques else 0,
+        reference=names.index(driving[0]) if driving else 0,
         companion_names=tuple(named.name for named in companions(model)),
         companion_words=tuple(named.words for named in companions(model)),
     )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of, left_out
+from gearrattle.assembly import assemble, elements_of, free_names, left_out
 from gearrattle.calls.reduce import band_end, requested, unknown
 from gearrattle.calls.reduction import ReductionError, stated
 from gearrattle.errors import ModelError, Problem
@@ -112,7 +112,7 @@ def condense(
     if found.frequency_error > limit:
         rule = f"puts a frequency in the band off by {100 * found.frequency_error:.3g} %; {100 * limit:g} % is allowed"
         raise ModelError(Problem("method", shown(method), rule, "craig-bampton, a larger margin, or more in keep"))
-    bodies = tuple(body.name for body in model.inertias)
+    bodies = free_names(model)
     slopes = np.array([law.stiffness[-1] for law in system.laws], dtype=float)
     small = _linear(request, slopes).within(subspace.basis)
     return Condensed(

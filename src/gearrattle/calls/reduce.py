@@ -12,7 +12,15 @@ from typing import Literal
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from gearrattle.assembly import assemble, elements_of, left_out, lumped_model, must_stay_level
+from gearrattle.assembly import (
+    assemble,
+    elements_of,
+    free_names,
+    left_out,
+    lumped_model,
+    must_stay_level,
+    refuse_motions,
+)
 from gearrattle.calls.reduction import Compared, ElementFate, Reduction, Simulated, stated
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
@@ -63,6 +71,7 @@ def reduce(
         problems.append(Problem("margin", f"{margin}", "must be a number not below 1"))
     if check not in (None, "simulate"):
         problems.append(Problem("check", shown(check), 'must be "simulate", or left out'))
+    refuse_motions(model, "lumping")
     if model.excitation.sweep is not None:
         rule = "a model is reduced at one speed: a band follows no sweep"
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
@@ -115,7 +124,7 @@ def requested(
         moved |= np.any(system.signals.torque != 0.0, axis=1)
     driven = tuple(int(i) for i in np.flatnonzero(moved))
     if not driven and model.torques:
-        driven = ([body.name for body in model.inertias].index(model.torques[0].on),)
+        driven = (free_names(model).index(model.torques[0].on),)
     return Request(system, up_to, margin, tuple(sorted(names.index(name) for name in kept)), driven)
 
 

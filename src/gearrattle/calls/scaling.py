@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.assembly import assemble, name_plate, steady
+from gearrattle.assembly import assemble, name_plate, refuse_motions, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -72,6 +72,7 @@ def nondimensionalize(
         problems.append(Problem("units", model.units, "the model has no dimensions to take away", "give one in SI"))
     if problems:
         raise ModelError(problems)
+    refuse_motions(model, "nondimensionalisation")
     system = assemble(steady(model))
     plate = name_plate(model, system)
     scales = characteristic(system, plate.is_mesh, frequency or plate.omega, length, radius)

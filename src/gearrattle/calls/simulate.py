@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, check_length, name_plate, period_of
+from gearrattle.assembly import (
+    assemble,
+    check_length,
+    free_of,
+    moved,
+    name_plate,
+    period_of,
+    places,
+    rows_of,
+    whole_trajectory,
+)
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -96,7 +106,8 @@ class Plan:
 
     def run(self, trajectory: Trajectory) -> Run:
         """The run a trajectory of this plan makes."""
-        return Run(replace(trajectory, notes=(*self.notes, *trajectory.notes)), self.model)
+        every = whole_trajectory(self.model, trajectory)
+        return Run(replace(every, notes=(*self.notes, *trajectory.notes)), self.model)
 
 
 def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
@@ -145,8 +156,18 @@ def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, A
     """Angles, velocities and notes of the initial state; ``used`` has the settings, ``model`` is as handed in."""
     initial = used.simulation.initial
     if isinstance(initial, Initial):
-        return np.array(initial.angle, dtype=float), np.array(initial.velocity, dtype=float), ()
+        free = free_of(model)
+        return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
     named, rest = named_equilibrium(model, system)
-    return rest.angle, np.zeros(system.size), named.notes
+    return rest.angle, _carried_along(model, system), named.notes
+
+
+def _carried_along(model: Model, system: PiecewiseSystem) -> Array:
+    """Velocities with which everything turns with the inertias of prescribed motion, no element deflecting."""
+    if not model.motions:
+        return np.zeros(system.size)
+    size = np.linalg.norm(rows_of(model), axis=1)[:, None]
+    forced = rows_of(model)[:, places(model)] @ moved(model, np.zeros(1), 1)[0]
+    return np.asarray(np.linalg.lstsq(system.rows / size, -forced / size[:, 0], rcond=None)[0])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of, left_out
+from gearrattle.assembly import assemble, elements_of, free_names, left_out, whole
 from gearrattle.errors import ModelError, Problem
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
@@ -163,14 +163,16 @@ def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibriu
     if moving.size:
         largest = rest.acceleration[moving[np.argmax(np.abs(rest.acceleration[moving]))]]
         notes.append(
-            f"the mean torques do not balance: the train with {model.inertias[moving[0]].name} accelerates uniformly "
+            f"the mean torques do not balance: the train with {free_names(model)[moving[0]]} accelerates uniformly "
             f"(up to {largest:.6g} rad/s^2); the equilibrium is that of the accelerated train."
         )
     notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
     notes += left_out(model)
     region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
-    return Equilibrium(rest.angle, deflection, region, rest.acceleration, tuple(notes)), rest
+    held = np.zeros(len(model.motions))
+    angle, acceleration = (whole(model, values, held) for values in (rest.angle, rest.acceleration))
+    return Equilibrium(angle, deflection, region, acceleration, tuple(notes)), rest
 
 
 def modes(
@@ -199,7 +201,7 @@ def modes(
         frequencies=data.frequencies,
         damping_ratios=data.damping_ratios,
         shapes=data.shapes,
-        inertia_names=tuple(i.name for i in model.inertias),
+        inertia_names=free_names(model),
         element_names=tuple(element_names(model)),
         modal_inertia=data.modal_inertia,
         strain_energy=data.strain_energy,
@@ -224,13 +226,11 @@ def error_source(name: str) -> str:
 def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
     """Sources in file order, and the share of each one's energy by mode."""
     loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
-    shares = {
-        torque_source(body.name): data.kinetic_energy[i] for i, body in enumerate(model.inertias) if body.name in loaded
-    }
+    shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
     for k, element in enumerate(elements_of(model)):
         if isinstance(element, Mesh) and any(h.amplitude for h in element.transmission_error):
             shares[error_source(element.name)] = np.nan_to_num(data.strain_energy[k])
-    return tuple(shares), np.array(list(shares.values())).reshape(-1, len(model.inertias))
+    return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
 
 
 def slopes(

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from gearrattle.model import Model
 
 
+_UNITS = {"speed": " rad/s", "sweep_to": " rad/s", "sweep_over": " s"}
+
+
 def check(model: Path, /, *, json: Json = False) -> None:
     """Check a model file: print "ok" and what is in it, or every problem.
 
@@ -36,7 +39,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
         return
     print("ok")
     for key, value in _content(driveline).items():
-        unit = " rad/s" if key == "speed" and driveline.units == "SI" else ""
+        unit = _UNITS.get(key, "") if driveline.units == "SI" else ""
         print(f"{key.replace('_', ' '):<12}{_words(value)}{unit}")
     for note in rest.notes:
         print(f"note: {note}", file=sys.stderr)
@@ -54,8 +57,17 @@ def _content(model: Model) -> dict[str, Any]:
         "meshes": [element.name for element in model.meshes],
         "clearances": list(name_plate(model, assemble(model)).clearance_names),
         "torques_on": [torque.on for torque in model.torques],
+        **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),
+        **({"records": found} if (found := _records(model)) else {}),
         "speed": model.excitation.omega,
+        **({"sweep_to": sweep.end, "sweep_over": sweep.over} if (sweep := model.excitation.sweep) else {}),
     }
+
+
+def _records(model: Model) -> list[str]:
+    """Say how many points the records have, and how long a run they last."""
+    signals = [torque.signal for torque in model.torques if torque.signal] + [motion.signal for motion in model.motions]
+    return [f"{s.time.size} points, {s.time[-1] - s.start:.6g} s" for s in signals]
 
 
 def _words(value: Any) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import left_out
+from gearrattle.assembly import left_out, refuse_motions
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.data_file import Data, read_data
 from gearrattle.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
@@ -73,6 +73,7 @@ def fit(
         ConvergenceError: no start converged.
     """
     _check_settings(starts, seed, prior)
+    refuse_motions(model, "a fit")
     parameters = free_parameters(model, free, bounds or {}, factor)
     default = State(tuple(sorted((contact_ratio or {}).items())), tuple(sorted((region or {}).items())))
     measured = read_data(data, model, default)

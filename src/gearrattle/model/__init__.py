@@ -3,7 +3,7 @@
 ``load`` and ``loads`` read model files; ``Model`` and its parts are frozen; ``json_schema`` describes the format.
 """
 
-from gearrattle.model.excitation import Excitation, Harmonic, Torque, TorqueHarmonic
+from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
 from gearrattle.model.model import SCHEMA_VERSION, Model
 from gearrattle.model.parts import Coupling, Inertia, Mesh, Piece, Stage
@@ -25,11 +25,13 @@ __all__ = [
     "Initial",
     "Mesh",
     "Model",
+    "Motion",
     "Piece",
     "Points",
     "Signal",
     "Simulation",
     "Stage",
+    "Sweep",
     "Torque",
     "TorqueHarmonic",
     "json_schema",

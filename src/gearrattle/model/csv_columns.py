@@ -118,14 +118,26 @@ def _read(
     try:
         with open(path, encoding="utf-8-sig") as stream, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
-            rows = (line for _, line in itertools.islice(_kept(stream), 1, None))
+            rows = _rows(path, stream, mark, len(heads))
             table = np.loadtxt(rows, delimiter=mark, usecols=use, ndmin=2, comments=None)
+    except RecordError:
+        raise
     except ValueError:
         table = np.full((1, len(use)), np.nan)
     if table.size and not np.isfinite(table).all():
         raise _first_wrong(path, mark, dict(zip(wanted, use, strict=True)))
     table = table.reshape(-1, len(use))
     return {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+
+
+def _rows(path: Path, stream: Iterator[str], mark: str, count: int) -> Iterator[str]:
+    """Yield the lines below the header; each must have as many entries, for a decimal comma is easily overlooked."""
+    for number, line in itertools.islice(_kept(stream), 1, None):
+        if line.count(mark) != count - 1:
+            remedy = "decimals are parted by a point" if line.count(mark) >= count else ""
+            rule = f"must have {count}, as the header has"
+            raise RecordError(f"{path}:{number}", f"{line.count(mark) + 1} entries", rule, remedy)
+        yield line
 
 
 def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
@@ -150,8 +162,6 @@ def _first_wrong(path: Path, mark: str, columns: Mapping[str, int]) -> RecordErr
             cells = line.rstrip("\n").split(mark)
             for name, index in columns.items():
                 place = f"{path}:{number}: {name}"
-                if index >= len(cells):
-                    return RecordError(place, f"{len(cells)} entries", f"must have {max(columns.values()) + 1} or more")
                 try:
                     value = float(cells[index])
                 except ValueError:

@@ -52,6 +52,34 @@ class Torque(Table):
     """A torque over time, added to the mean and the sines."""
 
 
+class Motion(Table):
+    """A prescribed motion of one inertia, such as a measured flywheel speed; exactly one of ``speed`` and ``angle``."""
+
+    on: Name
+    """Name of the inertia that moves so."""
+    speed: Annotated[Signal, OverTime(units.ANGULAR_VELOCITY)] | None = None
+    """Its speed over time [rad/s]."""
+    angle: Annotated[Signal, OverTime(units.ANGLE)] | None = None
+    """Its angle over time [rad]."""
+    about: Annotated[float, Quantity(units.ANGULAR_VELOCITY)] | None = None
+    """The uniform speed about which the model's angles fluctuate [rad/s]; None: the mean of the record."""
+
+    @property
+    def signal(self) -> Signal:
+        """The record, of the speed or of the angle."""
+        found = self.angle if self.speed is None else self.speed
+        assert found is not None
+        return found
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: both or none of speed and angle."""
+        given = [key for key in ("speed", "angle") if table.get(key) is not None]
+        if len(given) != 1:
+            found = table[given[1]] if given else ...
+            yield Breach(tuple(given[1:]), found, "a motion needs either a speed or an angle", "give one of them")
+
+
 class Sweep(Table):
     """A run-up or run-down: the reference speed changes steadily, then stays."""
 

@@ -13,13 +13,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
-from gearrattle.model.excitation import Excitation, Torque
+from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.parts import Coupling, Inertia, Mesh
 from gearrattle.model.paths import changed, path_names
+from gearrattle.model.prescribed import prescribed_rules
 from gearrattle.model.problems import Positions, model_error
 from gearrattle.model.quantity import GROUND, Choice, Reader, Text
-from gearrattle.model.signal import FOLDER, STORED, Points
+from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
 from gearrattle.model.writing import toml_text
@@ -74,6 +75,8 @@ class Model(Table):
     """Reference speed."""
     torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
     """Applied torques, in file order."""
+    motions: Annotated[tuple[Motion, ...], Field(alias="motion")] = ()
+    """Prescribed motions, in file order."""
     simulation: Simulation = Simulation()
     """Settings; None where the file is silent."""
 
@@ -120,10 +123,12 @@ class Model(Table):
         A record may be far longer than a model file. ``loads(text, stored=points)`` gives an equal model.
         """
         tables, points = self.to_tables(), {}
-        for row, torque in zip(tables.get("torque", ()), self.torques, strict=False):
-            if torque.signal is not None:
-                row["signal"] = torque.signal.to_plain(stored=True)
-                points[torque.signal.digest] = (torque.signal.time, torque.signal.value)
+        parts: tuple[Torque | Motion, ...] = (*self.torques, *self.motions)
+        for row, part in zip((*tables.get("torque", ()), *tables.get("motion", ())), parts, strict=True):
+            for key in {"signal", "speed", "angle"} & set(row):
+                signal: Signal = getattr(part, key)
+                row[key] = signal.to_plain(stored=True)
+                points[signal.digest] = (signal.time, signal.value)
         return toml_text(tables), points
 
     def with_(self, changes: Mapping[str, Any]) -> Self:
@@ -181,10 +186,14 @@ class Model(Table):
         for kind in ("coupling", "mesh"):
             for index, row in enumerate(_rows(table, kind)):
                 yield from _ends((kind, index, "between"), row.get("between"), names, kind)
-        for index, row in enumerate(_rows(table, "torque")):
-            on = row.get("on")
-            if isinstance(on, str) and on not in names:
-                yield _dangling(("torque", index, "on"), on, names)
+        for kind in ("torque", "motion"):
+            for index, row in enumerate(_rows(table, kind)):
+                on = row.get("on")
+                if isinstance(on, str) and on not in names:
+                    yield _dangling((kind, index, "on"), on, names)
+        yield from prescribed_rules(
+            {kind: _rows(table, kind) for kind in ("inertia", "coupling", "mesh", "torque", "motion")}
+        )
         yield from _start_length(table.get("simulation"), len(inertias))
 
 

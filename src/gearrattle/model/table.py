@@ -13,7 +13,7 @@ import difflib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from typing import Any, NamedTuple, Self, cast
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
@@ -88,8 +88,6 @@ class Table(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    later: ClassVar[frozenset[str]] = frozenset()
-
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield the breaches of rules between keys, from the table as written; fields check themselves.
@@ -147,8 +145,6 @@ class Table(BaseModel):
             return Breach(location, found, context["rule"], context["remedy"], *elsewhere).details()
         if kind == "missing":
             rule, found = "this key is required", ...
-        elif kind == "extra_forbidden" and location[-1] in cls.later:
-            rule, remedy = "not supported yet", f"remove {location[-1]}"
         elif kind == "extra_forbidden":
             rule = f"unknown key; allowed are {listed(cls.keys())}"
             remedy = did_you_mean(location[-1], cls.keys())

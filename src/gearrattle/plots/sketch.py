@@ -64,6 +64,7 @@ def _unit(findings: Findings, unit: str) -> str:
 def _loads(findings: Findings, name: str) -> list[str]:
     """Say what drives and what drags one body."""
     words = [_torque(findings, torque) for torque in findings.model.torques if torque.on == name]
+    words += ["↻ a prescribed motion" for motion in findings.model.motions if motion.on == name]
     inertia = next(i for i in findings.model.inertias if i.name == name)
     if inertia.drag_torque:
         words.append(f"drag {quantity(inertia.drag_torque, _unit(findings, 'N m'))}")

@@ -97,6 +97,9 @@ def _excitation(findings: Findings) -> Table:
         if (signal := torque.signal) is not None:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
             rows.append(("", f"a record of {signal.time.size} points over {length}", signal.source))
+    for motion in model.motions:
+        kind = "speed" if motion.angle is None else "angle"
+        rows.append((f"motion of {motion.on}", f"a record of its {kind}, {motion.signal.time.size} points", ""))
     for mesh in model.meshes:
         rows += [
             (

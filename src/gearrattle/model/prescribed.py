@@ -1,0 +1,40 @@
+"""What a prescribed motion of an inertia excludes: other motions, torques on it, elements with both ends prescribed.
+
+Takes the tables of a model as written; gives breaches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from gearrattle.model.quantity import GROUND
+from gearrattle.model.table import Breach
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def prescribed_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
+    """Yield breaches of rules between ``[[motion]]`` and the other tables, each a list of rows by its key."""
+    moved: list[str] = []
+    for index, row in enumerate(rows["motion"]):
+        on = row.get("on")
+        if isinstance(on, str):
+            if on in moved:
+                yield Breach(("motion", index, "on"), on, "its motion is prescribed already", "remove one")
+            moved.append(on)
+    if not moved:
+        return
+    for index, row in enumerate(rows["torque"]):
+        if row.get("on") in moved:
+            rule = "its motion is prescribed, so a torque on it changes nothing"
+            yield Breach(("torque", index, "on"), row["on"], rule, "remove the torque or the motion")
+    for kind in ("coupling", "mesh"):
+        for index, row in enumerate(rows[kind]):
+            between = row.get("between")
+            if isinstance(between, list | tuple) and all(end == GROUND or end in moved for end in between):
+                rule = "both ends move as prescribed, so the element moves nothing"
+                yield Breach((kind, index, "between"), between, rule, "remove it, or a motion")
+    names = [row.get("name") for row in rows["inertia"]]
+    if names and all(name in moved for name in names):
+        yield Breach(("motion",), moved, "at least one inertia must be free to move", "remove a motion")
