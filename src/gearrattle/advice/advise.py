@@ -65,9 +65,7 @@ def advise(
         ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
         ConvergenceError: the exact pilot run failed.
     """
-    if left := unsteady(model):
-        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
-        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
+    _check_steady(model)
     planned = settled(
         model,
         {"algorithm": algorithm, "cycles": cycles, "discard": discard, "samples_per_cycle": samples_per_cycle,
@@ -81,7 +79,7 @@ def advise(
     system = assemble(model)
     plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
     pilot, response = fly(planned, planned.simulation.cycles or 1, told), excursions(system, rest)
-    lumping = lumping_line(planned, pilot, up_to)
+    lumping, quiet = lumping_line(planned, pilot, up_to), response.inside and not system.companions
     told(2.0)
     ratios = contact_ratios_line(model, pilot)
     told(3.0)
@@ -91,9 +89,16 @@ def advise(
         stiffness_line(model, pilot),
         clearances_line(plate, response, pilot, left_out(model)),
         ratios,
-        algorithm_line(planned, pilot, quiet=response.inside and not system.companions),
+        algorithm_line(planned, pilot, quiet=quiet),
         cost_line(pilot),
         predictability_line(pilot),
     )
     told(_STAGES)
     return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(plate, response)))
+
+
+def _check_steady(model: Model) -> None:
+    """Refuse inputs that are no harmonics."""
+    if left := unsteady(model):
+        rule = "advice rests on harmonics of one speed, and on a pilot run that shows what a longer one does"
+        raise ModelError(Problem("model", "; ".join(left), rule, "simulate it, or advise on it at one speed"))
