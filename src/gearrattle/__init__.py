@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.stiffness import Stiffness, stiffness
     from gearrattle.calls.store import open_stream
     from gearrattle.calls.stream import Stream, stream
+    from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
     from gearrattle.criteria import Verdict
     from gearrattle.identification.fit import fit
     from gearrattle.identification.fitted import Fit
@@ -92,6 +93,8 @@ _HOME = {
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
+    "torque_angle": "calls.torque_angle",
+    "TorqueAngle": "calls.torque_angle",
 }
 
 __version__ = _version("gearrattle")
@@ -113,6 +116,7 @@ __all__ = [
     "Run",
     "Stiffness",
     "Stream",
+    "TorqueAngle",
     "Verdict",
     "advise",
     "basins",
@@ -140,6 +144,7 @@ __all__ = [
     "stiffness",
     "stream",
     "study",
+    "torque_angle",
 ]
 
 

@@ -79,7 +79,7 @@ def advise(
     system = assemble(model)
     plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
     pilot, response = fly(planned, planned.simulation.cycles or 1, told), excursions(system, rest)
-    lumping = lumping_line(planned, pilot, up_to)
+    lumping, quiet = lumping_line(planned, pilot, up_to), response.inside and not system.companions
     told(2.0)
     ratios = contact_ratios_line(model, pilot)
     told(3.0)
@@ -89,7 +89,7 @@ def advise(
         stiffness_line(model, pilot),
         clearances_line(plate, response, pilot, left_out(model)),
         ratios,
-        algorithm_line(planned, pilot, quiet=response.inside and not system.companions),
+        algorithm_line(planned, pilot, quiet=quiet),
         cost_line(pilot),
         predictability_line(pilot),
     )

@@ -132,7 +132,8 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     check_length(model, settings.cycles * period_of(model).period)
     if system.companions and settings.algorithm != "exact":
         name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
-        raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}"))
+        remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
+        raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}", remedy))
     if system.signals is not None and settings.algorithm != "exact":
         rule = "a torque over time, a prescribed motion or a sweep needs exact"
         raise ModelError(Problem("algorithm", settings.algorithm, rule))

@@ -16,7 +16,7 @@ class Powers(NamedTuple):
     nodes: Any  # (regions Q, strips, Z, 4) increments of z to every node of a full step
     generator: Any  # (regions, strips, Z, 4) rates of z
     forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates, forces that are
-    #   not elastic (m each)
+    #   not elastic, and of these the friction's (m each)
     known: Any  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
     chains: Any  # (G, Q) chains of signals at the begin of every interval; they stand last in z
@@ -29,12 +29,13 @@ class Powers(NamedTuple):
 def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
     """Add weight times every power at the state z."""
     multiply(powers.forms, region, powers.forms.shape[1], powers.forms.shape[2], z, values, 0)
-    n, m = drag.size, loss.size
+    n, m = drag.size, error.size
     for i in range(n):
         torque[i] += weight * values[n + i] * values[i]
         drag[i] += weight * powers.drag[i] * values[i] * values[i]
     for k in range(m):
         loss[k] += weight * values[2 * n + 3 * m + k] * values[2 * n + k]
+        loss[m + k] += weight * values[2 * n + 4 * m + k] * values[2 * n + k]
         error[k] -= weight * values[2 * n + m + k] * values[2 * n + 2 * m + k]
 
 
@@ -87,7 +88,8 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
         durations: (I,) lengths in periods.
         samples: (t, Z) sampled states z.
         scratch: (order of the Taylor series + 5, room for the longest product).
-        torque, drag: (n,) work of the torques and loss to drag; loss, error: (m,) of elements; all are added to.
+        torque, drag: (n,) work of the torques and loss to drag; loss, error: (2 m,) and (m,) of elements, the second
+            half of the losses what friction took; all are added to.
     """
     width = samples.shape[1]
     values = scratch[3]

@@ -19,6 +19,7 @@ from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.phase_plane import phase_plane
 from gearrattle.plots.spectra import spectra
 from gearrattle.plots.static import draw
+from gearrattle.plots.torque_angle import torque_angles
 
 FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     deflections,
@@ -29,6 +30,7 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     angles,
     impacts,
     phase_plane,
+    torque_angles,
     spectra,
 )
 """Every figure of the report, in reading order."""

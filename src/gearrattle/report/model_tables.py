@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 from gearrattle.pipeline import Findings
 from gearrattle.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.provenance import versions
+from gearrattle.report.summary import switches
 from gearrattle.report.tables import Table
+from gearrattle.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from gearrattle.model import Model, Piece
+    from gearrattle.model import Coupling, Mesh, Model, Piece
 
 
 def model_tables(findings: Findings) -> list[Table]:
@@ -47,7 +49,7 @@ def _elements(model: Model) -> Table:
             _stages(coupling.drive_pieces, unit("N m/rad"), unit("rad")),
             "as drive" if coupling.coast_pieces == coupling.drive_pieces
             else _stages(coupling.coast_pieces, unit("N m/rad"), unit("rad")),
-            _dampings(coupling.drive_pieces, unit("N m s/rad")),
+            _dampings(coupling, unit("N m s/rad")),
         )
         for coupling in model.couplings
     ]  # fmt: skip
@@ -57,7 +59,7 @@ def _elements(model: Model) -> Table:
             " – ".join(mesh.between),
             _stages(mesh.drive_pieces, unit("N/m"), unit("m")),
             f"as drive; base radii {engineering(mesh.radii[0], unit('m'))}, {engineering(mesh.radii[1], unit('m'))}",
-            _dampings(mesh.drive_pieces, unit("N s/m")),
+            _dampings(mesh, unit("N s/m")),
         )
         for mesh in model.meshes
     ]
@@ -69,12 +71,15 @@ def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:
     words = []
     for piece in pieces:
         slope = "free" if piece.stiffness == 0.0 else quantity(piece.stiffness, stiffness)
+        if piece.hysteresis:
+            slope += f" with a loop of {quantity(piece.hysteresis, stiffness.removesuffix('/rad'))}"
         words.append(slope if piece.until is None else f"{slope} to {engineering(piece.until, deflection, 4)}")
     return ", then ".join(words)
 
 
-def _dampings(pieces: tuple[Piece, ...], unit: str) -> str:
-    return ", then ".join(quantity(piece.damping, unit) for piece in pieces)
+def _dampings(element: Coupling | Mesh, unit: str) -> str:
+    told = ", then ".join(quantity(piece.damping, unit) for piece in element.drive_pieces)
+    return f"{told}; clipped" if element.contact_damping == "clipped" else told
 
 
 def _excitation(findings: Findings) -> Table:
@@ -131,6 +136,7 @@ def cost_table(findings: Findings) -> Table:
         ("common period T", engineering(trajectory.layout.period, time_unit, 6)),
         ("samples a cycle", f"{trajectory.samples_per_cycle}"),
         ("crossings found", f"{cost.events:,}".replace(",", " ")),
+        *_switched(trajectory),
         ("steps", f"{cost.steps:,}".replace(",", " ")),
         ("function calls", f"{cost.function_calls:,}".replace(",", " ")),
         ("Jacobian calls", f"{cost.jacobian_calls:,}".replace(",", " ")),
@@ -141,6 +147,12 @@ def cost_table(findings: Findings) -> Table:
         ("computing time", engineering(cost.wall_time, "s")),
     )
     return Table(("simulation", ""), rows, title="Cost")
+
+
+def _switched(trajectory: Trajectory) -> list[tuple[str, str]]:
+    """A row for switches of friction and of contact damping, where there are any."""
+    count = sum(switches(trajectory).values())
+    return [("switches of friction and clipped damping", f"{count:,}".replace(",", " "))] if count else []
 
 
 def _step(step: float, unit: str) -> str:

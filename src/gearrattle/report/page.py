@@ -24,6 +24,7 @@ from gearrattle.pipeline import Findings
 from gearrattle.plots import Chart, plotly_figure
 from gearrattle.plots.sketch import sketch
 from gearrattle.report.advice_tables import scores_sentence, scores_table
+from gearrattle.report.energy_table import energy_table
 from gearrattle.report.linear_tables import modes_tables, rest_table
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.provenance import now, versions
@@ -80,6 +81,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         model_tables=model_tables(findings),
         model_text=_model_text(findings.run.model),
         cost=cost_table(findings),
+        energy=energy_table(findings),
         versions=versions_table(),
         trust=trust(findings),
         notes=notes(findings),

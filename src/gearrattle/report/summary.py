@@ -18,7 +18,9 @@ import numpy as np
 
 from gearrattle.advice.record import scores_dict
 from gearrattle.pipeline import Findings
+from gearrattle.report.energy_table import energy_dict
 from gearrattle.report.provenance import now, versions
+from gearrattle.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from gearrattle.calls.statics import Modes
@@ -38,9 +40,11 @@ def summary(findings: Findings) -> dict[str, Any]:
             "discard": trajectory.discard,
             "samples_per_cycle": trajectory.samples_per_cycle,
             "crossings": len(trajectory.events),
+            "switches": switches(trajectory),
             "predictability_horizon": plain(findings.run.predictability_horizon),
             "largest_lyapunov_exponent": plain(float(findings.run.lyapunov_exponents[0])),
         },
+        "energy": plain(energy_dict(findings)),
         "cost": plain(dataclasses.asdict(trajectory.cost)),
         "equilibrium": plain(
             {
@@ -57,6 +61,16 @@ def summary(findings: Findings) -> dict[str, Any]:
         "versions": versions(),
         "created": now(),
     }
+
+
+def switches(trajectory: Trajectory) -> dict[str, int]:
+    """Return how often each slider began or ceased to slip, and each limit of contact damping to act."""
+    beside = trajectory.companions
+    if beside is None:
+        return {}
+    first = len(trajectory.layout.clearance)
+    counts = np.bincount(beside.watch[beside.watch >= first] - first, minlength=len(beside.names))
+    return dict(zip(beside.names, counts.tolist(), strict=True))
 
 
 def notes(findings: Findings) -> list[str]:

@@ -12,7 +12,7 @@ wrong region shows up as a residual.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,7 @@ class EnergyAudit:
         drag_loss: (n,) viscous drag.
         element_loss: (m,) damping and friction of every element.
         stored: energy at the start and at the end.
+        friction_loss: (m,) the share of the element_loss that dry friction took; empty in files of before.
     """
 
     torque_work: Array
@@ -45,6 +46,7 @@ class EnergyAudit:
     drag_loss: Array
     element_loss: Array
     stored: tuple[float, float]
+    friction_loss: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def residual(self) -> float:
@@ -134,7 +136,7 @@ class Auditor:
         self.let_go = _let_go(flow, initial, watch, upward, memory)
         self.powers = _powers(flow, list(index))
         n, m = flow.system.size, len(flow.system.laws)
-        self.sums = (np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))
+        self.sums = (np.zeros(n), np.zeros(n), np.zeros(2 * m), np.zeros(m))
         strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
         self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
         self.done = 0
@@ -165,7 +167,8 @@ class Auditor:
             for z, spring in zip(ends, springs, strict=True)
         )
         torque, drag, loss, error = (period * total for total in self.sums)
-        return EnergyAudit(torque, error, drag, loss + self.let_go, (begin, end))
+        taken, rubbed = loss.reshape(2, -1) + self.let_go
+        return EnergyAudit(torque, error, drag, taken, (begin, end), rubbed)
 
 
 def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memory: Array) -> Array:
@@ -201,7 +204,8 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
         error_rate = system.rows @ flow.velocity - flow.rate
         force = flow.force_rows(pieces)
         loss = force - _elastic_rows(flow, pieces)
-        forms.append(strips(np.vstack([flow.velocity, flow.torque, flow.rate, force, error_rate, loss])))
+        friction = _friction_rows(flow, pieces)
+        forms.append(strips(np.vstack([flow.velocity, flow.torque, flow.rate, force, error_rate, loss, friction])))
     known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
         np.array(steps), np.array(advance), np.array(nodes), np.array(generators), np.array(forms), known,
@@ -217,4 +221,13 @@ def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
         rows[k, flow.states] += law.offset[piece] / flow.scaling.inputs[0]
     for each, piece, memory in flow.beside(pieces):
         rows[each.element] += each.moves[piece] * each.memory[piece] * memory
+    return rows
+
+
+def _friction_rows(flow: Flow, pieces: Pieces) -> Array:
+    """(m, Z) the part of every element's force that sliders which slip have: constant torques."""
+    rows = np.zeros_like(flow.deflection)
+    for each, piece, _ in flow.beside(pieces):
+        if each.remembers:
+            rows[each.element, flow.states] += each.offset[piece] / flow.scaling.inputs[0]
     return rows

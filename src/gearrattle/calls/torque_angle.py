@@ -1,0 +1,103 @@
+"""``torque_angle``: the static characteristic of a coupling, with its hysteresis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from gearrattle.assembly import assemble
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model, units
+from gearrattle.model.quantity import Quantity
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.system.companion import Companion
+from gearrattle.system.law import PiecewiseLaw
+from gearrattle.system.loops import cycle
+
+Array = NDArray[np.float64]
+
+_BEYOND = 1.25  # of the outermost corner
+_REACHES = 4.0  # of the longest way a slider sticks
+
+
+@dataclass(frozen=True)
+class TorqueAngle:
+    """A closed cycle of the torque over the deflection, slowly from one end to the other and back.
+
+    The graph is straight from point to point; two points of one deflection are a friction that is let go.
+
+    Attributes:
+        element: name of the coupling.
+        deflection: (N,) from the lowest to the highest and back [rad].
+        torque: (N,) [N m].
+        elastic: (N,) the torque without friction [N m].
+        loss: area of the loop, the energy that friction takes in a cycle [J].
+    """
+
+    element: str
+    deflection: Array
+    torque: Array
+    elastic: Array
+    loss: float
+
+    @property
+    def turn(self) -> int:
+        """Index of the highest deflection: up to it the drive-side branch, from it on the way back."""
+        return int(np.argmax(self.deflection))
+
+
+def torque_angle(
+    model: Model, element: str, low: float | str | None = None, high: float | str | None = None
+) -> TorqueAngle:
+    """The torque of a coupling over a slow cycle of its deflection: stages, preload and dry friction.
+
+    Args:
+        model: the driveline.
+        element: name of a coupling.
+        low, high: the cycle's ends, "-10 deg" or plain numbers [rad]; by default a quarter beyond the outermost corner
+            of either side, or four times as far as its friction sticks.
+
+    Returns:
+        The cycle once it repeats itself, every kink a point. Damping plays no part in it.
+
+    Raises:
+        ModelError: no such coupling, or ends in the wrong order or without a value.
+    """
+    names = [coupling.name for coupling in model.couplings]
+    if element not in names:
+        rule = f"there is no such coupling; there are {', '.join(names) or 'none'}"
+        raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, names)))
+    k, system = names.index(element), assemble(model)
+    law = system.laws[k]
+    sliders = [each for each in system.companions if each.element == k and each.remembers]
+    ends = _ends(law, sliders)
+    chosen = [
+        end if given is None else _angle(model, name, given)
+        for name, given, end in zip(("low", "high"), (low, high), ends, strict=True)
+    ]
+    if not chosen[0] < chosen[1]:
+        rule = f"must lie below high, {chosen[1]:.6g} rad"
+        raise ModelError(Problem("low", f"{chosen[0]:.6g} rad", rule, "give the lower end first"))
+    deflection, torque = cycle(law, sliders, *chosen)
+    elastic = np.array([law.elastic(float(d)) for d in deflection])
+    loss = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(deflection)))
+    return TorqueAngle(element, deflection, torque, elastic, loss)
+
+
+def _ends(law: PiecewiseLaw, sliders: list[Companion]) -> tuple[float, float]:
+    """A range that shows everything; one to either side where there is nothing to see."""
+    stick = _REACHES * max((each.scale for each in sliders), default=0.0)
+    low = _BEYOND * float(law.corners.min(initial=0.0)) - stick
+    high = _BEYOND * float(law.corners.max(initial=0.0)) + stick
+    return low or -1.0, high or 1.0
+
+
+def _angle(model: Model, key: str, given: float | str) -> float:
+    try:
+        return float(Quantity(units.ANGLE).read(given, model.units == "dimensionless"))
+    except PydanticCustomError as error:
+        context = error.context or {}
+        raise ModelError(Problem(key, shown(given), context["rule"], context["remedy"])) from None

@@ -1,0 +1,64 @@
+"""Where the energy went: work, losses by element with friction's share, what is stored; and what the audit misses.
+
+Takes Findings; gives a Table to the page, and JSON types to the summary.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+from gearrattle.plots.numerals import engineering, numeral
+from gearrattle.report.tables import Table
+from gearrattle.system.energy import EnergyAudit
+
+
+def energy_table(findings: Findings) -> Table | None:
+    """Return where the energy of the whole run went; None without an audit."""
+    energy, layout = findings.run.trajectory.energy, findings.run.trajectory.layout
+    if energy is None:
+        return None
+    unit = "J" if findings.model.units == "SI" else ""
+    rows = [
+        (f"work of the torques on {name}", engineering(work, unit), "")
+        for name, work in zip(layout.inertia_names, energy.torque_work.tolist(), strict=True)
+        if work
+    ]
+    rows += [
+        (f"work of the transmission error of {name}", engineering(work, unit), "")
+        for name, work in zip(layout.element_names, energy.error_work.tolist(), strict=True)
+        if work
+    ]
+    if energy.drag_loss.any():
+        rows.append(("taken by drag", engineering(float(energy.drag_loss.sum()), unit), ""))
+    for name, loss, friction in zip(
+        layout.element_names, energy.element_loss.tolist(), _friction(energy).tolist(), strict=True
+    ):
+        if loss:
+            share = f"{numeral(100.0 * friction / loss, 3)} % of it friction" if friction else ""
+            rows.append((f"taken by {name}", engineering(loss, unit), share))
+    rows.append(("more stored at the end", engineering(energy.stored[1] - energy.stored[0], unit), ""))
+    return Table(("energy", "", ""), tuple(rows), frozenset({0, 2}), "Energy")
+
+
+def energy_dict(findings: Findings) -> dict[str, Any] | None:
+    """Return the same by name [J]."""
+    energy, layout = findings.run.trajectory.energy, findings.run.trajectory.layout
+    if energy is None:
+        return None
+    by_inertia = {name: getattr(energy, name) for name in ("torque_work", "drag_loss")}
+    by_element = {"error_work": energy.error_work, "element_loss": energy.element_loss}
+    by_element["friction_loss"] = _friction(energy)
+    return {
+        **{key: dict(zip(layout.inertia_names, values.tolist(), strict=True)) for key, values in by_inertia.items()},
+        **{key: dict(zip(layout.element_names, values.tolist(), strict=True)) for key, values in by_element.items()},
+        "stored": list(energy.stored),
+        "residual": energy.residual,
+    }
+
+
+def _friction(energy: EnergyAudit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """(m,) friction's share; zero where none was told."""
+    return energy.friction_loss if energy.friction_loss.size else np.zeros(energy.element_loss.size)
