@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         open_study,
         rattle_probability,
         regime_boundary,
+        samples_needed,
         sensitivities,
         study,
     )
@@ -85,6 +86,7 @@ _HOME = {
     "open_study": "studies",
     "rattle_probability": "studies",
     "regime_boundary": "studies",
+    "samples_needed": "studies",
     "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
@@ -135,6 +137,7 @@ __all__ = [
     "rattle_probability",
     "reduce",
     "regime_boundary",
+    "samples_needed",
     "sensitivities",
     "simulate",
     "stiffness",

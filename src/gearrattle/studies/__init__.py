@@ -11,7 +11,7 @@ from gearrattle.studies.attraction import basins
 from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.diagram import bifurcation
 from gearrattle.studies.prepared import Done, Prepared, carry_out
-from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.store import open_study
@@ -28,6 +28,7 @@ __all__ = [
     "prepare",
     "rattle_probability",
     "regime_boundary",
+    "samples_needed",
     "sensitivities",
     "study",
 ]

@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan
+from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler
 from gearrattle.studies.store import Store, Work, case_by_case
 
@@ -78,7 +80,23 @@ class Prepared:
         """Return in words what all cases will cost."""
         total = self.plan.count * self.seconds / workers
         each = f"{1e3 * self.seconds:.3g} ms"
-        return f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
+        told = f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
+        return f"{told}{self._width()}"
+
+    def _width(self) -> str:
+        """How well the samples tell a probability, and what twice as well takes."""
+        samples = self.plan.samples
+        if samples is None or samples.method not in DESIGNS:
+            return ""
+        n = len(DESIGNS[samples.method].independent(len(samples.paths), len(samples.points)))
+        if not n:
+            return ""
+        low, high = (float(limit) for limit in wilson(0.5 * n, n))
+        half = 0.5 * (high - low)
+        more = samples_needed(0.5 * half)
+        return (
+            f"; {n} samples tell a probability to ±{100 * half:.2g} % or better (95 %), ±{50 * half:.2g} % take {more}"
+        )
 
     def sensible(self) -> int:
         """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
