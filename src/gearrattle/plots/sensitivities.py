@@ -35,7 +35,7 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
     legend = (Key("first order: alone", FIRST), Key("total order: with interactions", TOTAL))
     caption = (
         "Shares of each output's variance that a value explains: alone, and with all interactions it is in. "
-        "Lines are 95 % intervals (bootstrap over the base points)."
+        "Lines are 95 % intervals (bootstrap over the base points); few base points may give shares outside 0 to 100 %."
     )
     return _chart(("indices", "Sobol' indices", caption), panels, len(scattered(data)), legend)
 

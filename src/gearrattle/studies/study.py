@@ -94,10 +94,9 @@ def study(
             paths to lists, which then vary together.
         outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
         vary: what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
-        samples: points drawn of all that scatters, for every combination of the axes; for Saltelli's methods a power of
-            two, and d + 2 or 2 d + 2 cases come of each; one-at-a-time takes none.
-        method: "latin-hypercube", "sobol", "random"; "saltelli" or "saltelli-pairs" for Sobol' indices; "one-at-a-time"
-            for the ends of every value about the model (``studies.designs``).
+        samples: points drawn of all that scatters, for every combination of the axes.
+        method: "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (``samples`` a power of two) for Sobol'
+            indices; "one-at-a-time" (no samples) for the ends of every value (``studies.designs``).
         seed: of the points.
         fixed: other values of the model, by path.
         function: takes a Run, returns numbers by name: further outputs.
@@ -124,9 +123,8 @@ def study(
         most=most,
     )  # fmt: skip
     with opened(scheduler or found.scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
-        return with_failures(
-            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-        )
+        done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+        return with_failures(done)
 
 
 def _together(plan: Plan, outputs: Outputs, alone: float) -> float:

@@ -127,7 +127,8 @@ def setting_of(data: xr.Dataset) -> str:
     parts = [f"Varied: {joined(axes)}."] if axes else []
     if SAMPLE in data.dims:
         method = f" ({sampling_of(data)})" if sampling_of(data) else ""
-        parts.append(f"{data.sizes[SAMPLE]} samples{method} of {joined(list(scattered(data)))}.")
+        word = "samples" if has_probabilities(data) else "cases"
+        parts.append(f"{data.sizes[SAMPLE]} {word}{method} of {joined(list(scattered(data)))}.")
     return " ".join([*parts, f"{data['outcome'].size} cases."])
 
 
