@@ -8,7 +8,6 @@ Takes a Plan and Outputs; gives Done.
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 import time
@@ -22,10 +21,11 @@ from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler
-from gearrattle.studies.store import Store, Work, case_by_case
+from gearrattle.studies.store import Store, Work, case_by_case, kept_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,22 +104,17 @@ class Prepared:
         starting = 0.0 if self.scheduler == "threads" else _STARTING
         return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < starting * 2 else cores
 
-    def open(self, folder: str | os.PathLike[str], *, resume: bool) -> Store:
+    def open(self, folder: Address, *, resume: bool) -> Store:
         """Open the folder the study is kept in. Errors as ``Store.open``."""
         return Store.open(folder, self.plan, self.outputs, self.work, resume=resume)
 
-    def kept(self, folder: str | os.PathLike[str]) -> str:
+    def kept(self, folder: Address) -> str:
         """Return in words how much of a study a folder holds; empty if it holds none."""
-        try:
-            chunks = json.loads((Path(folder) / "study.json").read_text(encoding="utf-8"))["chunks"]
-        except (OSError, ValueError, KeyError):
-            return ""
-        done = sum(path.stem.isdigit() for path in (Path(folder) / "done").glob("*.json"))
-        return f"{done} of {chunks} chunks are kept in {folder}"
+        return kept_in(folder)
 
     def carry_out(
         self,
-        folder: str | os.PathLike[str],
+        folder: Address,
         compute: Scheduler,
         *,
         resume: bool = False,
@@ -196,13 +191,13 @@ def carry_out(
 
 
 @contextmanager
-def folder_for(output: str | os.PathLike[str] | None) -> Iterator[Path]:
-    """Give the folder that was asked for, or one that does not outlive the study."""
+def folder_for(output: Address | None) -> Iterator[Place]:
+    """Give the place that was asked for, or one that does not outlive the study. Errors as ``place_of``."""
     if output is not None:
-        yield Path(output)
+        yield place_of(output)
         return
     with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
-        yield Path(name) / "study"
+        yield place_of(Path(name) / "study")
 
 
 def with_failures(done: Done) -> xr.Dataset:

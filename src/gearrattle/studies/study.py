@@ -95,14 +95,14 @@ def study(
         outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
         vary: what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
         samples: points drawn of all that scatters, for every combination of the axes.
-        method: "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (``samples`` a power of two) for Sobol'
+        method: "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (samples: a power of two) for Sobol'
             indices; "one-at-a-time" (no samples) for the ends of every value (``studies.designs``).
         seed: of the points.
         fixed: other values of the model, by path.
         function: takes a Run, returns numbers by name: further outputs.
         most: a study of more cases is refused.
-        output: folder to keep it in; None: in memory.
-        resume, retry_failed: go on with what the folder holds; and compute chunks with failed cases anew.
+        output: folder or address ("s3://...", "memory://...") to keep it in; None: in memory.
+        resume, retry_failed: go on with what is there; and compute chunks with failed cases anew.
         workers: processes or threads, results are the same; None: as many as cores, one for few cases.
         scheduler: "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
             must see ``output``); None: threads where cases are computed together, else processes.
@@ -113,18 +113,18 @@ def study(
         ``outcome`` tells what became of every case, ``attrs["failures"]`` why some failed.
 
     Raises:
-        ModelError: anything wrong with the study; nothing has been computed then.
+        ModelError: anything wrong with the study, or a library is not here; nothing has been computed then.
         ConvergenceError: not even one case could be simulated.
-        NotInstalled: the scheduler needs a library that is not here.
         SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
-    found = prepare(
-        model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
-        most=most,
-    )  # fmt: skip
-    with opened(scheduler or found.scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
-        done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-        return with_failures(done)
+    with folder_for(output) as folder:
+        found = prepare(
+            model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
+            most=most,
+        )  # fmt: skip
+        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+            done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+    return with_failures(done)
 
 
 def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
