@@ -18,7 +18,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
-from gearrattle.studies.places import Folder, Place, Remote, place_of
+from gearrattle.studies.places import File, Folder, Place, Remote, place_of
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import TOML, loudness, model
@@ -82,7 +82,7 @@ def test_what_must_be_new_is_put_once(place: Place) -> None:
 
 def test_a_file_of_a_place_is_like_a_path(place: Place) -> None:
     place.make()
-    file = place.file("part")
+    file = File(place, "part")
     with pytest.raises(FileNotFoundError):
         file.unlink()
     file.write_bytes(b"abc")

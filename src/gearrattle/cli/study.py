@@ -153,6 +153,7 @@ def _function(named: str) -> Any:
 
 def _tell(done: Done, folder: Place, *, json: bool) -> None:
     from gearrattle.cli.columns import json_text
+    from gearrattle.studies.places import File
 
     for note in done.notes:
         print(f"note: {note}", file=sys.stderr)
@@ -165,5 +166,5 @@ def _tell(done: Done, folder: Place, *, json: bool) -> None:
         print(json_text({"folder": folder.address, **done.summary}))
         return
     print(done.told)
-    print(f"results: {folder.file('results.zarr')}")
-    print(f"page: {folder.file('study.html')}")
+    print(f"results: {File(folder, 'results.zarr')}")
+    print(f"page: {File(folder, 'study.html')}")

@@ -196,7 +196,7 @@ class Store:
 
     def part(self, chunk: int) -> File:
         """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
-        return self.place.file(f"{_DONE}/{chunk:07d}.part")
+        return File(self.place, f"{_DONE}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""

@@ -10,24 +10,43 @@ Takes nothing; the places beside it build on this, and do not see each other.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 
-class File(Protocol):
-    """One file of a place: what ``pathlib.Path`` offers of it."""
+@dataclass(frozen=True)
+class File:
+    """One file of a place, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
+
+    Attributes:
+        place: where.
+        name: its name there.
+    """
+
+    place: Place
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.place.address.rstrip('/')}/{self.name}"
 
     def exists(self) -> bool:
         """Return whether it is there."""
+        return self.place.exists(self.name)
 
     def read_bytes(self) -> bytes:
         """Return its content; FileNotFoundError if it is not there."""
+        return self.place.read(self.name)
 
-    def write_bytes(self, data: bytes, /) -> Any:
-        """Write it."""
+    def write_bytes(self, data: bytes) -> None:
+        """Write it, whole or not at all."""
+        self.place.put(self.name, data)
 
     def unlink(self, missing_ok: bool = False) -> None:
         """Remove it."""
+        if not missing_ok and not self.exists():
+            raise FileNotFoundError(2, "No such file", str(self))
+        self.place.remove(self.name)
 
 
 class Place(Protocol):
@@ -57,8 +76,8 @@ class Place(Protocol):
     def is_empty(self) -> bool:
         """Return whether nothing is there."""
 
-    def file(self, name: str) -> File:
-        """Return a file, there or not."""
+    def under(self, folder: str) -> Place:
+        """Return a place of its own in a folder of it."""
 
     def exists(self, name: str) -> bool:
         """Return whether a file is there."""

@@ -42,31 +42,31 @@ class Folder:
 
     def make(self, folder: str = "") -> None:
         """Make it and a folder of it, with all folders above."""
-        self.file(folder).mkdir(parents=True, exist_ok=True)
+        (self.path / folder).mkdir(parents=True, exist_ok=True)
 
     def is_empty(self) -> bool:
         """Return whether it does not exist or holds nothing."""
         return not (self.path.exists() and any(self.path.iterdir()))
 
-    def file(self, name: str) -> Path:
-        """Return the path of a file."""
-        return self.path / name
+    def under(self, folder: str) -> Folder:
+        """Return a folder in it."""
+        return Folder(self.path / folder)
 
     def exists(self, name: str) -> bool:
         """Return whether a file is there."""
-        return self.file(name).exists()
+        return (self.path / name).exists()
 
     def read(self, name: str) -> bytes:
         """Return a file's content."""
-        return self.file(name).read_bytes()
+        return (self.path / name).read_bytes()
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file in place."""
-        self.file(name).write_bytes(content)
+        (self.path / name).write_bytes(content)
 
     def put(self, name: str, content: bytes, *, new: bool = False) -> None:
         """Write beside it, flush to the disk, rename."""
-        path = self.file(name)
+        path = self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
         try:
@@ -84,12 +84,12 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""
-        self.file(name).unlink(missing_ok=True)
+        (self.path / name).unlink(missing_ok=True)
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the files in a folder of it."""
         try:
-            return [path.name for path in self.file(folder).iterdir()]
+            return [path.name for path in (self.path / folder).iterdir()]
         except FileNotFoundError:
             return []
 
@@ -99,7 +99,7 @@ class Folder:
 
     def zarr(self, name: str) -> str:
         """Return the path of a group."""
-        return str(self.file(name))
+        return str(self.path / name)
 
 
 def _linked(beside: str, path: Path) -> bool:

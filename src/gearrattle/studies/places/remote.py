@@ -24,40 +24,6 @@ _FOLDERS = {"auto_mkdir": True}
 
 
 @dataclass(frozen=True)
-class RemoteFile:
-    """A file behind an address.
-
-    Attributes:
-        place: where.
-        name: its name there.
-    """
-
-    place: Remote
-    name: str
-
-    def exists(self) -> bool:
-        """Return whether it is there."""
-        return self.place.exists(self.name)
-
-    def read_bytes(self) -> bytes:
-        """Return its content."""
-        return self.place.read(self.name)
-
-    def write_bytes(self, data: bytes, /) -> None:
-        """Write it, whole."""
-        self.place.put(self.name, data)
-
-    def __str__(self) -> str:
-        return f"{self.place.address}/{self.name}"
-
-    def unlink(self, missing_ok: bool = False) -> None:
-        """Remove it."""
-        if not missing_ok and not self.exists():
-            raise FileNotFoundError(2, "No such file", str(self))
-        self.place.remove(self.name)
-
-
-@dataclass(frozen=True)
 class Remote:
     """A folder behind an address.
 
@@ -100,9 +66,9 @@ class Remote:
         """Return whether nothing is there."""
         return not self._listed("")
 
-    def file(self, name: str) -> RemoteFile:
-        """Return a file, there or not."""
-        return RemoteFile(self, name)
+    def under(self, folder: str) -> Remote:
+        """Return a place in a folder of it."""
+        return Remote(f"{self.address}/{folder}")
 
     def exists(self, name: str) -> bool:
         """Return whether a file is there."""
