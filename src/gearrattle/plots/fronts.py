@@ -92,7 +92,7 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         for i, row in enumerate(shares[:_MOST_LINES])
     ]  # fmt: skip
     best = int(data.attrs["best"])
-    lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", COAST, width=2.4))
+    lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", INK, width=2.4))
     names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(found.shape[1]))]
     labels = [Label(float(at), 1.06, numeral(b, 3)) for at, (_, (_, b)) in zip(x, columns, strict=True)]
     labels += [Label(float(at), -0.09, numeral(a, 3)) for at, (_, (a, _)) in zip(x, columns, strict=True)]
@@ -106,7 +106,7 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     words = "; ".join(f"{short}: {name}" for short, name in zip(names, [*paths, *objectives], strict=True))
     caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {words}."
     legend = (Key(f"low {objectives[0]}", COLOURS[0]), Key(f"high {objectives[0]}", COLOURS[1]),
-              Key("nearest to the ideal", COAST))  # fmt: skip
+              Key("nearest to the ideal", INK))  # fmt: skip
     return Chart("parallel", "What the front has in common", caption, (panel,), panel_height=300, legend=legend)
 
 
