@@ -16,9 +16,6 @@ from gearrattle.studies.prepared import carry_out
 from gearrattle.studies.schedulers import SCHEDULERS, opened
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
-from gearrattle.studies import carry_out, prepare
-from gearrattle.studies.schedulers import SCHEDULERS, opened
-from gearrattle.studies.store import Store
 from tests.studies import clusters
 from tests.studies.drivelines import model
 

@@ -112,6 +112,10 @@ DESIGNS: Mapping[str, Design] = {
 """Name of a method -> design."""
 
 
+METHODS = tuple(name for name, each in DESIGNS.items() if each.counted and not each.paired)
+"""Those whose points are independent of each other."""
+
+
 def design_of(method: str, samples: int, varied: int) -> Design:
     """Return a design that suits a number of samples and of values that scatter.
 

@@ -16,8 +16,7 @@ from gearrattle.report.study_pages.optimization import PAGE as OPTIMIZATION
 if TYPE_CHECKING:
     import xarray as xr
 
-PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS}
-PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "optimization": OPTIMIZATION}
+PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS, "optimization": OPTIMIZATION}
 """Name of the kind -> page."""
 
 __all__ = ["PAGES", "StudyPage", "page_of"]
