@@ -302,7 +302,7 @@ def test_the_command_writes_page_and_models(tmp_path: Path, capsys: pytest.Captu
     assert "24 designs" in told
     page = (tmp_path / "o" / "study.html").read_text(encoding="utf-8")
     assert "Nearest to the best of every objective" in page
-    assert "joint: impacts per cycle below 10" in page
+    assert "joint: impacts per cycle at most 10" in page
     assert {path.name for path in (tmp_path / "o" / "figures").iterdir()} >= {"front.svg", "growth.svg"}
     for path in (tmp_path / "o" / "figures").iterdir():
         assert b"nan" not in path.read_bytes()

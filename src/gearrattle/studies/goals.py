@@ -76,7 +76,7 @@ class Constraint:
     @property
     def words(self) -> str:
         """The limits, as a sentence says them."""
-        limits = (("below", self.below), ("above", self.above))
+        limits = (("at most", self.below), ("at least", self.above))
         told = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
         return f"{self.quantity.label} {' and '.join(told)}"
 

@@ -33,7 +33,7 @@ from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span, with_failures
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened
-from gearrattle.studies.store import Store
+from gearrattle.studies.store import Store, is_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,8 +84,10 @@ class Optimization:
         place = place_of(folder)
         if not place.exists(_ABOUT):
             return ""
-        begun = sum(_generation(place, g).exists(_ABOUT) for g in range(self.size[1]))
-        return f"{begun} of {self.size[1]} generations are kept in {place.address}"
+        whole = 0
+        while whole < self.size[1] and is_whole(_generation(place, whole)):
+            whole += 1
+        return f"{whole} of {self.size[1]} generations are kept whole in {place.address}"
 
     def carry_out(
         self,

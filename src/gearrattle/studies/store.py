@@ -289,6 +289,14 @@ def markers_in(place: Place) -> set[int]:
     return {int(stem) for stem in found if stem.isdigit()}
 
 
+def is_whole(place: Place) -> bool:
+    """Return whether a place holds a study all of whose chunks are done."""
+    try:
+        return bool(len(markers_in(place)) == json.loads(place.read(_ABOUT))["chunks"])
+    except (OSError, ValueError, KeyError):
+        return False
+
+
 def kept_in(folder: Address) -> str:
     """Return in words how much of a study a place holds; empty if it holds none."""
     place = place_of(folder)
