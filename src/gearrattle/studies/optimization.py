@@ -24,6 +24,7 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.studies.batch import can_batch
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
@@ -74,6 +75,11 @@ class Optimization:
         each = f"{population * generations} cases of about {1e3 * self.seconds:.3g} ms"
         plural = "s" * (workers != 1)
         return f"{each}, {generations} generations of {population} designs: {total} on {workers} worker{plural}"
+
+    @property
+    def scheduler(self) -> str:
+        """Return the one to use on this machine: threads where designs are computed together, else processes."""
+        return "threads" if can_batch(self.outputs, Plan(self.model, (), None, 1)) else "local"
 
     def sensible(self) -> int:
         """Return how many workers pay: one where a generation is quick, for it starts its own."""
@@ -235,7 +241,7 @@ def optimize(
     output: Address | None = None,
     resume: bool = False,
     workers: int | None = None,
-    scheduler: Any = "local",
+    scheduler: Any = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Find values within ranges so that some outputs are small or large and others keep limits.
@@ -268,7 +274,7 @@ def optimize(
             model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
             generations=generations, seed=seed, fixed=fixed, function=function,
         )  # fmt: skip
-        with opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
             return with_failures(found.carry_out(folder, compute, resume=resume, progress=progress))
 
 
