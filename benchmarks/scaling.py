@@ -84,7 +84,8 @@ def _workers() -> Iterator[Any]:
 def _taken(found: Prepared, address: Any, workers: int | None) -> float:
     """Seconds from the first chunk that is kept to the last, scaled to all: the start of workers is left out."""
     with tempfile.TemporaryDirectory() as name, opened(address, workers, 1) as compute:
-        store = Store.open(Path(name) / "s", found.plan, found.outputs, resume=False)
+        folder = Path(name) / "s"
+        store = Store.open(folder, found.plan, found.outputs, resume=False)
         at: list[tuple[float, float]] = []
 
         def told(share: float) -> None:
@@ -103,12 +104,13 @@ _WARM = 0.25  # share of a study after which every worker has compiled
 def _storage(found: Prepared) -> tuple[float, float, float, int]:
     """Bytes a case, kB a chunk, kB a marker, files a chunk."""
     with tempfile.TemporaryDirectory() as name, opened("local", 1, 1) as compute:
-        store = Store.open(Path(name) / "s", found.plan, found.outputs, resume=False)
-        empty = {path for path in store.folder.rglob("*") if path.is_file()}
+        folder = Path(name) / "s"
+        store = Store.open(folder, found.plan, found.outputs, resume=False)
+        empty = {path for path in folder.rglob("*") if path.is_file()}
         carry_out(store, compute)
-        new = [path for path in store.folder.rglob("*") if path.is_file() and path not in empty]
+        new = [path for path in folder.rglob("*") if path.is_file() and path not in empty]
         total = sum(path.stat().st_size for path in new)
-        markers = sum(path.stat().st_size for path in (store.folder / "done").iterdir())
+        markers = sum(path.stat().st_size for path in (folder / "done").iterdir())
     chunks = found.plan.chunks
     return total / found.plan.count, total / chunks / 1e3, markers / chunks / 1e3, len(new) // chunks
 

@@ -16,6 +16,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import ModelError, SchedulerLost
 from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.places import Folder, Place
 from gearrattle.studies.schedulers import hand_over
 from gearrattle.studies.schedulers.hand_over import Handed
 from tests.studies import clusters
@@ -121,8 +122,8 @@ def test_a_folder_that_workers_do_not_see_is_told(client: Any, tmp_path: Path) -
             gr.study(model(), {TORQUE: [0.4, 0.8]}, ["verdict"], scheduler=client, output=tmp_path / "s")
 
 
-def _moved(path: str, digest: str) -> Handed:
-    return Handed("/nowhere/at/all/" + Path(path).name, digest)
+def _moved(_place: Place, name: str, digest: str) -> Handed:
+    return Handed(Folder(Path("/nowhere/at/all")), name, digest)
 
 
 def test_nobody_at_an_address_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.studies import Done
     from gearrattle.studies.kinds import Kind, Study
+    from gearrattle.studies.places import Place
 
 _SHOWN = 5
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
@@ -23,7 +24,7 @@ def study(
     study: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Annotated[str | None, Parameter(name=["--output", "-o"])] = None,
     scheduler: str | None = None,
     workers: int | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
@@ -41,7 +42,7 @@ def study(
     study
         Study file (TOML).
     output
-        Folder for the results; default: the study file's name with "-study", here.
+        Folder or address, s3://BUCKET/NAME, for the results; default: the study file's name with "-study", here.
     scheduler
         Who computes: "local", "threads", or "tcp://HOST:PORT", a Dask cluster; default: what suits the outputs.
     workers
@@ -57,20 +58,19 @@ def study(
     """
     from gearrattle.cli.background import watched
     from gearrattle.studies.file import read_study
+    from gearrattle.studies.places import place_of
 
     asked = read_study(study)
     given = asked.arguments | _options(asked.kind, function)
-    folder = output or Path(f"{study.stem}-study")
+    folder = place_of(output or f"{study.stem}-study")
+    how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 
     def work(watch: Watch) -> Done | None:
         watch.enter("looking at the study")
         found = asked.kind.prepare(**given)
         print(found.estimate(workers or 1), file=sys.stderr)
-        if estimate:
-            return None
-        how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
-        return _carried_out(watch, found, folder, asked.name, under_way, **how)
+        return None if estimate else _carried_out(watch, found, folder, asked.name, under_way, **how)
 
     try:
         done = watched(work, _GRACE)
@@ -80,11 +80,11 @@ def study(
         _tell(done, folder, json=json)
 
 
-def _carried_out(watch: Watch, found: Study, folder: Path, title: str, under_way: list[Study], **how: Any) -> Done:
+def _carried_out(watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any) -> Done:
     """Compute what is not done, and write the page."""
     from gearrattle.studies import opened
 
-    with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible()) as compute:
+    with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible(), shared=folder.shared) as compute:
         under_way.append(found)
         watch.enter("computing cases")
         done = found.carry_out(folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch)
@@ -93,7 +93,7 @@ def _carried_out(watch: Watch, found: Study, folder: Path, title: str, under_way
     return done
 
 
-def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Path) -> BaseException:
+def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Place) -> BaseException:
     """Say what is kept and how to go on, if anything is."""
     from gearrattle.cli.failures import disk_is_full
     from gearrattle.errors import Cancelled, GearRattleError, SchedulerLost
@@ -110,14 +110,13 @@ def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Pat
     return error
 
 
-def _page(done: Done, folder: Path, title: str) -> None:
+def _page(done: Done, folder: Place, title: str) -> None:
     """Write the page and its figures into the folder, whole or not at all."""
-    from gearrattle.report.staging import Staging
+    from gearrattle.report.staging import staged
     from gearrattle.report.study import fill_study
 
-    with Staging(folder) as staging:
-        fill_study(done.data, done.messages, staging.path, title=title, cost=done.cost)
-        staging.commit()
+    with staged(folder.local, folder.take) as path:
+        fill_study(done.data, done.messages, path, title=title, cost=done.cost)
 
 
 def _options(kind: Kind, function: str | None) -> dict[str, Any]:
@@ -152,8 +151,9 @@ def _function(named: str) -> Any:
     return found
 
 
-def _tell(done: Done, folder: Path, *, json: bool) -> None:
+def _tell(done: Done, folder: Place, *, json: bool) -> None:
     from gearrattle.cli.columns import json_text
+    from gearrattle.studies.places import File
 
     for note in done.notes:
         print(f"note: {note}", file=sys.stderr)
@@ -163,8 +163,8 @@ def _tell(done: Done, folder: Path, *, json: bool) -> None:
     if len(done.messages) > _SHOWN:
         print(f"note: {len(done.messages) - _SHOWN} more cases failed; their messages are in done/", file=sys.stderr)
     if json:
-        print(json_text({"folder": str(folder), **done.summary}))
+        print(json_text({"folder": folder.address, **done.summary}))
         return
     print(done.told)
-    print(f"results: {folder / 'results.zarr'}")
-    print(f"page: {folder / 'study.html'}")
+    print(f"results: {File(folder, 'results.zarr')}")
+    print(f"page: {File(folder, 'study.html')}")

@@ -14,17 +14,19 @@ from gearrattle.plots.chart import Bars, Cells, Chart, Key, Label, Line, Panel, 
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK, REGIMES
 from gearrattle.plots.sweeps import subjects_of
+from gearrattle.studies.designs import PAIRS, SALTELLI
 from gearrattle.studies.layout import (
     axes_in,
     chosen_codes,
+    has_probabilities,
     numbers_of,
     outputs_in,
+    sampling_of,
     scattered,
     subject_of,
     units_of,
     words_of,
 )
-from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.trajectory import Array
@@ -82,8 +84,11 @@ def histograms(data: xr.Dataset) -> Chart | None:
 
 
 def tornado(data: xr.Dataset) -> Chart | None:
-    """Draw rank regression coefficients, the largest on top, a panel an output and subject that vary."""
-    if not _alone(data):
+    """Draw rank regression coefficients, the largest on top, a panel an output and subject that vary.
+
+    None for Saltelli's samples, whose indices tell more.
+    """
+    if not _alone(data) or sampling_of(data) in (SALTELLI, PAIRS):
         return None
     panels = []
     for name in outputs_in(data):
@@ -134,7 +139,7 @@ def _tornado(title: str, found: xr.Dataset) -> Panel:
 
 
 def _alone(data: xr.Dataset) -> bool:
-    return SAMPLE in data.dims and not axes_in(data)
+    return has_probabilities(data) and not axes_in(data)
 
 
 def _bins(values: Array) -> int:

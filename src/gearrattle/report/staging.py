@@ -12,11 +12,31 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 _ATTEMPTS = 5
+
+
+@contextmanager
+def staged(destination: Path | None, send: Callable[[Path], None]) -> Iterator[Path]:
+    """Give a folder to fill, whose content moves to its destination if nothing goes wrong meanwhile.
+
+    Args:
+        destination: a folder of this machine; None for one elsewhere.
+        send: takes the filled folder to one elsewhere.
+    """
+    if destination is None:
+        with tempfile.TemporaryDirectory(prefix="gearrattle-") as name:
+            yield Path(name)
+            send(Path(name))
+        return
+    with Staging(destination) as staging:
+        yield staging.path
+        staging.commit()
 
 
 class Staging:

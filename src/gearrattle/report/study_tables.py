@@ -1,4 +1,4 @@
-"""Tables of a study's page: codes counted, probabilities, sensitivities, boundaries, cases that failed.
+"""Tables of a study's page: codes counted, probabilities, boundaries, cases that failed.
 
 Takes the Dataset of a study; gives Tables.
 """
@@ -15,10 +15,9 @@ from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
 from gearrattle.studies.cases import OUTCOMES
-from gearrattle.studies.layout import axes_in, chosen_codes, outputs_in, scattered, subject_of, words_of
+from gearrattle.studies.layout import axes_in, chosen_codes, has_probabilities, subject_of, words_of
 from gearrattle.studies.plan import SAMPLE
-from gearrattle.studies.probability import rattle_probability
-from gearrattle.studies.sensitivity import sensitivities
+from gearrattle.studies.probability import rattle_probability, samples_needed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +52,7 @@ def probability_table(data: xr.Dataset) -> Table:
     """Probability of rattle by part, over samples alone; no rows for anything else."""
     head = ("part", "rattling", "of samples", "probability", "95 % interval")
     output = chosen_codes(data)
-    if not output or SAMPLE not in data.dims or axes_in(data):
+    if not output or not has_probabilities(data) or axes_in(data):
         return Table(head, ())
     found = rattle_probability(data, output)
     subject = subject_of(data, output)
@@ -63,40 +62,13 @@ def probability_table(data: xr.Dataset) -> Table:
         (name, f"{int(k)}", f"{int(n)}", _percent(p), f"{_percent(low)} to {_percent(high)}")
         for name, k, n, p, low, high in zip(names, *columns, strict=True)
     ]
+    widest = float(np.nanmax(columns[4] - columns[3], initial=0.0))
+    wished = max(0.001, float(f"{widest / 4.0:.1g}")) if widest else 0.05
     note = (
-        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less than it."
+        "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less. "
+        f"An interval of ±{100.0 * wished:g} % takes up to {samples_needed(wished)} samples."
     )
     return Table(head, tuple(rows), note=note)
-
-
-def sensitivity_tables(data: xr.Dataset) -> list[Table]:
-    """Coefficients of every output that varies, over samples alone; the strongest on top."""
-    if SAMPLE not in data.dims or axes_in(data) or not scattered(data):
-        return []
-    found = []
-    for output in outputs_in(data):
-        told, subject = sensitivities(data, output), subject_of(data, output)
-        for name in labels_of(data, subject) if subject else [""]:
-            one = told.sel({subject: name}) if subject else told
-            if np.isfinite(one["spearman"].values).any():
-                found.append(_sensitivity_table(one, f"{name}: {output}" if name else output))
-    return found
-
-
-def _sensitivity_table(found: xr.Dataset, title: str) -> Table:
-    order = np.argsort(-np.abs(np.nan_to_num(found["rank_regression"].values)), kind="stable")
-    columns = [found[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
-    names = [str(name) for name in found["value"].values[order]]
-    limit, shares = float(found["chance_correlation"]), float(found["chance_first_order"])
-    rows = [
-        (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
-        for name, *row in zip(names, *columns, strict=True)
-    ]
-    note = (
-        f"{int(found['samples'])} samples; the regression of ranks explains {_percent(float(found['explained']))}. "
-        f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
-    )
-    return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
 
 
 def boundary_table(data: xr.Dataset) -> Table:
@@ -130,10 +102,6 @@ def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> 
         rows.append((*(labels[dim][i] for dim, i in zip(dims, place, strict=True)), word, text))
     note = f"{len(messages) - _MOST} more failed; their messages are in done/." if len(messages) > _MOST else ""
     return Table((*dims, "outcome", "message"), tuple(rows), frozenset({len(dims), len(dims) + 1}), note=note)
-
-
-def _marked(value: float, bound: float) -> str:
-    return f"{numeral(round(value, 3), 3)}{' *' if np.isfinite(value) and abs(value) > bound else ''}"
 
 
 def _cell(value: object) -> str:

@@ -10,8 +10,9 @@ Takes a Model; gives an xarray Dataset.
 from gearrattle.studies.attraction import basins
 from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.diagram import bifurcation
+from gearrattle.studies.optimization import optimize
 from gearrattle.studies.prepared import Done, Prepared, carry_out
-from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.store import open_study
@@ -25,9 +26,11 @@ __all__ = [
     "carry_out",
     "open_study",
     "opened",
+    "optimize",
     "prepare",
     "rattle_probability",
     "regime_boundary",
+    "samples_needed",
     "sensitivities",
     "study",
 ]

@@ -23,7 +23,8 @@ from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
-from gearrattle.studies.distributions import METHODS, Distribution, sampled
+from gearrattle.studies.designs import METHODS
+from gearrattle.studies.distributions import Distribution, sampled
 from gearrattle.studies.outputs import outputs_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, with_failures
@@ -187,7 +188,7 @@ def basins(
         model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
         section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
     )  # fmt: skip
-    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+    with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
         return with_failures(
             found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
         )

@@ -14,15 +14,14 @@ Takes a Model, a path and values; gives an xarray Dataset.
 
 from __future__ import annotations
 
+import io
 import json
 import os
-import tempfile
 import time
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -37,6 +36,7 @@ from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
 from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress, folder_for, span, with_failures
 from gearrattle.studies.schedulers import opened
@@ -201,7 +201,7 @@ def bifurcation(
         tolerance: points nearer than this, in units of half the clearance (and that times 2 pi / T), are the same.
         outputs: of criteria, as in ``study``.
         fixed: other values of the model, by path.
-        output: folder to keep it in; None: in memory.
+        output: folder or address to keep it in; None: in memory.
         resume, retry_failed: go on with what the folder holds; and compute sweeps with failed cases anew.
         workers, scheduler, progress: as in ``study``; a sweep is one piece of work.
 
@@ -220,7 +220,7 @@ def bifurcation(
         model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
         section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
     )  # fmt: skip
-    with opened(scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
+    with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
         return with_failures(
             found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
         )
@@ -243,26 +243,21 @@ class _Reached:
     count: int = 0
     state: dict[str, list[float]] | None = None
 
-    def keep(self, path: Path) -> None:
+    def keep(self, file: File) -> None:
         """Write it whole or not at all."""
         arrays = {f"value {name}": values for name, values in self.computed.values.items()}
         messages = [[list(at), text] for at, text in self.computed.messages.items()]
         said = json.dumps({"count": self.count, "messages": messages})
         state = self.state or {}
         arrays |= {f"state {name}": np.array(values) for name, values in state.items()}
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                np.savez(stream, outcome=self.computed.outcome, said=np.array(said), **arrays)  # type: ignore[arg-type]
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        stream = io.BytesIO()
+        np.savez(stream, outcome=self.computed.outcome, said=np.array(said), **arrays)  # type: ignore[arg-type]
+        file.write_bytes(stream.getvalue())
 
-    def read(self, path: Path) -> None:
+    def read(self, file: File) -> None:
         """Take over what was kept; what is missing or damaged is not."""
         try:
-            with np.load(path) as found:
+            with np.load(io.BytesIO(file.read_bytes())) as found:
                 kept = {name: found[name] for name in found.files}
             said = json.loads(str(kept["said"]))
             values = {name: kept[f"value {name}"] for name in self.computed.values}

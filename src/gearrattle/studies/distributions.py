@@ -5,8 +5,7 @@
     log-normal   median, factor: the logarithm is normal, with the deviation log(factor); cut likewise
     triangular   from, to, likely
 
-Points fill the unit cube by Latin hypercubes or Sobol's sequence (``scipy.stats.qmc``), scrambled by the seed, and are
-carried over by the inverse distribution functions.
+Points of the unit cube (``designs``), scrambled by the seed, are carried over by the inverse distribution functions.
 
 Takes mappings; gives frozen distributions and samples.
 """
@@ -24,6 +23,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.studies.axes import in_si
+from gearrattle.studies.designs import DESIGNS
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,6 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "log-normal": ("median", "factor"),
     "triangular": ("from", "to", "likely"),
 }
-METHODS = ("latin-hypercube", "sobol", "random")
 
 
 @dataclass(frozen=True)
@@ -144,16 +143,19 @@ def _check(kind: str, p: Mapping[str, float]) -> None:
         raise ModelError(problems)
 
 
-def sampled(distributions: tuple[Distribution, ...], count: int, method: str, seed: int) -> Array:
-    """Return (count, d) samples, a column a distribution; the same for the same arguments everywhere."""
-    from scipy.stats import qmc
+def sampled(
+    distributions: tuple[Distribution, ...], count: int, method: str, seed: int, base: Array | None = None
+) -> Array:
+    """Return (cases, d) points, a column a distribution; the same for the same arguments everywhere.
 
-    d = len(distributions)
-    if method == "sobol":
-        sampler = qmc.Sobol(d, scramble=True, rng=np.random.default_rng(seed))
-        shares = sampler.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count]
-    elif method == "latin-hypercube":
-        shares = qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(count)
-    else:
-        shares = np.random.default_rng(seed).random((count, d))
-    return np.column_stack([each.quantile(column) for each, column in zip(distributions, shares.T, strict=True)])
+    Args:
+        distributions: of the d values.
+        count: of points, as ``method`` counts them.
+        method: a name in ``designs.DESIGNS``.
+        seed: of the points.
+        base: (d,) the model's own values, for methods that go out from them.
+    """
+    shares = DESIGNS[method].shares(len(distributions), count, seed)
+    columns = [each.quantile(column) for each, column in zip(distributions, shares.T, strict=True)]
+    points = np.column_stack(columns)
+    return points if base is None else np.where(np.isnan(shares), base, points)

@@ -13,6 +13,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean
+from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.store import OUTCOME
 
@@ -30,6 +31,37 @@ def scattered(data: xr.Dataset) -> tuple[str, ...]:
     return tuple(
         sorted(str(name) for name, values in data.coords.items() if values.dims == (SAMPLE,) and name != SAMPLE)
     )
+
+
+def sampling_of(data: xr.Dataset) -> str:
+    """By which method the samples were chosen; empty if nobody says."""
+    return str(data.attrs.get("sampling", ""))
+
+
+def sampled_in(data: xr.Dataset) -> tuple[str, ...]:
+    """Paths of the values that scatter, in the order of the design."""
+    return tuple(str(name) for name in data.attrs.get("sampled", ())) or scattered(data)
+
+
+def independent(data: xr.Dataset) -> xr.Dataset:
+    """Return the samples of a study that are independent of each other; all cases of one without samples."""
+    method = sampling_of(data)
+    if SAMPLE not in data.dims or method not in DESIGNS:
+        return data
+    found = data.isel({SAMPLE: DESIGNS[method].independent(len(scattered(data)), data.sizes[SAMPLE])})
+    return found.assign_attrs(sampling="")  # what is left is no whole design
+
+
+def base_case(data: xr.Dataset) -> xr.Dataset:
+    """Return what a study of one value at a time found for the model itself; other studies as they are."""
+    if SAMPLE not in data.dims or sampling_of(data) != ONE_AT_A_TIME:
+        return data
+    return data.isel({SAMPLE: 0}).drop_vars(scattered(data)).assign_attrs(sampling="")
+
+
+def has_probabilities(data: xr.Dataset) -> bool:
+    """Whether some samples are independent of each other, so that shares of them are probabilities."""
+    return SAMPLE in data.dims and sampling_of(data) != ONE_AT_A_TIME
 
 
 def outputs_in(data: xr.Dataset) -> tuple[str, ...]:

@@ -33,10 +33,12 @@ class Samples:
     Attributes:
         paths: (d,) of the values.
         points: (count, d) SI.
+        method: by which they were chosen.
     """
 
     paths: tuple[str, ...]
     points: NDArray[np.float64]
+    method: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,9 @@ class Plan:
     @property
     def attributes(self) -> dict[str, Any]:
         """What else decides what is computed; plain values, which the Dataset tells in its attributes."""
-        return {}
+        if self.samples is None:
+            return {}
+        return {"sampling": self.samples.method, "sampled": list(self.samples.paths)}
 
     @property
     def dimensions(self) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ Takes a Plan and Outputs; gives Done.
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 import time
@@ -20,10 +19,13 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
+from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler
-from gearrattle.studies.store import Store, Work, case_by_case
+from gearrattle.studies.store import Store, Work, case_by_case, kept_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,7 +80,23 @@ class Prepared:
         """Return in words what all cases will cost."""
         total = self.plan.count * self.seconds / workers
         each = f"{1e3 * self.seconds:.3g} ms"
-        return f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
+        told = f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
+        return f"{told}{self._width()}"
+
+    def _width(self) -> str:
+        """How well the samples tell a probability, and what twice as well takes."""
+        samples = self.plan.samples
+        if samples is None or samples.method not in DESIGNS:
+            return ""
+        n = len(DESIGNS[samples.method].independent(len(samples.paths), len(samples.points)))
+        if not n:
+            return ""
+        low, high = (float(limit) for limit in wilson(0.5 * n, n))
+        half = 0.5 * (high - low)
+        more = samples_needed(0.5 * half)
+        return (
+            f"; {n} samples tell a probability to ±{100 * half:.2g} % or better (95 %), ±{50 * half:.2g} % take {more}"
+        )
 
     def sensible(self) -> int:
         """Return how many workers pay: as many as there are cores; one where starting others takes longer."""
@@ -86,22 +104,17 @@ class Prepared:
         starting = 0.0 if self.scheduler == "threads" else _STARTING
         return 1 if self.plan.chunks < 2 or self.plan.count * self.seconds < starting * 2 else cores
 
-    def open(self, folder: str | os.PathLike[str], *, resume: bool) -> Store:
+    def open(self, folder: Address, *, resume: bool) -> Store:
         """Open the folder the study is kept in. Errors as ``Store.open``."""
         return Store.open(folder, self.plan, self.outputs, self.work, resume=resume)
 
-    def kept(self, folder: str | os.PathLike[str]) -> str:
+    def kept(self, folder: Address) -> str:
         """Return in words how much of a study a folder holds; empty if it holds none."""
-        try:
-            chunks = json.loads((Path(folder) / "study.json").read_text(encoding="utf-8"))["chunks"]
-        except (OSError, ValueError, KeyError):
-            return ""
-        done = sum(path.stem.isdigit() for path in (Path(folder) / "done").glob("*.json"))
-        return f"{done} of {chunks} chunks are kept in {folder}"
+        return kept_in(folder)
 
     def carry_out(
         self,
-        folder: str | os.PathLike[str],
+        folder: Address,
         compute: Scheduler,
         *,
         resume: bool = False,
@@ -178,13 +191,13 @@ def carry_out(
 
 
 @contextmanager
-def folder_for(output: str | os.PathLike[str] | None) -> Iterator[Path]:
-    """Give the folder that was asked for, or one that does not outlive the study."""
+def folder_for(output: Address | None) -> Iterator[Place]:
+    """Give the place that was asked for, or one that does not outlive the study. Errors as ``place_of``."""
     if output is not None:
-        yield Path(output)
+        yield place_of(output)
         return
     with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
-        yield Path(name) / "study"
+        yield place_of(Path(name) / "study")
 
 
 def with_failures(done: Done) -> xr.Dataset:

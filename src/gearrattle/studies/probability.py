@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.layout import chosen_codes, output_in
+from gearrattle.studies.layout import chosen_codes, independent, output_in, sampling_of
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
@@ -49,6 +49,57 @@ def wilson(count: ArrayLike, among: ArrayLike, level: float = 0.95) -> tuple[NDA
     return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)
 
 
+def samples_needed(half_width: float, probability: float = 0.5, level: float = 0.95) -> int:
+    """Return how many independent samples tell a probability to a wished half-width of its interval.
+
+    Args:
+        half_width: half the length of Wilson's interval, 0 to 0.5.
+        probability: about what it is; 0.5 needs the most.
+        level: of confidence of the interval.
+
+    Raises:
+        ModelError: a number outside its range.
+    """
+    from scipy.stats import norm
+
+    given = {"half_width": (half_width, 0.5), "probability": (probability, 1.0), "level": (level, 1.0)}
+    problems = [
+        Problem(name, str(value), f"must lie between 0 and {top:g}", "for example 0.05")
+        for name, (value, top) in given.items()
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < top
+    ]
+    if problems:
+        raise ModelError(problems)
+    z2 = float(norm.ppf(0.5 + 0.5 * level)) ** 2
+    scatter = probability * (1.0 - probability)
+
+    def half(n: float) -> float:
+        return float(np.sqrt(z2 * (n * scatter + 0.25 * z2)) / (n + z2))
+
+    below, enough = 0, 1
+    while half(enough) > half_width:
+        below, enough = enough, 2 * enough
+    while enough - below > 1:  # it falls as n grows
+        middle = (below + enough) // 2
+        below, enough = (below, middle) if half(middle) <= half_width else (middle, enough)
+    return enough
+
+
+def running(codes: NDArray[np.int_], level: float = 0.95) -> tuple[NDArray[np.float64], ...]:
+    """Return how an estimate settles: share of the first 1 to n samples above quiet, and Wilson's limits.
+
+    Args:
+        codes: (n,) 0 for quiet, -1 for a case that failed: those are counted nowhere.
+        level: of confidence.
+
+    Returns:
+        Samples counted, share, lower and upper limit: (m,) each, m <= n.
+    """
+    there = codes[codes >= 0]
+    among, count = np.arange(1, there.size + 1), np.cumsum(there > 0)
+    return (among.astype(np.float64), count / among, *wilson(count, among, level))
+
+
 def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: float = 0.95) -> xr.Dataset:
     """Return how likely each part rattles over the samples of a study.
 
@@ -67,8 +118,12 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     import xarray as xr
 
     codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
+    codes = codes if SAMPLE not in codes.dims else independent(data)[codes.name]
     if SAMPLE not in codes.dims:
         raise ModelError(Problem("data", "", "a probability needs samples", "let values scatter: vary, samples"))
+    if not codes.sizes[SAMPLE]:
+        rule = f"a probability needs samples that are independent; these are {sampling_of(data)}"
+        raise ModelError(Problem("data", "", rule, 'for example method = "sobol"'))
     if not 0.0 < level < 1.0:
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
     among, count = (codes >= 0).sum(SAMPLE), (codes > 0).sum(SAMPLE)

@@ -13,19 +13,26 @@ r, so that their squared coefficients add up to the share R2 explained. Chance a
 1 - (1 - R2) (n - 1)/(n - 1 - M) takes that away, and may fall below zero. What chance exceeds in one case of twenty
 comes from the F-law of M and n - 1 - M degrees of freedom.
 
+Samples drawn for the purpose tell more: Sobol' indices of any order (``indices``), what an output is at both ends of
+every value (``swings``). ``sensitivities`` gives what the design allows.
+
 Takes plain arrays, or the Dataset of a study; gives coefficients.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.layout import axes_in, numbers_of, output_in, scattered, subject_of
+from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME, PAIRS, SALTELLI
+from gearrattle.studies.indices import indices
+from gearrattle.studies.layout import axes_in, numbers_of, output_in, sampled_in, sampling_of, subject_of
 from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.swings import swings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,25 +102,31 @@ def chance_levels(n: int, cosines: int = COSINES) -> tuple[float, float]:
 
 
 def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
-    """Return how an output follows each value that scatters.
+    """Return how an output follows each value that scatters: what the design of the samples allows.
 
     Args:
         data: what ``study`` returned, with samples; of a study with axes, one place of them: ``data.isel(...)``.
         output: name of an output; codes count as numbers.
 
     Returns:
-        A Dataset along "value" (paths), and the output's subjects: ``spearman``, ``rank_regression``, ``first_order``
-        (NaN below 64 samples); by subject ``explained``, the share of the ranks' variance that the regression explains,
-        ``samples``, and ``chance_correlation`` and ``chance_first_order``, what chance exceeds in one case of twenty.
-        NaN where an output is the same in all cases. Cases that failed are left out.
+        A Dataset along "value" (paths), and the output's subjects. From independent samples: ``spearman``,
+        ``rank_regression``, ``first_order`` (NaN below 64 samples); by subject ``explained``, the share of the ranks'
+        variance that the regression explains, ``samples``, and ``chance_correlation`` and ``chance_first_order``, what
+        chance exceeds in one case of twenty. From Saltelli's the same, over their independent half, but
+        ``first_order``, ``total_order`` and, along "value" and "with_value", ``second_order`` are Sobol' indices, with
+        ``..._half_width`` of their 95 % intervals, and ``base_points`` that were whole. From one value at a time:
+        ``base``, ``low``, ``high`` and ``swing``, what the output is, and ``low_value``, ``high_value``,
+        ``base_value``, what the values are. ``attrs["sampling"]`` tells the design. NaN where an output is the same in
+        all cases. Cases that failed are left out.
 
     Raises:
         ModelError: no samples, axes that have not been chosen from, no such output.
+        NotInstalled: Sobol' indices need SALib, and it is not here.
     """
     import xarray as xr
 
     values = numbers_of(output_in(data, output))
-    paths = scattered(data)
+    paths, method = sampled_in(data), sampling_of(data)
     if SAMPLE not in values.dims or not paths:
         raise ModelError(Problem("data", "", "sensitivities need samples", "let values scatter: vary, samples"))
     if axes_in(data):
@@ -123,17 +136,63 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
     x = np.column_stack([np.asarray(data[path].values, dtype=np.float64) for path in paths])
     subject = subject_of(data, output)
     each = values.transpose(subject, SAMPLE).values if subject else values.values[None, :]
-    rows = [_row(x, y) for y in each]
-    over = (subject,) if subject else ()
-    names = ("spearman", "rank_regression", "first_order")
-    found = {name: ((*over, "value"), np.array([row[0][i] for row in rows])) for i, name in enumerate(names)}
-    figures = ("explained", "samples", "chance_correlation", "chance_first_order")
-    told = {name: (over, np.array([row[1][i] for row in rows])) for i, name in enumerate(figures)}
-    if not subject:
-        found = {name: (dims, array[0]) for name, (dims, array) in found.items()}
-        told = {name: (dims, array[0]) for name, (dims, array) in told.items()}
+    told = _TOLD.get(method, _ranked)
+    rows = [told(x, y, method) for y in each]
+    found = {
+        name: ((*((subject,) if subject else ()), *over), np.array([row[name][1] for row in rows]))
+        if subject
+        else (over, np.asarray(rows[0][name][1]))
+        for name, (over, _) in rows[0].items()
+    }
     coordinates = {"value": list(paths), **({subject: data[subject].values} if subject else {})}
-    return xr.Dataset({**found, **told}, coordinates, {"output": output, "cosines": COSINES})
+    if method == PAIRS:
+        coordinates[_WITH] = list(paths)
+    return xr.Dataset(found, coordinates, {"output": output, "cosines": COSINES, "sampling": method})
+
+
+Row = dict[str, tuple[tuple[str, ...], Any]]
+_WITH = "with_value"
+
+
+def _ranked(x: Array, y: Array, _method: str) -> Row:
+    """Coefficients from independent samples."""
+    coefficients, figures = _row(x, y)
+    names = ("spearman", "rank_regression", "first_order")
+    found: Row = {name: (("value",), array) for name, array in zip(names, coefficients, strict=True)}
+    told = ("explained", "samples", "chance_correlation", "chance_first_order")
+    return found | {name: ((), figure) for name, figure in zip(told, figures, strict=True)}
+
+
+def _sobol(x: Array, y: Array, method: str) -> Row:
+    """Sobol' indices, and rank coefficients of the samples that are independent."""
+    d = x.shape[1]
+    told = indices(y, d, method)
+    apart = DESIGNS[method].independent(d, len(y))
+    found = _ranked(x[apart], y[apart], method) | {
+        "first_order": (("value",), told.first), "first_order_half_width": (("value",), told.first_half),
+        "total_order": (("value",), told.total), "total_order_half_width": (("value",), told.total_half),
+        "base_points": ((), told.base_points),
+    }  # fmt: skip
+    del found["chance_first_order"]
+    if method == PAIRS:
+        over = ("value", _WITH)
+        found |= {"second_order": (over, told.second), "second_order_half_width": (over, told.second_half)}
+    return found
+
+
+def _swung(x: Array, y: Array, _method: str) -> Row:
+    """What an output is at both ends of every value."""
+    d = x.shape[1]
+    told, places = swings(y, d), np.arange(d)
+    columns = {
+        "low": told.low, "high": told.high, "swing": told.swing, "base_value": x[0],
+        "low_value": x[2 * places + 1, places], "high_value": x[2 * places + 2, places],
+    }  # fmt: skip
+    return {"base": ((), told.base), **{name: (("value",), column) for name, column in columns.items()}}
+
+
+_TOLD: Mapping[str, Callable[[Array, Array, str], Row]] = {SALTELLI: _sobol, PAIRS: _sobol, ONE_AT_A_TIME: _swung}
+"""By design: how an output follows each value."""
 
 
 def _row(x: Array, y: Array) -> tuple[tuple[Array, Array, Array], tuple[float, int, float, float]]:

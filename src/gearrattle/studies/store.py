@@ -1,11 +1,11 @@
-"""Where a study's results are kept: a folder that survives whatever ends the program.
+"""How a study's results are kept: in a folder, or behind an address (``places``), surviving whatever ends the program.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
     done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
     done/0000013.part    how far chunk 13 has come, if what computes it keeps that
 
-A chunk's marker appears, by renaming, after its results. So the markers alone say what is done: a chunk without one is
+A chunk's marker appears, whole, after its results. So the markers alone say what is done: a chunk without one is
 computed again, one whose results do not match its checksums too. Chunks are boxes of the grid and Zarr chunks at once,
 written by one worker each, never shared.
 
@@ -15,13 +15,10 @@ Takes Plan and Outputs; keeps Computed; gives xarray Datasets.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +27,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.places import Address, File, Place, place_of
 from gearrattle.studies.plan import SAMPLE, Plan
 
 if TYPE_CHECKING:
@@ -54,48 +52,53 @@ class Store:
     """A study's folder.
 
     Attributes:
-        folder: where.
+        place: where.
         plan, outputs: what it is of.
         work: what computes a chunk.
     """
 
-    def __init__(self, folder: Path, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
-        self.folder, self.plan, self.outputs, self.work = folder, plan, outputs, work
+    def __init__(self, place: Place, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
+        self.place, self.plan, self.outputs, self.work = place, plan, outputs, work
 
     @classmethod
-    def open(
-        cls, folder: str | os.PathLike[str], plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool
-    ) -> Store:
-        """Open a folder, made if it does not exist.
+    def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
+        """Open a folder or what lies behind an address, made if it does not exist.
 
         Args:
-            folder: where.
+            folder: where, a folder or an address.
             plan, outputs: what is computed, and what is kept.
             work: what computes a chunk.
             resume: whether it may hold this study already.
 
         Raises:
             ModelError: it holds a study already and ``resume`` is not set, or one of something else.
+            NotInstalled: a library for the address is not here.
             OSError: it cannot be written.
         """
-        store = cls(Path(folder), plan, outputs, work)
-        about = store.folder / _ABOUT
-        if about.exists():
-            kept = json.loads(about.read_text(encoding="utf-8"))
+        store = cls(place_of(folder), plan, outputs, work)
+        place = store.place
+        if place.exists(_ABOUT):
+            kept = json.loads(place.read(_ABOUT))
             if not resume:
-                remedy = "resume it, or give another folder"
-                raise ModelError(Problem(str(folder), "", "holds a study already", remedy))
+                raise _holds_one(place)
             if kept["owner"] != store._owner():
                 changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
-                raise ModelError(Problem(str(folder), "", rule, "give another folder"))
-            return cls(store.folder, replace(plan, chunk_size=kept["chunk_size"]), outputs, work)
-        if store.folder.exists() and any(store.folder.iterdir()):
-            raise ModelError(Problem(str(folder), "", "is not empty, and no study", "give another folder"))
-        (store.folder / _DONE).mkdir(parents=True, exist_ok=True)
+                raise ModelError(Problem(place.address, "", rule, "give another folder"))
+            found = cls(place, replace(plan, chunk_size=kept["chunk_size"]), outputs, work)
+            if not found._is_laid_out():
+                found._lay_out()
+            return found
+        if not place.is_empty():
+            raise ModelError(Problem(place.address, "", "is not empty, and no study", "give another folder"))
+        place.make(_DONE)
+        about = {"owner": store._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
+                 "chunk_size": plan.chunk_size}  # fmt: skip
+        try:
+            place.put(_ABOUT, json.dumps(about).encode(), new=True)
+        except FileExistsError:
+            raise _holds_one(place) from None
         store._lay_out()
-        _write(about, {"owner": store._owner(), "model": plan.model.name, "cases": plan.count,
-                       "chunks": plan.chunks, "chunk_size": plan.chunk_size})  # fmt: skip
         return store
 
     def _owner(self) -> dict[str, str]:
@@ -108,11 +111,18 @@ class Store:
         }  # fmt: skip
 
     def _group(self) -> Any:
-        return _zarr().open_group(str(self.folder / _RESULTS), mode="r+")
+        return _zarr().open_group(self.place.zarr(_RESULTS), mode="r+")
+
+    def _is_laid_out(self) -> bool:
+        """Whether all arrays were made: who began the study may have been killed before."""
+        try:
+            return "order" in self._group().attrs
+        except FileNotFoundError:
+            return False
 
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
-        group, plan = _zarr().open_group(str(self.folder / _RESULTS), mode="w"), self.plan
+        group, plan = _zarr().open_group(self.place.zarr(_RESULTS), mode="w"), self.plan
         for axis in plan.axes:
             for path, values in axis.values.items():
                 single = len(axis.values) == 1
@@ -165,31 +175,28 @@ class Store:
 
     def begin(self, chunk: int, attempt: str = "") -> None:
         """Note that a worker has begun a chunk, and by which attempt: if it dies, this may be why."""
-        self._begun(chunk).write_text(attempt, encoding="utf-8")
+        self.place.write(_begun(chunk), attempt.encode())
 
     def attempt(self, chunk: int) -> str:
         """Return the attempt by which a worker had begun a chunk and not ended it; empty if there is none."""
         try:
-            return self._begun(chunk).read_text(encoding="utf-8")
+            return self.place.read(_begun(chunk)).decode()
         except FileNotFoundError:
             return ""
 
     def was_begun(self, chunk: int) -> bool:
         """Return whether a worker had begun a chunk and not ended it, and forget it."""
-        begun = self._begun(chunk).exists()
-        self._begun(chunk).unlink(missing_ok=True)
+        begun = self.place.exists(_begun(chunk))
+        self.place.remove(_begun(chunk))
         return begun
-
-    def _begun(self, chunk: int) -> Path:
-        return self.folder / _DONE / f"{chunk:07d}.begun"
 
     def compute(self, chunk: int, told: Told | None = None) -> Computed:
         """Compute a chunk; ``told`` is called often with its finished share, and what it raises ends the work."""
         return self.work(self, chunk, told)
 
-    def part(self, chunk: int) -> Path:
+    def part(self, chunk: int) -> File:
         """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
-        return self.folder / _DONE / f"{chunk:07d}.part"
+        return File(self.place, f"{_DONE}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
@@ -200,21 +207,19 @@ class Store:
             sums[name] = _sum(values)
         messages = {",".join(map(str, at)): text for at, text in computed.messages.items()}
         failed = int(np.count_nonzero(computed.outcome != DONE))
-        _write(self._marker(chunk), {"checksums": sums, "messages": messages, "failed": failed})
-        self._begun(chunk).unlink(missing_ok=True)
+        said = {"checksums": sums, "messages": messages, "failed": failed}
+        self.place.put(_marker(chunk), json.dumps(said).encode())
+        self.place.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
-
-    def _marker(self, chunk: int) -> Path:
-        return self.folder / _DONE / f"{chunk:07d}.json"
 
     def done(self) -> set[int]:
         """Return the chunks that have a marker."""
-        return {int(path.stem) for path in (self.folder / _DONE).glob("*.json") if path.stem.isdigit()}
+        return markers_in(self.place)
 
     def marker(self, chunk: int) -> dict[str, Any]:
         """Return what a chunk's marker says; empty if it cannot be read."""
         try:
-            said: dict[str, Any] = json.loads(self._marker(chunk).read_text(encoding="utf-8"))
+            said: dict[str, Any] = json.loads(self.place.read(_marker(chunk)))
         except (OSError, ValueError):
             return {}
         return said
@@ -235,11 +240,11 @@ class Store:
 
     def is_done(self, chunk: int) -> bool:
         """Return whether a chunk has a marker."""
-        return self._marker(chunk).exists()
+        return self.place.exists(_marker(chunk))
 
     def forget(self, chunk: int) -> None:
         """Take a chunk's marker away: it will be computed again."""
-        self._marker(chunk).unlink(missing_ok=True)
+        self.place.remove(_marker(chunk))
 
     def failed(self) -> list[int]:
         """Return the chunks with a case that failed."""
@@ -275,14 +280,38 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""
-        return open_study(self.folder)
+        return open_study(self.place)
 
 
-def open_study(folder: str | os.PathLike[str]) -> xr.Dataset:
+def markers_in(place: Place) -> set[int]:
+    """Return the chunks that have a marker in a place."""
+    found = (name.removesuffix(".json") for name in place.names(_DONE) if name.endswith(".json"))
+    return {int(stem) for stem in found if stem.isdigit()}
+
+
+def is_whole(place: Place) -> bool:
+    """Return whether a place holds a study all of whose chunks are done."""
+    try:
+        return bool(len(markers_in(place)) == json.loads(place.read(_ABOUT))["chunks"])
+    except (OSError, ValueError, KeyError):
+        return False
+
+
+def kept_in(folder: Address) -> str:
+    """Return in words how much of a study a place holds; empty if it holds none."""
+    place = place_of(folder)
+    try:
+        chunks = json.loads(place.read(_ABOUT))["chunks"]
+        return f"{len(markers_in(place))} of {chunks} chunks are kept in {place.address}"
+    except (OSError, ValueError, KeyError):
+        return ""
+
+
+def open_study(folder: Address) -> xr.Dataset:
     """Return the results in a study's folder, in memory; plain ``xarray.open_zarr`` on results.zarr does as well.
 
     Args:
-        folder: that a study was written to, whole or not.
+        folder: or address that a study was written to, whole or not.
 
     Returns:
         The Dataset that ``study`` gives; cases not computed yet have the outcome 0, "missing".
@@ -292,10 +321,10 @@ def open_study(folder: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    path = Path(folder) / _RESULTS
-    if not path.is_dir():
-        raise ModelError(Problem(str(folder), "", "holds no study", "give the folder that a study was written to"))
-    with xr.open_zarr(str(path), consolidated=False, chunks=None) as opened:
+    place = place_of(folder)
+    if not place.exists(f"{_RESULTS}/zarr.json"):
+        raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
+    with xr.open_zarr(place.zarr(_RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
@@ -336,15 +365,13 @@ def _sum(values: NDArray[Any]) -> int:
     return zlib.crc32(np.ascontiguousarray(values).tobytes())
 
 
-def _write(path: Path, content: dict[str, Any]) -> None:
-    """Write JSON whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            json.dump(content, stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+def _marker(chunk: int) -> str:
+    return f"{_DONE}/{chunk:07d}.json"
+
+
+def _begun(chunk: int) -> str:
+    return f"{_DONE}/{chunk:07d}.begun"
+
+
+def _holds_one(place: Place) -> ModelError:
+    return ModelError(Problem(place.address, "", "holds a study already", "resume it, or give another folder"))

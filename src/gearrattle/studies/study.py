@@ -13,14 +13,19 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.paths import value_at
+from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.studies.axes import axes_of
 from gearrattle.studies.batch import FEWEST, batched, can_batch
-from gearrattle.studies.distributions import METHODS, distributions_of, sampled
+from gearrattle.studies.designs import design_of
+from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span, with_failures
@@ -90,13 +95,14 @@ def study(
         outputs: names of what is kept: quantities of criteria, "verdict", "crossings per cycle", ...
         vary: what scatters: by path a mapping with ``distribution`` and its parameters (``studies.distributions``).
         samples: points drawn of all that scatters, for every combination of the axes.
-        method: "latin-hypercube", "sobol" or "random".
+        method: "latin-hypercube", "sobol", "random"; "saltelli", "saltelli-pairs" (samples: a power of two) for Sobol'
+            indices; "one-at-a-time" (no samples) for the ends of every value (``studies.designs``).
         seed: of the points.
         fixed: other values of the model, by path.
         function: takes a Run, returns numbers by name: further outputs.
         most: a study of more cases is refused.
-        output: folder to keep it in; None: in memory.
-        resume, retry_failed: go on with what the folder holds; and compute chunks with failed cases anew.
+        output: folder or address ("s3://...", "memory://...") to keep it in; None: in memory.
+        resume, retry_failed: go on with what is there; and compute chunks with failed cases anew.
         workers: processes or threads, results are the same; None: as many as cores, one for few cases.
         scheduler: "local" (processes), "threads", "tcp://HOST:PORT" or a ``distributed.Client`` (Dask, whose workers
             must see ``output``); None: threads where cases are computed together, else processes.
@@ -107,19 +113,18 @@ def study(
         ``outcome`` tells what became of every case, ``attrs["failures"]`` why some failed.
 
     Raises:
-        ModelError: anything wrong with the study; nothing has been computed then.
+        ModelError: anything wrong with the study, or a library is not here; nothing has been computed then.
         ConvergenceError: not even one case could be simulated.
-        NotInstalled: the scheduler needs a library that is not here.
         SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
-    found = prepare(
-        model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
-        most=most,
-    )  # fmt: skip
-    with opened(scheduler or found.scheduler, workers, found.sensible()) as compute, folder_for(output) as folder:
-        return with_failures(
-            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-        )
+    with folder_for(output) as folder:
+        found = prepare(
+            model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
+            most=most,
+        )  # fmt: skip
+        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+            done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+    return with_failures(done)
 
 
 def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
@@ -136,22 +141,24 @@ def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:
-    problems = []
-    if bool(vary) != bool(samples):
-        rule = "what scatters needs a number of samples, and samples something that scatters"
-        problems.append(Problem("samples", str(samples), rule))
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 0:
-        problems.append(Problem("samples", str(samples), "must be a whole number"))
-    if method not in METHODS:
-        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(METHODS)}"))
-    if problems:
-        raise ModelError(problems)
+    design = design_of(method, samples, len(vary))
     distributions = distributions_of(vary, model)
     if not distributions:
         return None
-    if samples > MOST * 100:
-        raise ModelError(Problem("samples", str(samples), f"more than {MOST * 100} cannot be held"))
-    return Samples(tuple(each.path for each in distributions), sampled(distributions, samples, method, seed))
+    if design.cases(len(vary), samples) > MOST * 100:
+        raise ModelError(Problem("samples", str(samples), f"more than {MOST * 100} cases cannot be held"))
+    paths = tuple(each.path for each in distributions)
+    base = None if design.counted else np.array([_own_value(path, model) for path in paths])
+    return Samples(paths, sampled(distributions, samples, method, seed, base), method)
+
+
+def _own_value(path: str, model: Model) -> float:
+    """The model's value at a path, to go out from."""
+    value = value_at(model.to_tables(), path)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        rule = "one-at-a-time goes out from the model's own value, and it has no number there"
+        raise ModelError(Problem(path, shown(value), rule, "give it in the model, or in fixed"))
+    return float(value)
 
 
 def check_paths(paths: list[str]) -> None:

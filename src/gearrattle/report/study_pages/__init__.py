@@ -11,11 +11,12 @@ from gearrattle.report.study_pages.base import StudyPage
 from gearrattle.report.study_pages.basins import PAGE as BASINS
 from gearrattle.report.study_pages.bifurcation import PAGE as BIFURCATION
 from gearrattle.report.study_pages.grid import PAGE as GRID
+from gearrattle.report.study_pages.optimization import PAGE as OPTIMIZATION
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS}
+PAGES: dict[str, StudyPage] = {"grid": GRID, "bifurcation": BIFURCATION, "basins": BASINS, "optimization": OPTIMIZATION}
 """Name of the kind -> page."""
 
 __all__ = ["PAGES", "StudyPage", "page_of"]

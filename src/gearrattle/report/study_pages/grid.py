@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearrattle.plots.chart import Chart
+from gearrattle.plots.convergence import probability_convergence
 from gearrattle.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.plots.scatter import histograms, probability_bars, tornado
+from gearrattle.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.comparison import Section
+from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
 from gearrattle.report.study_tables import (
     boundary_table,
@@ -22,10 +25,20 @@ from gearrattle.report.study_tables import (
     count_table,
     failure_table,
     probability_table,
-    sensitivity_tables,
 )
 from gearrattle.studies.cases import DONE, MISSING
-from gearrattle.studies.layout import axes_in, chosen_codes, outputs_in, scattered, subject_of, words_of
+from gearrattle.studies.layout import (
+    axes_in,
+    base_case,
+    chosen_codes,
+    has_probabilities,
+    independent,
+    outputs_in,
+    sampling_of,
+    scattered,
+    subject_of,
+    words_of,
+)
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.studies.sensitivity import sensitivities
@@ -39,9 +52,11 @@ _MOST_MAPS, _MOST_NAMED = 8, 4
 def charts(data: xr.Dataset) -> list[Chart]:
     """Return every figure that has something to show, in reading order."""
     numbers = [name for name in outputs_in(data) if not words_of(data[name])][:_MOST_MAPS]
+    apart = independent(data) if has_probabilities(data) else base_case(data)
     made = [
-        regime_map(data), probability_map(data), probability_sweep(data), probability_bars(data), tornado(data),
-        output_sweep(data), *(chart for name in numbers for chart in number_maps(data, name)), histograms(data),
+        regime_map(apart), probability_map(apart), probability_sweep(apart), probability_bars(apart),
+        probability_convergence(apart), sobol_bars(data), swing_bars(data), tornado(data), output_sweep(apart),
+        *(chart for name in numbers for chart in number_maps(apart, name)), histograms(apart),
     ]  # fmt: skip
     return [chart for chart in made if chart is not None]
 
@@ -58,7 +73,7 @@ def summary_of(data: xr.Dataset) -> str:
         told.append(f"Of {cases} cases {' and '.join(kinds)}; they are counted nowhere.")
     if not output:
         return " ".join([f"{done} cases were computed.", *told])
-    if SAMPLE in data.dims and not axes_in(data):
+    if has_probabilities(data) and not axes_in(data):
         return " ".join([*_probable(data, output), *told])
     return " ".join([*_counted(data, output), *told])
 
@@ -111,7 +126,9 @@ def setting_of(data: xr.Dataset) -> str:
     axes = [f"{axis} ({data.sizes[axis]} values)" for axis in axes_in(data)]
     parts = [f"Varied: {joined(axes)}."] if axes else []
     if SAMPLE in data.dims:
-        parts.append(f"{data.sizes[SAMPLE]} samples of {joined(list(scattered(data)))}.")
+        method = f" ({sampling_of(data)})" if sampling_of(data) else ""
+        word = "samples" if has_probabilities(data) else "cases"
+        parts.append(f"{data.sizes[SAMPLE]} {word}{method} of {joined(list(scattered(data)))}.")
     return " ".join([*parts, f"{data['outcome'].size} cases."])
 
 

@@ -12,11 +12,11 @@ Takes nothing; the kinds beside it build on this, and do not see each other.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from gearrattle.studies.places import Address
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler
 
@@ -34,12 +34,12 @@ class Study(Protocol):
     def sensible(self) -> int:
         """Return how many workers pay on this machine."""
 
-    def kept(self, folder: str | os.PathLike[str]) -> str:
+    def kept(self, folder: Address) -> str:
         """Return in words how much of it a folder holds; empty if it holds none."""
 
     def carry_out(
         self,
-        folder: str | os.PathLike[str],
+        folder: Address,
         compute: Scheduler,
         *,
         resume: bool = False,

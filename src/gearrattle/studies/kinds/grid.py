@@ -14,8 +14,8 @@
     "coupling.clutch.stiffness" = { distribution = "normal", mean = 1500.0, deviation = 50.0 }
 
     [sample]
-    count = 256
-    method = "sobol"
+    count = 256                              # or half_width = 0.05, of a probability's 95 % interval
+    method = "sobol"                         # ... "saltelli", "saltelli-pairs"; "one-at-a-time" takes no count
     seed = 7
 
 Takes the tables of a file; gives the arguments of ``study``.
@@ -26,14 +26,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.studies.kinds.base import Kind
+from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.study import prepare
 
 
 def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
     sample = tables.get("sample", {})
     found = {"axes": tables.get("axis", {}), "vary": tables.get("vary", {}), "fixed": tables.get("fixed", {})}
-    found |= {"samples": sample.get("count", 0)}
+    if {"count", "half_width"} <= set(sample):
+        raise ModelError(Problem("sample", "count and half_width", "one of them decides how many samples there are"))
+    found |= {"samples": samples_needed(sample["half_width"]) if "half_width" in sample else sample.get("count", 0)}
     found |= {key: sample[key] for key in ("method", "seed") if key in sample}
     return found | {key: tables[key] for key in ("outputs", "most") if key in tables}
 
@@ -43,6 +47,6 @@ GRID = Kind(
     prepare=prepare,
     arguments=_arguments,
     keys={"outputs": list, "most": int, "fixed": dict, "axis": dict, "vary": dict, "sample": dict},
-    tables={"sample": {"count": int, "method": str, "seed": int}},
+    tables={"sample": {"count": int, "half_width": float, "method": str, "seed": int}},
     options=frozenset({"function"}),
 )

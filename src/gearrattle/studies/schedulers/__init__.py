@@ -25,13 +25,16 @@ SCHEDULERS: dict[str, Opening] = {
 __all__ = ["SCHEDULERS", "Scheduler", "Wanted", "opened"]
 
 
-def opened(address: Any, workers: int | None, sensible: int) -> AbstractContextManager[Scheduler]:
+def opened(
+    address: Any, workers: int | None, sensible: int, *, shared: bool = True
+) -> AbstractContextManager[Scheduler]:
     """Open a scheduler.
 
     Args:
         address: "local", "threads", "tcp://HOST:PORT", "tls://HOST:PORT" or a ``distributed.Client``.
         workers: how many are wanted; None for as many as make sense.
         sensible: how many pay on this machine.
+        shared: whether other processes see where the study is kept.
 
     Raises:
         ModelError: there is no such scheduler, nobody answers there, or it cannot be had as asked.
@@ -40,10 +43,10 @@ def opened(address: Any, workers: int | None, sensible: int) -> AbstractContextM
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise ModelError(Problem("workers", str(workers), "must be a whole number from 1"))
     if not isinstance(address, str):
-        return cluster(Wanted(address, workers, sensible))
+        return cluster(Wanted(address, workers, sensible, shared))
     head, mark, rest = address.partition("://")
     name = head + mark
     if name not in SCHEDULERS or (mark and not rest):
         names = ", ".join(f"{each}HOST:PORT" if each.endswith("//") else each for each in SCHEDULERS)
         raise ModelError(Problem("scheduler", f'"{address}"', f"must be one of {names}"))
-    return SCHEDULERS[name](Wanted(address, workers, sensible))
+    return SCHEDULERS[name](Wanted(address, workers, sensible, shared))

@@ -53,11 +53,13 @@ class Wanted:
         address: the words of the call, or an object from Python.
         workers: how many; None leaves it to the scheduler.
         sensible: how many pay on this machine.
+        shared: whether other processes see where the study is kept.
     """
 
     address: Any
     workers: int | None
     sensible: int
+    shared: bool = True
 
 
 Opening = Callable[[Wanted], AbstractContextManager[Scheduler]]

@@ -48,6 +48,9 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
     if wanted.workers is not None:
         rule = "a cluster has its own number of workers"
         raise ModelError(Problem("workers", str(wanted.workers), rule, "leave it out, or scale the cluster"))
+    if not wanted.shared:
+        rule = "workers elsewhere do not see the memory of this process"
+        raise ModelError(Problem("output", "memory://", rule, "give a folder or an address that all of them see"))
     if not isinstance(wanted.address, str):
         if not isinstance(wanted.address, Client) or wanted.address.asynchronous:
             rule = "must be a name, an address or a distributed.Client that is not asynchronous"

@@ -21,10 +21,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
-from pathlib import Path
 from uuid import uuid4
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
+from gearrattle.studies.places import Place
 from gearrattle.studies.store import Store
 
 SAME = ("gearrattle", "numpy", "numba")
@@ -41,26 +41,28 @@ class Handed:
     """What travels with every chunk.
 
     Attributes:
-        path: the hand-over, absolute.
+        place: of the study.
+        name: of the hand-over there.
         digest: SHA-256 of it.
     """
 
-    path: str
+    place: Place
+    name: str
     digest: str
 
 
 @contextmanager
 def handed_over(store: Store) -> Iterator[Handed]:
     """Write a study's hand-over, and remove it in the end."""
-    folder = store.folder.absolute()
+    place = store.place.absolute()
     head = json.dumps({name: version(name) for name in SAME}).encode()
-    content = head + b"\n" + _pickled(Store(folder, store.plan, store.outputs, store.work))
-    path = folder / f".handed-{uuid4().hex}"
-    path.write_bytes(content)
+    content = head + b"\n" + _pickled(Store(place, store.plan, store.outputs, store.work))
+    name = f".handed-{uuid4().hex}"
+    place.write(name, content)
     try:
-        yield Handed(str(path), hashlib.sha256(content).hexdigest())
+        yield Handed(place, name, hashlib.sha256(content).hexdigest())
     finally:
-        path.unlink(missing_ok=True)
+        place.remove(name)
 
 
 def _pickled(store: Store) -> bytes:
@@ -104,7 +106,7 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
         nonlocal asked
         if time.monotonic() - asked > _ASKING:
             asked = time.monotonic()
-            if not Path(handed.path).exists():
+            if not handed.place.exists(handed.name):
                 raise Cancelled("the study has ended")
 
     with _TURNS.alone() if alone else _TURNS.beside_others():
@@ -115,38 +117,38 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 @lru_cache(maxsize=2)
 def _received(handed: Handed) -> Store:
     """Read a hand-over and see whether this process can do what it asks."""
-    path = Path(handed.path)
-    content = _seen(path, handed.digest)
+    place = handed.place
+    content = _seen(handed)
     head, _, body = content.partition(b"\n")
     wrong = {name: want for name, want in json.loads(head).items() if version(name) != want}
     if wrong:
         found = ", ".join(f"{name} {version(name)}" for name in wrong)
         rule = f"only the same versions give the same bits: {', '.join(f'{n} {v}' for n, v in wrong.items())}"
         raise ModelError(Problem(_here(), found, rule, "install them there"))
-    touched = path.parent / f".touched-{uuid4().hex}"
+    touched = f".touched-{uuid4().hex}"
     try:
-        touched.touch()
-        touched.unlink()
+        place.write(touched, b"")
+        place.remove(touched)
     except OSError as error:
-        rule = f"cannot write into the study's folder {path.parent}: {error.strerror or error}"
+        rule = f"cannot write into the study's folder {place.address}: {error.strerror or error}"
         raise ModelError(Problem(_here(), "", rule, "let workers write there")) from None
     store: Store = pickle.loads(body)
     return store
 
 
-def _seen(path: Path, digest: str) -> bytes:
+def _seen(handed: Handed) -> bytes:
     """Read a file that has just been written, perhaps by another machine."""
     deadline = time.monotonic() + _SEEING
     while True:
         try:
-            content = path.read_bytes()
+            content = handed.place.read(handed.name)
             trouble = "reads other bytes than were written"
         except OSError as error:
             content, trouble = b"", error.strerror or str(error)
-        if hashlib.sha256(content).hexdigest() == digest:
+        if hashlib.sha256(content).hexdigest() == handed.digest:
             return content
         if time.monotonic() > deadline:
-            rule = f"cannot see the study's folder {path.parent}: {trouble}"
+            rule = f"cannot see the study's folder {handed.place.address}: {trouble}"
             remedy = "give an output folder on a file system that all workers share"
             raise ModelError(Problem(_here(), "", rule, remedy))
         time.sleep(_SEEING / 100.0)

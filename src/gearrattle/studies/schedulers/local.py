@@ -21,6 +21,7 @@ from functools import partial
 from itertools import chain
 from multiprocessing import get_context
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 
@@ -31,8 +32,15 @@ _held: list[Store] = []
 
 @contextmanager
 def local(wanted: Wanted) -> Iterator[Scheduler]:
-    """Open processes, as many as are wanted or pay; for one alone this process does."""
-    yield partial(_either, wanted.workers or wanted.sensible)
+    """Open processes, as many as are wanted or pay; for one alone this process does.
+
+    Raises:
+        ModelError: several are wanted for a study that only this process sees.
+    """
+    if not wanted.shared and (wanted.workers or 1) > 1:
+        rule = "other processes do not see the memory of this one"
+        raise ModelError(Problem("workers", str(wanted.workers), rule, 'leave it out, or take scheduler="threads"'))
+    yield partial(_either, (wanted.workers or wanted.sensible) if wanted.shared else 1)
 
 
 def _either(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:

@@ -1,0 +1,120 @@
+"""Tables of what outputs follow, by the design of the samples: rank coefficients, Sobol' indices, one value at a time.
+
+Takes the Dataset of a study without axes; gives Tables.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.axis_names import labels_of
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.tables import Table
+from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
+from gearrattle.studies.layout import axes_in, outputs_in, scattered, subject_of, units_of
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.sensitivity import sensitivities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_PAIRS = 10
+
+
+def sensitivity_tables(data: xr.Dataset) -> list[Table]:
+    """What every output that varies follows, over samples alone; the strongest on top."""
+    if SAMPLE not in data.dims or axes_in(data) or not scattered(data):
+        return []
+    found = []
+    for output in outputs_in(data):
+        told, subject, units = sensitivities(data, output), subject_of(data, output), units_of(data, output)
+        for name in labels_of(data, subject) if subject else [""]:
+            one = told.sel({subject: name}) if subject else told
+            title = f"{name}: {output}" if name else output
+            found += _tables(one, title, units[name])
+    return found
+
+
+def _tables(found: xr.Dataset, title: str, unit: str) -> list[Table]:
+    method = str(found.attrs.get("sampling", ""))
+    if method == ONE_AT_A_TIME:
+        return [_swing_table(found, f"{title}, {unit}" if unit else title)] if np.nanmax(
+            found["swing"].values, initial=0.0
+        ) > 0.0 else []  # fmt: skip
+    if not np.isfinite(found["spearman"].values).any():
+        return []
+    if method not in (SALTELLI, PAIRS):
+        return [_rank_table(found, title)]
+    return [_index_table(found, title), *([_pair_table(found, title)] if method == PAIRS else [])]
+
+
+def _rank_table(found: xr.Dataset, title: str) -> Table:
+    order = np.argsort(-np.abs(np.nan_to_num(found["rank_regression"].values)), kind="stable")
+    columns = [found[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
+    names = [str(name) for name in found["value"].values[order]]
+    limit, shares = float(found["chance_correlation"]), float(found["chance_first_order"])
+    rows = [
+        (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
+        for name, *row in zip(names, *columns, strict=True)
+    ]
+    note = (
+        f"{int(found['samples'])} samples; the regression of ranks explains {_percent(float(found['explained']))}. "
+        f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
+    )
+    return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
+
+
+def _index_table(found: xr.Dataset, title: str) -> Table:
+    order = np.argsort(-np.nan_to_num(found["total_order"].values), kind="stable")
+    names = ("first_order", "first_order_half_width", "total_order", "total_order_half_width", "rank_regression")
+    rows = []
+    for i in order.tolist():
+        first, around, total, about, rank = (float(found[name].values[i]) for name in names)
+        rows.append((str(found["value"].values[i]), _within(first, around), _within(total, about), _short(rank)))
+    interactions = 1.0 - float(np.sum(found["first_order"].values))
+    note = (
+        f"{int(found['base_points'])} base points; ± is the half-width of a 95 % interval (bootstrap). First orders "
+        f"leave {_short(interactions)} of the variance to interactions. "
+        f"Ranks: {int(found['samples'])} independent samples."
+    )
+    return Table(("value", "first order", "total order", "rank regression"), tuple(rows), title=title, note=note)
+
+
+def _pair_table(found: xr.Dataset, title: str) -> Table:
+    shares, half = found["second_order"].values, found["second_order_half_width"].values
+    names = [str(name) for name in found["value"].values]
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if np.isfinite(shares[i, j])]
+    pairs.sort(key=lambda pair: -abs(float(shares[pair])))
+    rows = [(names[i], names[j], _within(float(shares[i, j]), float(half[i, j]))) for i, j in pairs[:_MOST_PAIRS]]
+    left = len(pairs) - _MOST_PAIRS
+    note = f"The share that two values explain together, beyond each alone.{f' {left} more.' if left > 0 else ''}"
+    return Table(("value", "with", "second order"), tuple(rows), frozenset({0, 1}), f"{title}, pairs", note)
+
+
+def _swing_table(found: xr.Dataset, title: str) -> Table:
+    order = np.argsort(-np.nan_to_num(found["swing"].values), kind="stable")
+    names = ("low_value", "base_value", "high_value", "low", "base", "high", "swing")
+    rows = []
+    for i in order.tolist():
+        cells = [float(found[name].values[i] if found[name].dims else found[name].values) for name in names]
+        rows.append((str(found["value"].values[i]), *(numeral(cell, 4) for cell in cells)))
+    head = ("value", "lower", "model", "upper", "output at lower", "at model", "at upper", "swing")
+    return Table(head, tuple(rows), title=title, note="Values in SI units, all others the model's own.")
+
+
+def _marked(value: float, bound: float) -> str:
+    return f"{_short(value)}{' *' if np.isfinite(value) and abs(value) > bound else ''}"
+
+
+def _within(value: float, half: float) -> str:
+    return f"{_short(value)} ± {_short(half)}"
+
+
+def _short(value: float) -> str:
+    return numeral(round(value, 3), 3)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if np.isfinite(share) else "–"

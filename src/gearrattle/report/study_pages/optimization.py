@@ -1,0 +1,129 @@
+"""The page of an optimisation: the best design in words, the front and how it grew, its members and their values.
+
+Takes the Dataset of ``optimize``; gives charts, sentences and sections.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.comparison import Section
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_tables import failure_table
+from gearrattle.report.tables import Table
+from gearrattle.studies.fronts import in_order, told_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_ROWS = 60
+
+
+def charts(data: xr.Dataset) -> list[Chart]:
+    """Return the figures that have something to show."""
+    return [chart for chart in (front_chart(data), growth_chart(data), parallel_chart(data)) if chart is not None]
+
+
+def summary_of(data: xr.Dataset) -> str:
+    """The best design in words, beside the model itself."""
+    best = int(data.attrs["best"])
+    if best < 0:
+        return f"{told_of(data)[:1].upper()}{told_of(data)[1:]}. {_least(data)}"
+    values = ", ".join(f"{path} = {numeral(float(data[path][best]), 4)}" for path in data.attrs["variables"])
+    reached = joined([f"{name} {_beside(data, i, best)}" for i, name in enumerate(_objectives(data))])
+    word = "The best design" if len(_objectives(data)) == 1 else "Nearest to the best of every objective"
+    sure = int(data["certified"][best]) == 1
+    told = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
+    return f"{word}: {reached}, with {values}. {told}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+
+
+def _beside(data: xr.Dataset, i: int, best: int) -> str:
+    """An objective's value, and the model's own."""
+    unit = str(data.attrs["units"][i])
+    found = numeral(float(data["value"][best, i]), 4) + (f" {unit}" if unit else "")
+    if not bool(data.attrs.get("own", 0)) or not np.isfinite(float(data["value"][0, i])):
+        return found
+    missed = "" if float(data["violation"][0]) == 0.0 else ", which misses a limit"
+    return f"{found} (the model itself {numeral(float(data['value'][0, i]), 4)}{missed})"
+
+
+def _least(data: xr.Dataset) -> str:
+    """What comes nearest to the limits, if nothing keeps them."""
+    violation = data["violation"].values
+    if not np.isfinite(violation).any():
+        return "All of them failed."
+    i = int(np.nanargmin(violation))
+    values = ", ".join(f"{path} = {numeral(float(data[path][i]), 4)}" for path in data.attrs["variables"])
+    share = numeral(100.0 * float(violation[i]), 3)
+    return f"Nearest to the limits comes {values}: it misses them by {share} % in all. Widen ranges or limits."
+
+
+def setting_of(data: xr.Dataset) -> str:
+    """What could change, what was sought, within which limits."""
+    low, high = data.attrs["low"], data.attrs["high"]
+    ranges = [
+        f"{path} ({numeral(float(a), 3)} to {numeral(float(b), 3)})"
+        for path, a, b in zip(data.attrs["variables"], low, high, strict=True)
+    ]
+    word = {"min": "small", "max": "large"}
+    sought = [f"{name} {word[sense]}" for name, sense in zip(_objectives(data), data.attrs["senses"], strict=True)]
+    limits = list(data.attrs["constraints"])
+    told = f" within the limits {joined(limits)}" if limits else ""
+    return (
+        f"Variables: {joined(ranges)}, in SI units. Sought: {joined(sought)}{told}. NSGA-II, "
+        f"{data.sizes['generation']} generations of {data.attrs['population']} designs, seed {data.attrs['seed']}."
+    )
+
+
+def counts(data: xr.Dataset) -> Table:
+    """What became of the designs."""
+    violation, front = data["violation"].values, data["front"].values == 1
+    rows = (
+        ("on the front", f"{int(front.sum())}"),
+        ("feasible, beaten by others", f"{int(((violation == 0.0) & ~front).sum())}"),
+        ("miss a limit", f"{int((violation > 0.0).sum())}"),
+        ("no value", f"{int(np.isnan(violation).sum())}"),
+    )
+    return Table(("designs", "count"), tuple(row for row in rows if row[1] != "0"))
+
+
+def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
+    """The tables, those that have rows."""
+    words = "By the first objective, the better first; each is front/NNN.toml, the one nearest to the ideal best.toml."
+    found = [
+        Section("members", "Members of the front", words, (_front_table(data),)),
+        Section("failures", "Designs that failed", "The search passed them over.", (failure_table(data, messages),)),
+    ]
+    return [section for section in found if any(table.rows for table in section.tables)]
+
+
+def _front_table(data: xr.Dataset) -> Table:
+    paths, members = [str(path) for path in data.attrs["variables"]], in_order(data)
+    best = int(data.attrs["best"])
+    rows = []
+    for rank, i in enumerate(members[:_MOST_ROWS]):
+        found = [numeral(float(value), 4) for value in data["value"].values[i]]
+        values = [numeral(float(data[path][i]), 4) for path in paths]
+        sure = {1: "yes", 0: "no"}.get(int(data["certified"][i]), "–")
+        rows.append((f"{rank + 1}{' (best)' if i == best else ''}", *found, *values, sure))
+    units = [str(unit) for unit in data.attrs["units"]]
+    heads = [f"{name}, {unit}" if unit else name for name, unit in zip(_objectives(data), units, strict=True)]
+    left = len(members) - _MOST_ROWS
+    note = (
+        "Certified: a run of its own by the algorithm exact gives the same values within a part in a million, keeps "
+        f"all limits, and its energy is accounted for.{f' {left} more stand in front/.' if left > 0 else ''}"
+    )
+    last = 1 + len(heads) + len(paths)
+    return Table(("no.", *heads, *paths, "certified"), tuple(rows), frozenset({0, last}), note=note)
+
+
+def _objectives(data: xr.Dataset) -> list[str]:
+    return [str(name) for name in data["objective"].values]
+
+
+PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts, sections=sections)

@@ -1,0 +1,145 @@
+"""Designs: which points of the unit cube a study of scattering values computes, by the name of a method.
+
+    latin-hypercube, sobol, random    points independent of each other, for probabilities and rank correlations
+    saltelli                          two such samples A and B, and A with one column of B at a time: n (d + 2) points
+    saltelli-pairs                    B with one column of A at a time as well: n (2 d + 2) points
+    one-at-a-time                     the model itself, then every value at its lower and at its upper end: 2 d + 1
+
+From Saltelli's points follow Sobol' indices of first and total order, from the pairs those of second order
+(A. Saltelli, Making best use of model evaluations to compute sensitivity indices, Computer Physics Communications 145,
+2002, pp. 280-297); SALib makes them, from a scrambled sequence of Sobol', block by block: A, AB_1 to AB_d (BA_1 to
+BA_d), B.
+
+Takes numbers of values and points; gives shares of the distributions, and what stands where among the points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, NotInstalled, Problem
+
+Array = NDArray[np.float64]
+
+SALTELLI, PAIRS, ONE_AT_A_TIME = "saltelli", "saltelli-pairs", "one-at-a-time"
+
+
+@dataclass(frozen=True)
+class Design:
+    """One way to choose points.
+
+    Attributes:
+        shares: of d values, a count and a seed: (cases, d) in 0 to 1; NaN stands for the model's own value.
+        cases: how many cases come of d values and a count.
+        counted: whether it takes a count.
+        paired: whether the count must be a power of two.
+        independent: of d values and all cases: which of them are an independent sample.
+    """
+
+    shares: Callable[[int, int, int], Array]
+    cases: Callable[[int, int], int]
+    counted: bool = True
+    paired: bool = False
+    independent: Callable[[int, int], NDArray[np.intp]] = lambda _, cases: np.arange(cases)
+
+
+def block(method: str, d: int) -> int:
+    """How many cases a base point of Saltelli's has among d values; 0 for other methods."""
+    return {SALTELLI: d + 2, PAIRS: 2 * d + 2}.get(method, 0)
+
+
+def _latin(d: int, count: int, seed: int) -> Array:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(count))
+
+
+def _sobol(d: int, count: int, seed: int) -> Array:
+    from scipy.stats import qmc
+
+    sampler = qmc.Sobol(d, scramble=True, rng=np.random.default_rng(seed))
+    return np.asarray(sampler.random_base2(max(0, int(np.ceil(np.log2(count)))))[:count])
+
+
+def _random(d: int, count: int, seed: int) -> Array:
+    return np.random.default_rng(seed).random((count, d))
+
+
+def _saltelli(d: int, count: int, seed: int, *, pairs: bool) -> Array:
+    try:
+        from SALib.sample.sobol import sample
+    except ImportError:
+        rule = "needs SALib, which is not installed"
+        problem = Problem("method", PAIRS if pairs else SALTELLI, rule, "pip install 'gearrattle[studies]'")
+        raise NotInstalled(problem) from None
+    cube = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
+    return np.asarray(sample(cube, count, calc_second_order=pairs, seed=np.random.default_rng(seed)))
+
+
+def _one_at_a_time(d: int, _count: int, _seed: int) -> Array:
+    shares = np.full((2 * d + 1, d), np.nan)
+    for i in range(d):
+        shares[2 * i + 1, i], shares[2 * i + 2, i] = 0.0, 1.0
+    return shares
+
+
+def _ends(step: int, cases: int) -> NDArray[np.intp]:
+    """A and B: the first and the last of every block."""
+    first = np.arange(0, cases - step + 1, step)
+    return np.sort(np.concatenate([first, first + step - 1]))
+
+
+DESIGNS: Mapping[str, Design] = {
+    "latin-hypercube": Design(_latin, lambda _, n: n),
+    "sobol": Design(_sobol, lambda _, n: n),
+    "random": Design(_random, lambda _, n: n),
+    SALTELLI: Design(
+        lambda d, n, seed: _saltelli(d, n, seed, pairs=False), lambda d, n: n * (d + 2), paired=True,
+        independent=lambda d, cases: _ends(d + 2, cases),
+    ),
+    PAIRS: Design(
+        lambda d, n, seed: _saltelli(d, n, seed, pairs=True), lambda d, n: n * (2 * d + 2), paired=True,
+        independent=lambda d, cases: _ends(2 * d + 2, cases),
+    ),
+    ONE_AT_A_TIME: Design(
+        _one_at_a_time, lambda d, _: 2 * d + 1, counted=False, independent=lambda _, __: np.arange(0)
+    ),
+}  # fmt: skip
+"""Name of a method -> design."""
+
+
+METHODS = tuple(name for name, each in DESIGNS.items() if each.counted and not each.paired)
+"""Those whose points are independent of each other."""
+
+
+def design_of(method: str, samples: int, varied: int) -> Design:
+    """Return a design that suits a number of samples and of values that scatter.
+
+    Raises:
+        ModelError: there is no such method, or the number does not suit; all that is wrong.
+    """
+    problems = []
+    whole = not isinstance(samples, bool) and isinstance(samples, int) and samples >= 0
+    design = DESIGNS.get(method)
+    if not whole:
+        problems.append(Problem("samples", str(samples), "must be a whole number"))
+    if design is None:
+        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(DESIGNS)}"))
+        design = DESIGNS["random"]
+    if design.counted and bool(varied) != bool(samples):
+        rule = "what scatters needs a number of samples, and samples something that scatters"
+        problems.append(Problem("samples", str(samples), rule))
+    elif not design.counted and (samples or not varied):
+        rule = f"{method} takes no number: it has the model and two cases for every value that scatters"
+        problems.append(Problem("samples", str(samples), rule, "leave it out" if samples else "let values scatter"))
+    elif design.paired and whole and samples & (samples - 1):
+        lower = 1 << (samples.bit_length() - 1)
+        rule = "must be a power of two, so that Sobol's sequence is balanced"
+        problems.append(Problem("samples", str(samples), rule, f"{lower} or {2 * lower}"))
+    if problems:
+        raise ModelError(problems)
+    return design

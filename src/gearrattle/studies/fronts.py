@@ -1,0 +1,222 @@
+"""What comes out of an optimisation: the front of designs that none beats, how it grew, and files of its members.
+
+A design is feasible if it violates no constraint. On the front stands a feasible design that no other feasible one
+beats: nowhere worse, somewhere better. How much the front covers is its hypervolume, here as a share of the box between
+the best value of every objective (``ideal``) and the worst on the front and a tenth more (``reference``). Every member
+of the front is computed again by itself, exactly, its energy audited: it is certified if that gives the same values
+within a part in a million, within all limits, and no energy is unaccounted for.
+
+Takes the generations' Datasets; gives one Dataset, and model files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import GearRattleError
+from gearrattle.model import Model
+from gearrattle.model.paths import value_at
+from gearrattle.results import Run
+from gearrattle.studies.evolution import front_of, hypervolume
+from gearrattle.studies.goals import SENSES, Constraint, Objective
+from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.places import Place
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.ranges import Range
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Goals = tuple[tuple[Objective, ...], tuple[Constraint, ...]]
+_WORDS = np.dtypes.StringDType()
+DESIGN, _RESULTS = "design", "results.zarr"
+_SAME, _ENERGY = 1e-6, 1e-6
+
+
+def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:
+    """Return what designs are worth: (n, objectives), all to be small, and (n,) the sum of their violations."""
+    objectives, constraints = goals
+    columns = [SENSES[each.sense] * each.quantity.values(data, models) for each in objectives]
+    violation = np.zeros(data["outcome"].size)
+    for each in constraints:
+        violation = violation + each.violation(each.quantity.values(data, models))
+    return np.column_stack(columns), violation
+
+
+def finished(
+    parts: list[xr.Dataset],
+    goals: Goals,
+    ranges: tuple[Range, ...],
+    of: tuple[Model, Outputs],
+    settings: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return all designs in one Dataset, with the front and how it grew.
+
+    Args:
+        parts: by generation.
+        goals: objectives and constraints.
+        ranges: of the variables.
+        of: the model with everything that is fixed, and the outputs that were kept.
+        settings: seed and population.
+    """
+    import xarray as xr
+
+    model, outputs = of
+    joined = xr.concat(parts, SAMPLE, coords="minimal", compat="override", join="override").rename({SAMPLE: DESIGN})
+    paths = [each.path for each in ranges]
+    born = np.repeat(np.arange(len(parts)), [part.sizes[SAMPLE] for part in parts])
+    at = np.column_stack([joined[path].values for path in paths])
+
+    def designed(i: int) -> Model:
+        return model.with_(dict(zip(paths, at[i].tolist(), strict=True)))
+
+    values, violation = valued(joined, goals, designed)
+    feasible = (violation == 0.0) & np.isfinite(values).all(axis=1)
+    on = _front(values, feasible)
+    grown, best, (ideal, reference) = _growth(values, feasible, on, born)
+    signs = np.array([SENSES[each.sense] for each in goals[0]])
+    exact, certified = _certified(
+        np.flatnonzero(on), designed, goals, lambda run: _alone(parts[0], outputs, run), values
+    )
+    chosen = _nearest(values, on, ideal, reference)
+    data = joined.assign(
+        value=((DESIGN, "objective"), values * signs), violation=(DESIGN, violation),
+        front=(DESIGN, on.astype(np.int8)), exact=((DESIGN, "objective"), exact * signs),
+        certified=(DESIGN, certified), best=(("generation", "objective"), best * signs),
+        hypervolume=("generation", grown),
+    ).assign_coords({
+        "born": (DESIGN, born), "objective": [each.quantity.label for each in goals[0]],
+        **{path: (DESIGN, joined[path].values) for path in paths},
+    })  # fmt: skip
+    attributes = {
+        "kind": "optimization", "variables": paths, "low": [each.low for each in ranges],
+        "high": [each.high for each in ranges], "log": [int(each.log) for each in ranges],
+        "senses": [each.sense for each in goals[0]], "units": [each.quantity.unit for each in goals[0]],
+        "constraints": [each.words for each in goals[1]], "best": chosen,
+        "ideal": (ideal * signs).tolist(), "reference": (reference * signs).tolist(), **settings,
+    }  # fmt: skip
+    own = [value_at(model.to_tables(), path) for path in paths]
+    attributes["own"] = int(own == at[0].tolist())
+    kept = {name: joined.attrs[name] for name in ("source", "model") if name in joined.attrs}
+    data.attrs = {**kept, **attributes}
+    return data
+
+
+def _front(values: Array, feasible: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    on = np.zeros(len(values), dtype=bool)
+    on[feasible] = front_of(values[feasible])
+    return on
+
+
+def _growth(
+    values: Array, feasible: NDArray[np.bool_], on: NDArray[np.bool_], born: NDArray[np.int_]
+) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Hypervolume (g,) and best values (g, m) up to every generation; ideal and reference point."""
+    count = int(born[-1]) + 1
+    grown, best = np.zeros(count), np.full((count, values.shape[1]), np.nan)
+    if not on.any():
+        nothing = np.full(values.shape[1], np.nan)
+        return grown, best, (nothing, nothing)
+    ideal, worst = values[on].min(axis=0), values[on].max(axis=0)
+    width = np.where(worst > ideal, worst - ideal, np.maximum(np.abs(ideal), 1.0) * 1e-3)
+    reference = ideal + 1.1 * width
+    for g in range(count):
+        upto = feasible & (born <= g)
+        if upto.any():
+            best[g] = values[upto].min(axis=0)
+            scaled = (values[_front(values, upto)] - ideal) / (reference - ideal)
+            grown[g] = hypervolume(scaled, np.ones(values.shape[1]))
+    return grown, best, (ideal, reference)
+
+
+def _nearest(values: Array, on: NDArray[np.bool_], ideal: Array, reference: Array) -> int:
+    """The member of the front that comes nearest to the ideal, in shares of the box; -1 for an empty front."""
+    members = np.flatnonzero(on)
+    if not len(members):
+        return -1
+    away = np.linalg.norm((values[members] - ideal) / (reference - ideal), axis=1)
+    return int(members[int(np.argmin(away))])
+
+
+def _certified(
+    members: NDArray[np.intp],
+    designed: Callable[[int], Model],
+    goals: Goals,
+    like: Callable[[Run], xr.Dataset],
+    values: Array,
+) -> tuple[Array, NDArray[np.int8]]:
+    """Values of the front by runs of their own, and whether they stand; -1 where nothing was asked."""
+    exact, stands = np.full(values.shape, np.nan), np.full(len(values), -1, dtype=np.int8)
+    for i in members.tolist():
+        stands[i] = 0
+        try:
+            model = designed(i)
+            run = simulate(model, algorithm="exact", audit=True)
+            found = like(run)
+        except GearRattleError:
+            continue
+        alone, violation = valued(found, goals, lambda _, model=model: model)  # type: ignore[misc]
+        exact[i] = alone[0]
+        residual = run.cost.energy_residual
+        same = np.abs(exact[i] - values[i]) <= _SAME * np.maximum(np.abs(values[i]), 1e-300)
+        stands[i] = bool(same.all() and violation[0] == 0.0 and residual is not None and residual < _ENERGY)
+    return exact, stands
+
+
+def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
+    """What one run gives, as a Dataset like that of a generation, of one design."""
+    found = like.isel({SAMPLE: [0]}).copy(deep=True)
+    for name, value in outputs.of(run).items():
+        found[name].values[0] = value
+    return found
+
+
+def written(data: xr.Dataset, place: Place) -> None:
+    """Write all designs as results.zarr, as ``open_study`` reads it."""
+    names = [str(name) for name in data.coords if name not in data.dims]
+    words = {str(name): each for name, each in data.coords.items() if each.dtype.kind in "OUT"}
+    texts = {name: (each.dims, each.values.astype(_WORDS)) for name, each in words.items()}
+    order = [str(name) for name in data]
+    whole = data.drop_encoding().assign_coords(texts).assign_attrs(other_coordinates=names, order=order)
+    whole.to_zarr(place.zarr(_RESULTS), mode="w", consolidated=False)
+
+
+def front_files(data: xr.Dataset, model: Model, place: Place) -> None:
+    """Write the best design as best.toml, and the front, by its first objective, as front/001.toml and so on."""
+    paths = [str(path) for path in data.attrs["variables"]]
+
+    def text(i: int) -> bytes:
+        return model.with_({path: float(data[path][i]) for path in paths}).to_toml().encode()
+
+    members = in_order(data)
+    for rank, i in enumerate(members):
+        place.make("front")
+        place.put(f"front/{rank + 1:03d}.toml", text(i))
+    for name in place.names("front"):  # of an earlier, shorter search
+        if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > len(members):
+            place.remove(f"front/{name}")
+    if members:
+        place.put("best.toml", text(int(data.attrs["best"])))
+
+
+def in_order(data: xr.Dataset) -> list[int]:
+    """The front's designs by their first objective, the better first."""
+    members = np.flatnonzero(data["front"].values == 1)
+    sign = SENSES[str(data.attrs["senses"][0])]
+    return [int(i) for i in members[np.argsort(sign * data["value"].values[members, 0], kind="stable")]]
+
+
+def told_of(data: xr.Dataset) -> str:
+    """What came out, in a line."""
+    count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
+    feasible = int((data["violation"] == 0.0).sum())
+    if not front:
+        return f"{count} designs, none of them feasible"
+    sure = int((data["certified"] == 1).sum())
+    return f"{count} designs, {feasible} feasible, {front} on the front, {sure} of them certified"

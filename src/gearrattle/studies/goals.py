@@ -1,0 +1,197 @@
+"""Goals of an optimisation: which outputs shall be small or large, and within which limits others must stay.
+
+An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impulse".
+A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both. How far a
+design misses it is told in units of the limit, so that violations of different quantities can be added up.
+
+Takes mappings; gives frozen goals, and their values over designs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.layout import numbers_of
+from gearrattle.studies.outputs import Output, Outputs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+SENSES: Mapping[str, float] = {"min": 1.0, "max": -1.0}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number of every design.
+
+    Attributes:
+        label: by which the user names it.
+        output, subject: where it stands in the Dataset; the subject is empty for an output without.
+        of: a function of the Model instead; None for an output.
+        unit: of it; "" for a plain number.
+    """
+
+    label: str
+    output: str = ""
+    subject: str = ""
+    of: Callable[[Model], float] | None = None
+    unit: str = ""
+
+    def values(self, data: xr.Dataset, models: Callable[[int], Model]) -> Array:
+        """Return (n,) its value for every design, NaN where there is none; ``models`` gives a design's."""
+        if self.of is not None:
+            return np.array([_called(self.of, self.label, models(i)) for i in range(data["outcome"].size)])
+        values = numbers_of(data[self.output])
+        if self.subject:
+            dimension = next(name for name in values.dims if name not in data["outcome"].dims)
+            values = values.sel({dimension: self.subject})
+        return np.asarray(values.values, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What shall be small (``sense`` "min") or large ("max")."""
+
+    quantity: Quantity
+    sense: str
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """What must stay below or above a limit; None for no limit."""
+
+    quantity: Quantity
+    below: float | None
+    above: float | None
+
+    @property
+    def words(self) -> str:
+        """The limits, as a sentence says them."""
+        limits = (("at most", self.below), ("at least", self.above))
+        told = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+        return f"{self.quantity.label} {' and '.join(told)}"
+
+    def violation(self, values: Array) -> Array:
+        """Return (n,) by how much values miss the limits, in units of the limit; 0 within, NaN without a value."""
+        over = np.zeros(len(values)) if self.below is None else (values - self.below) / (abs(self.below) or 1.0)
+        under = np.zeros(len(values)) if self.above is None else (self.above - values) / (abs(self.above) or 1.0)
+        return np.where(np.isnan(values), np.nan, np.maximum(np.maximum(over, under), 0.0))
+
+
+def objectives_of(given: Mapping[str, Any], outputs: Outputs) -> tuple[Objective, ...]:
+    """Read objectives.
+
+    Args:
+        given: by label "min" or "max".
+        outputs: there are.
+
+    Raises:
+        ModelError: everything that is wrong with them.
+    """
+    problems, found = [], []
+    if not given:
+        problems.append(Problem("objectives", "none", "an optimisation needs one at least", 'for example {...: "min"}'))
+    for label, sense in given.items():
+        try:
+            quantity = _quantity(f"objective {label}", label, outputs)
+            if sense not in SENSES:
+                raise ModelError(Problem(f"objective {label}", shown(sense), 'must be "min" or "max"'))
+            found.append(Objective(quantity, sense))
+        except ModelError as error:
+            problems += error.problems
+    if problems:
+        raise ModelError(problems)
+    return tuple(found)
+
+
+def constraints_of(given: Mapping[str, Any], outputs: Outputs, model: Model) -> tuple[Constraint, ...]:
+    """Read constraints.
+
+    Args:
+        given: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model, any label.
+        outputs: there are.
+        model: to try such functions on.
+
+    Raises:
+        ModelError: everything that is wrong with them.
+    """
+    problems: list[Problem] = []
+    found = []
+    for label, table in given.items():
+        try:
+            found.append(_constraint(label, table, outputs, model))
+        except ModelError as error:
+            problems += error.problems
+    if problems:
+        raise ModelError(problems)
+    return tuple(found)
+
+
+def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Constraint:
+    place = f"constraint {label}"
+    if not isinstance(table, Mapping) or not {"below", "above"} & set(table):
+        raise ModelError(Problem(place, shown(table), "must say below, above or both", "for example { below = 2.0 }"))
+    unknown = [key for key in table if key not in ("below", "above", "of")]
+    if unknown:
+        remedy = did_you_mean(unknown[0], ("below", "above", "of"))
+        raise ModelError(Problem(place, unknown[0], "a constraint has below, above, of", remedy))
+    limits = {key: table.get(key) for key in ("below", "above")}
+    bad = [v for v in limits.values() if v is not None and (isinstance(v, bool) or not isinstance(v, int | float))]
+    if bad:
+        raise ModelError(Problem(place, shown(bad[0]), "a limit must be a number, in SI"))
+    below, above = (None if value is None else float(value) for value in limits.values())
+    if below is not None and above is not None and not above < below:
+        raise ModelError(Problem(place, f"above {above:g}, below {below:g}", "leaves nothing between"))
+    if "of" not in table:
+        return Constraint(_quantity(place, label, outputs), below, above)
+    if not callable(table["of"]):
+        raise ModelError(Problem(place, shown(table["of"]), "of must be a function that takes a Model"))
+    _called(table["of"], label, model)
+    return Constraint(Quantity(label, of=table["of"]), below, above)
+
+
+def _called(function: Callable[[Model], float], label: str, model: Model) -> float:
+    value = function(model)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise ModelError(Problem(f"constraint {label}", type(value).__name__, "its function must return a number"))
+    return float(value)
+
+
+def _quantity(place: str, label: str, outputs: Outputs) -> Quantity:
+    known = labels_of(outputs)
+    if label not in known:
+        output = next((each for each in outputs.all if each.name == label), None)
+        if output is not None:
+            several = ", ".join(f'"{subject}: {label}"' for subject in output.subjects)
+            raise ModelError(Problem(place, f'"{label}"', "is of several parts", f"name one: {several}"))
+        rule = f"the study has no such output; it has {', '.join(known)}"
+        raise ModelError(Problem(place, f'"{label}"', rule, did_you_mean(label, tuple(known))))
+    output, subject = known[label]
+    units = dict(zip(output.subjects, output.unit, strict=False)) if output.subjects else {"": output.unit[0]}
+    unit = units.get(subject, output.unit[0])
+    return Quantity(label, output.name, subject, None, "" if unit == "1" else unit)
+
+
+def labels_of(outputs: Outputs) -> dict[str, tuple[Output, str]]:
+    """Return every label an output can be named by, with its subject."""
+    found: dict[str, tuple[Output, str]] = {}
+    for output in outputs.all:
+        subjects = [str(subject) for subject in output.subjects] if output.dimension else [""]
+        found |= {f"{subject}: {output.name}" if subject else output.name: (output, subject) for subject in subjects}
+        if len(subjects) == 1:
+            found[output.name] = (output, subjects[0])
+    return found
+
+
+def named_outputs(labels: list[str]) -> list[str]:
+    """Return the outputs that labels ask for."""
+    return list(dict.fromkeys(label.rpartition(": ")[2] for label in labels))

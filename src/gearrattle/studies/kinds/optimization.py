@@ -1,0 +1,50 @@
+"""The kind "optimization": values found within ranges, outputs small or large, others within limits.
+
+    population = 32                          # designs of a generation
+    generations = 20
+    seed = 0
+    outputs = ["regime"]                     # kept besides
+
+    [variable]                               # what may change, and from where to where
+    "coupling.damper.stages.0.stiffness" = { from = "0.2 N*m/deg", to = "2 N*m/deg", spacing = "log" }
+
+    [objective]                              # "min" or "max"; an output of several parts by part and output
+    "second_mesh: largest impulse" = "min"
+
+    [constraint]                             # below, above, or both; SI
+    "second_mesh: impacts per cycle" = { below = 20.0 }
+
+    [fixed]
+    "simulation.cycles" = 60
+
+Takes the tables of a file; gives the arguments of ``optimize``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gearrattle.studies.kinds.base import Kind
+from gearrattle.studies.optimization import prepare
+
+_PLAIN = ("population", "generations", "seed", "outputs", "fixed")
+
+
+def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
+    found = {"variables": tables["variable"], "objectives": tables["objective"]}
+    found["constraints"] = tables.get("constraint", {})
+    return found | {key: tables[key] for key in _PLAIN if key in tables}
+
+
+OPTIMIZATION = Kind(
+    name="optimization",
+    prepare=prepare,
+    arguments=_arguments,
+    keys={
+        "population": int, "generations": int, "seed": int, "outputs": list, "variable": dict, "objective": dict,
+        "constraint": dict, "fixed": dict,
+    },
+    needed=("variable", "objective"),
+    options=frozenset({"function"}),
+)  # fmt: skip

@@ -1,0 +1,313 @@
+"""``optimize``: values of a driveline found within ranges, so that outputs are small or large and others keep limits.
+
+Designs are computed a generation at a time, each generation a study of its own in ``generations/``, by any scheduler.
+Who goes on after an interruption tells the optimiser again what is kept, and it asks for the same designs: so nothing
+of its own state is ever stored. In the end all designs stand in one Dataset, with the front (``fronts``).
+
+Takes a Model, ranges, objectives and constraints; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.calls.settings import settled
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.studies.batch import can_batch
+from gearrattle.studies.evolution import Evolution
+from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
+from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
+from gearrattle.studies.outputs import Function, Outputs, outputs_of
+from gearrattle.studies.places import Address, Place, place_of
+from gearrattle.studies.plan import Plan, Samples
+from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span, with_failures
+from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
+from gearrattle.studies.schedulers import Scheduler, opened
+from gearrattle.studies.store import Store, is_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+POPULATION, GENERATIONS = 32, 20
+MOST = 1_000_000
+_FORMAT, _ABOUT = "gearrattle optimization 1", "study.json"
+_PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
+
+
+@dataclass(frozen=True)
+class Optimization:
+    """An optimisation about to begin.
+
+    Attributes:
+        model: everything that is fixed in it.
+        ranges: of the values that may change.
+        goals: objectives and constraints.
+        outputs: that are kept.
+        size: designs of a generation, and generations.
+        seed: of everything drawn.
+        seconds: that one design took, warm.
+    """
+
+    model: Model
+    ranges: tuple[Range, ...]
+    goals: tuple[tuple[Objective, ...], tuple[Constraint, ...]]
+    outputs: Outputs
+    size: tuple[int, int]
+    seed: int
+    seconds: float
+
+    def estimate(self, workers: int) -> str:
+        """Return in words what all designs will cost."""
+        population, generations = self.size
+        total = span(population * generations * self.seconds / workers)
+        each = f"{population * generations} cases of about {1e3 * self.seconds:.3g} ms"
+        plural = "s" * (workers != 1)
+        return f"{each}, {generations} generations of {population} designs: {total} on {workers} worker{plural}"
+
+    @property
+    def scheduler(self) -> str:
+        """Return the one to use on this machine: threads where designs are computed together, else processes."""
+        return "threads" if can_batch(self.outputs, Plan(self.model, (), None, 1)) else "local"
+
+    def sensible(self) -> int:
+        """Return how many workers pay: one where a generation is quick, for it starts its own."""
+        return 1 if self.size[0] * self.seconds < _PAYS else os.cpu_count() or 1
+
+    def kept(self, folder: Address) -> str:
+        """Return in words how many generations a place holds; empty if it holds no optimisation."""
+        place = place_of(folder)
+        if not place.exists(_ABOUT):
+            return ""
+        whole = 0
+        while whole < self.size[1] and is_whole(_generation(place, whole)):
+            whole += 1
+        return f"{whole} of {self.size[1]} generations are kept whole in {place.address}"
+
+    def carry_out(
+        self,
+        folder: Address,
+        compute: Scheduler,
+        *,
+        resume: bool = False,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+    ) -> Done:
+        """Compute the generations a folder does not hold yet, and return the whole; as every study."""
+        if retry_failed:
+            rule = "an optimisation goes on from what failed designs have told it: they stay as they are"
+            raise ModelError(Problem("retry_failed", "", rule, "leave it out, or begin in another folder"))
+        place, begun = place_of(folder), time.perf_counter()
+        self._claim(place, resume=resume)
+        parts, messages, damaged = self._evolved(place, compute, progress)
+        settings = {"seed": self.seed, "population": self.size[0]}
+        data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
+        written(data, place)
+        front_files(data, self.model, place)
+        cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
+        notes = (f"damaged chunks computed again: {damaged}",) if damaged else ()
+        return Done(data, messages, told_of(data), cost, _summary(data), notes)
+
+    def _evolved(
+        self, place: Place, compute: Scheduler, progress: Progress | None
+    ) -> tuple[list[xr.Dataset], dict[tuple[int, ...], str], int]:
+        """Every generation's results, why designs failed, and how many chunks were damaged."""
+        population, generations = self.size
+        search = Evolution(first_points(self.ranges, self.model, population, self.seed), len(self.goals[0]), self.seed)
+        parts: list[xr.Dataset] = []
+        messages: dict[tuple[int, ...], str] = {}
+        damaged = count = 0
+        for g in range(generations):
+            shares = search.ask()
+            if not len(shares):
+                break
+            points = np.column_stack([each.at(share) for each, share in zip(self.ranges, shares.T, strict=True)])
+            if g == 0:
+                points[0] = own_values(self.ranges, self.model, points[0])
+            samples = Samples(tuple(each.path for each in self.ranges), points, "optimization")
+            plan = Plan(self.model, (), samples, fit_size(self.seconds, population))
+            store = Store.open(_generation(place, g), plan, self.outputs, resume=True)
+            damaged += len(carry_out(store, compute, progress=_shifted(progress, g, generations)))
+            data = store.dataset()
+            search.tell(*self._worth(data, plan))
+            messages |= {(count + i,): text for (i,), text in store.messages().items()}
+            count += len(points)
+            parts.append(data)
+        return parts, messages, damaged
+
+    def _worth(self, data: xr.Dataset, plan: Plan) -> tuple[Array, Array]:
+        """What a generation is worth to the optimiser; what has no value is worst, and misses by a lot."""
+        values, violation = valued(data, self.goals, lambda i: plan.model.with_(plan.changes((i,))))
+        lost = ~np.isfinite(values).all(axis=1) | ~np.isfinite(violation)
+        there = values[~lost]
+        values[lost] = there.max(axis=0) if len(there) else 0.0
+        return values, np.where(lost, _LOST, violation)
+
+    def _claim(self, place: Place, *, resume: bool) -> None:
+        """Begin a place, or go on with what it holds."""
+        owner = self._owner()
+        if place.exists(_ABOUT):
+            kept = json.loads(place.read(_ABOUT)).get("owner", {})
+            if not resume:
+                raise ModelError(
+                    Problem(place.address, "", "holds a study already", "resume it, or give another folder")
+                )
+            if kept != owner:
+                changed = [key for key, value in owner.items() if kept.get(key) != value]
+                rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
+                raise ModelError(Problem(place.address, "", rule, "give another folder"))
+            return
+        if not place.is_empty():
+            raise ModelError(Problem(place.address, "", "is not empty, and no study", "give another folder"))
+        place.make("generations")
+        place.put(_ABOUT, json.dumps({"owner": owner}).encode(), new=True)
+
+    def _owner(self) -> dict[str, str]:
+        """Everything that decides what is computed; the number of generations does not: more of them go on."""
+        function = self.outputs.function
+        objectives, constraints = self.goals
+        return {
+            "format": _FORMAT, "model": self.model.to_toml(), "variables": repr(self.ranges),
+            "objectives": repr([(each.quantity.label, each.sense) for each in objectives]),
+            "constraints": repr([(each.quantity.label, each.below, each.above) for each in constraints]),
+            "seed": str(self.seed), "population": str(self.size[0]),
+            "outputs": json.dumps([each.name for each in self.outputs.all]),
+            "function": "" if function is None else f"{function.__module__}.{getattr(function, '__qualname__', '')}",
+            **{name: version(name) for name in ("gearrattle", "numpy", "numba", "pymoo")},
+        }  # fmt: skip
+
+
+_LOST = 1e6
+
+
+def prepare(
+    model: Model,
+    variables: Mapping[str, Any],
+    objectives: Mapping[str, str],
+    *,
+    constraints: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] = (),
+    population: int = POPULATION,
+    generations: int = GENERATIONS,
+    seed: int = 0,
+    fixed: Mapping[str, Any] | None = None,
+    function: Function | None = None,
+) -> Optimization:
+    """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
+    base = settled(model.with_(dict(fixed)) if fixed else model, {})
+    limits = constraints or {}
+    _check_sizes(population, generations, seed)
+    ranges = ranges_of(variables, base)
+    first_points(ranges, base, 2, seed)
+    simulate(base, audit=False)
+    begun = time.perf_counter()
+    run = simulate(base, audit=False)
+    extra = set(function(run)) if function is not None else set()
+    labels = [
+        *objectives,
+        *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
+    ]
+    wanted = [name for name in dict.fromkeys([*outputs, *named_outputs(labels)]) if name not in extra]
+    found = outputs_of(wanted, run, function) if wanted or function is not None else Outputs(())
+    seconds = time.perf_counter() - begun
+    goals = objectives_of(objectives, found), constraints_of(limits, found, base)
+    Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
+    return Optimization(base, ranges, goals, found, (population, generations), seed, seconds)
+
+
+def optimize(
+    model: Model,
+    variables: Mapping[str, Any],
+    objectives: Mapping[str, str],
+    *,
+    constraints: Mapping[str, Any] | None = None,
+    outputs: Sequence[str] = (),
+    population: int = POPULATION,
+    generations: int = GENERATIONS,
+    seed: int = 0,
+    fixed: Mapping[str, Any] | None = None,
+    function: Function | None = None,
+    output: Address | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: Any = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Find values within ranges so that some outputs are small or large and others keep limits.
+
+    Args:
+        model: the driveline; its own values are the first design, where they lie within the ranges.
+        variables: by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
+        objectives: by output "min" or "max"; one of several parts as "gear: largest impulse".
+        constraints: by output ``{"below": ..., "above": ...}``, SI, one of them or both; with ``"of"``, a function of
+            the Model, under a name of one's own.
+        outputs: further outputs to keep.
+        population, generations: designs of a generation, and how many; more generations go on with what is kept.
+        seed: of everything drawn.
+        fixed, function, output, resume, workers, scheduler, progress: as in ``study``.
+
+    Returns:
+        A Dataset along "design", in the order computed: the outputs, the variables, ``born`` (its generation);
+        ``value`` of every "objective", ``violation`` of the constraints (0: feasible; NaN: failed), ``front`` (on it),
+        ``exact`` and ``certified`` (of the front, by runs of their own: algorithm "exact", energy audited); along
+        "generation" ``best`` of every objective and ``hypervolume``, a share of the box between ``ideal`` and
+        ``reference``. ``attrs["best"]`` is the design that comes nearest to the ideal, -1 if none is feasible.
+
+    Raises:
+        ModelError: anything wrong with the arguments, or a library is not here; nothing has been computed then.
+        ConvergenceError: the model itself cannot be simulated.
+        SchedulerLost: as in ``study``.
+    """
+    with folder_for(output) as folder:
+        found = prepare(
+            model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
+            generations=generations, seed=seed, fixed=fixed, function=function,
+        )  # fmt: skip
+        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+            return with_failures(found.carry_out(folder, compute, resume=resume, progress=progress))
+
+
+def _check_sizes(population: int, generations: int, seed: int) -> None:
+    given = {"population": (population, 4), "generations": (generations, 1), "seed": (seed, 0)}
+    problems = [
+        Problem(name, str(value), f"must be a whole number from {least}")
+        for name, (value, least) in given.items()
+        if isinstance(value, bool) or not isinstance(value, int) or value < least
+    ]
+    if not problems and population * generations > MOST:
+        problems.append(Problem("population", f"{population} x {generations}", f"more than {MOST} designs"))
+    if problems:
+        raise ModelError(problems)
+
+
+def _generation(place: Place, number: int) -> Place:
+    return place.under(f"generations/{number:04d}")
+
+
+def _shifted(progress: Progress | None, number: int, of: int) -> Progress | None:
+    return None if progress is None else lambda share: progress((number + share) / of)
+
+
+def _summary(data: xr.Dataset) -> dict[str, Any]:
+    """The same for machines."""
+    best = int(data.attrs["best"])
+    front = np.flatnonzero(data["front"].values == 1)
+    told: dict[str, Any] = {"designs": int(data.sizes["design"]), "front": front.tolist(), "best": best}
+    if best >= 0:
+        told["values"] = {str(name): float(data[name][best]) for name in data.attrs["variables"]}
+        told["objectives"] = {
+            str(name): float(value)
+            for name, value in zip(data["objective"].values, data["value"][best].values, strict=True)
+        }
+    return told

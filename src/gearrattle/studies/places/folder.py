@@ -1,0 +1,115 @@
+"""A folder of this machine, or of a file system that it shares with others.
+
+Files appear by renaming after their content has reached the disk.
+
+Takes a path; gives a Place.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder.
+
+    Attributes:
+        path: where.
+    """
+
+    path: Path
+
+    shared = True
+
+    @property
+    def address(self) -> str:
+        """Its path."""
+        return str(self.path)
+
+    @property
+    def local(self) -> Path:
+        """Its path."""
+        return self.path
+
+    def absolute(self) -> Folder:
+        """Return the folder by its absolute path."""
+        return Folder(self.path.absolute())
+
+    def make(self, folder: str = "") -> None:
+        """Make it and a folder of it, with all folders above."""
+        (self.path / folder).mkdir(parents=True, exist_ok=True)
+
+    def is_empty(self) -> bool:
+        """Return whether it does not exist or holds nothing."""
+        return not (self.path.exists() and any(self.path.iterdir()))
+
+    def under(self, folder: str) -> Folder:
+        """Return a folder in it."""
+        return Folder(self.path / folder)
+
+    def exists(self, name: str) -> bool:
+        """Return whether a file is there."""
+        return (self.path / name).exists()
+
+    def read(self, name: str) -> bytes:
+        """Return a file's content."""
+        return (self.path / name).read_bytes()
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file in place."""
+        (self.path / name).write_bytes(content)
+
+    def put(self, name: str, content: bytes, *, new: bool = False) -> None:
+        """Write beside it, flush to the disk, rename."""
+        path = self.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            if new and _linked(beside, path):
+                os.unlink(beside)
+            else:
+                os.replace(beside, path)
+        except BaseException:
+            Path(beside).unlink(missing_ok=True)
+            raise
+
+    def remove(self, name: str) -> None:
+        """Remove a file, if it is there."""
+        (self.path / name).unlink(missing_ok=True)
+
+    def names(self, folder: str) -> list[str]:
+        """Return the names of the files in a folder of it."""
+        try:
+            return [path.name for path in (self.path / folder).iterdir()]
+        except FileNotFoundError:
+            return []
+
+    def take(self, folder: Path) -> None:
+        """Copy all files of a folder here."""
+        shutil.copytree(folder, self.path, dirs_exist_ok=True)
+
+    def zarr(self, name: str) -> str:
+        """Return the path of a group."""
+        return str(self.path / name)
+
+
+def _linked(beside: str, path: Path) -> bool:
+    """Give a file its name unless the name is taken; False on file systems without links."""
+    try:
+        os.link(beside, path)
+    except FileExistsError:
+        raise
+    except OSError:
+        if path.exists():
+            raise FileExistsError(17, "File exists", str(path)) from None
+        return False
+    return True

@@ -1,0 +1,119 @@
+"""Ranges of values that an optimisation may choose from, and the designs it begins with.
+
+A range is a pair of ends, or a mapping with from, to and spacing; both ends must be values the model takes. The first
+design is the model itself, where its values lie within the ranges; the others fill them by a Latin hypercube.
+
+Takes mappings; gives frozen ranges and points of the unit cube.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.paths import value_at
+from gearrattle.model.table import did_you_mean, shown
+from gearrattle.studies.axes import in_si
+
+Array = NDArray[np.float64]
+_KEYS = ("from", "to", "spacing")
+
+
+@dataclass(frozen=True)
+class Range:
+    """From where to where one value may go.
+
+    Attributes:
+        path: of the value.
+        low, high: its ends, SI.
+        log: whether shares of it are shares of the logarithm.
+    """
+
+    path: str
+    low: float
+    high: float
+    log: bool
+
+    def at(self, share: Array) -> Array:
+        """Return (n,) values at shares (n,) of the range, 0 to 1."""
+        if self.log:
+            return np.clip(self.low * (self.high / self.low) ** share, self.low, self.high)
+        return np.clip(self.low + (self.high - self.low) * share, self.low, self.high)
+
+    def share(self, value: float) -> float:
+        """Return where in the range a value lies."""
+        if self.log:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+
+def ranges_of(given: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
+    """Read ranges.
+
+    Args:
+        given: by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
+        model: whose values they are.
+
+    Raises:
+        ModelError: everything that is wrong with them.
+    """
+    problems, found = [], []
+    if not given:
+        problems.append(Problem("variables", "none", "an optimisation needs one at least"))
+    for path, table in given.items():
+        try:
+            found.append(_range(path, table, model))
+        except ModelError as error:
+            problems += [Problem(f"variable {path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
+    if problems:
+        raise ModelError(problems)
+    return tuple(found)
+
+
+def _range(path: str, given: Any, model: Model) -> Range:
+    if isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2:
+        given = {"from": given[0], "to": given[1]}
+    if not isinstance(given, Mapping) or not {"from", "to"} <= set(given):
+        raise ModelError(Problem("range", shown(given), "must be a pair, or have from and to"))
+    unknown = [key for key in given if key not in _KEYS]
+    if unknown:
+        raise ModelError(Problem(unknown[0], "", f"a range has {', '.join(_KEYS)}", did_you_mean(unknown[0], _KEYS)))
+    spacing = given.get("spacing", "linear")
+    if spacing not in ("linear", "log"):
+        raise ModelError(Problem("spacing", shown(spacing), 'must be "linear" or "log"'))
+    low, high = (in_si(path, given[key], model) for key in ("from", "to"))
+    if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
+        raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "a range is of numbers"))
+    if not low < high:
+        raise ModelError(Problem("from", f"{low:g}", f"must lie below to, {high:g}"))
+    if spacing == "log" and not low > 0.0:
+        raise ModelError(Problem("from", f"{low:g}", 'spacing "log" needs positive ends'))
+    return Range(path, float(low), float(high), spacing == "log")
+
+
+def first_points(ranges: tuple[Range, ...], model: Model, count: int, seed: int) -> Array:
+    """Return (count, d) points of the unit cube: the model itself first, where it lies within, the others spread."""
+    from scipy.stats import qmc
+
+    points = np.asarray(qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count))
+    inside = np.array([each.low for each in ranges])
+    own = own_values(ranges, model, inside - 1.0)
+    if (own >= inside).all():
+        points[0] = [each.share(value) for each, value in zip(ranges, own.tolist(), strict=True)]
+    return points
+
+
+def own_values(ranges: tuple[Range, ...], model: Model, otherwise: Array) -> Array:
+    """Return (d,) the model's own values to the bit, where all lie within the ranges, else what is given."""
+    tables = model.to_tables()
+    own = [value_at(tables, each.path) for each in ranges]
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in own)
+    if not numbers or not all(each.low <= value <= each.high for each, value in zip(ranges, own, strict=True)):
+        return otherwise
+    return np.array(own, dtype=np.float64)
