@@ -168,7 +168,7 @@ CASES = [
     Broken("coast without drive", "stiffness_ratio = 0.1", "coast_stages = [{stiffness = 1}]", 21, "coast_stages", ()),
     Broken("hysteresis", "damping = 0.02", "hysteresis = 2", 28, "stages.1.hysteresis", ("must not fall", "2 N m")),
     Broken("friction on a flat", '"5 kN*m/rad"', "0, hysteresis = 3", 29, "stages.2.hysteresis", ("stick_stiffness",)),
-    Broken("stick stiffness", "damping = 0.02", "stick_stiffness = 0", 27, "stick_stiffness", ("positive",)),
+    Broken("stick stiffness", "damping = 0.02", "stick_stiffness = 0", 27, "stick_stiffness", ("greater than zero",)),
     Broken("clipped, no gap", 'backlash = "0.1 mm"', 'contact_damping = "clipped"', 38, "contact_damping", ("gap",)),
     Broken("signal", 'mean = "10 N*m"', 'signal = { file = "t.csv" }', 46, "torque.0.signal", ("time is required",)),
     Broken(

@@ -18,8 +18,8 @@ from gearrattle.model import Coupling, Mesh, Model, Piece
 from gearrattle.system.companion import Companion, limiters, slider
 from gearrattle.system.law import PiecewiseLaw
 
-WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits")
-"""What the pieces of companions stand for; those of a slider first, in order."""
+WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits", "all pairs", "a pair less")
+"""What the pieces of companions stand for: of sliders, of limiters, of meshes whose stiffness alternates."""
 
 
 class Named(NamedTuple):
@@ -40,7 +40,10 @@ def left_out(model: Model) -> tuple[str, ...]:
     rubbing = [c.name for c in model.couplings if any(p.hysteresis for p in (*c.drive_pieces, *c.coast_pieces))]
     elements: list[Coupling | Mesh] = [*model.couplings, *model.meshes]
     clipped = [element.name for element in elements if element.contact_damping == "clipped"]
+    alternating = [mesh.name for mesh in model.meshes if mesh.alternation is not None]
     told = []
+    if alternating:
+        told.append(f"the stiffness of {', '.join(alternating)} counts as that with all pairs in all that is linear.")
     if rubbing:
         told.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and all that is linear.")
     if clipped:

@@ -59,5 +59,7 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
 @remembered(8)
 def period_of(model: Model) -> CommonPeriod:
     """The common period of the model's torques and transmission errors; along a sweep that of its first speed."""
-    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error]
-    return common_period(model.excitation.omega, [h.order for t in model.torques for h in t.harmonics] + errors)
+    orders = [h.order for t in model.torques for h in t.harmonics]
+    orders += [h.order for mesh in model.meshes for h in mesh.transmission_error]
+    orders += [mesh.alternation.order for mesh in model.meshes if mesh.alternation is not None]
+    return common_period(model.excitation.omega, orders)

@@ -11,6 +11,7 @@ from math import cos, sin
 
 import numpy as np
 
+from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
 from gearrattle.assembly.elements import elements_of, law_of, rows_of
 from gearrattle.assembly.friction import Named, companions_of
 from gearrattle.assembly.period import period_of
@@ -18,6 +19,7 @@ from gearrattle.assembly.prescribed import free_of
 from gearrattle.assembly.signals import mean_torque, signals_of
 from gearrattle.model import GROUND, Harmonic, Mesh, Model
 from gearrattle.remember import remembered
+from gearrattle.system.clock import Clock
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.trajectory import Layout
 
@@ -25,12 +27,19 @@ from gearrattle.trajectory import Layout
 @remembered(8)
 def companions(model: Model) -> tuple[Named, ...]:
     """Everything beside the laws, in element order."""
-    period = period_of(model).period
-    return tuple(
-        named
-        for k, element in enumerate(elements_of(model))
-        for named in companions_of(k, element, law_of(element), period)
-    )
+    period, found = period_of(model).period, list[Named]()
+    for k, element in enumerate(elements_of(model)):
+        found += companions_of(k, element, law_of(element), period)
+        if isinstance(element, Mesh) and element.alternation is not None:
+            found.append(alternating(k, element, element.alternation, law_of(element)))
+    return tuple(found)
+
+
+def _clock(model: Model) -> Clock | None:
+    """When meshes whose stiffness alternates change."""
+    names = [named.name for named in companions(model)]
+    places = [(names.index(pairs_name(m)), m, m.alternation) for m in model.meshes if m.alternation is not None]
+    return clock_of(model, places)
 
 
 @remembered(8)
@@ -61,6 +70,7 @@ def assemble(model: Model) -> PiecewiseSystem:
         inputs=Harmonics(common.period, common.cycles[: len(column)], mean[free], *torque[:, free], *error),
         companions=tuple(named.companion for named in companions(model)),
         signals=signals_of(model),
+        clock=_clock(model),
     )
 
 

@@ -6,7 +6,7 @@
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
 from gearrattle.model.model import SCHEMA_VERSION, Model
-from gearrattle.model.parts import Coupling, Inertia, Mesh, Piece, Stage
+from gearrattle.model.parts import Alternation, Coupling, Inertia, Mesh, Piece, Stage
 from gearrattle.model.quantity import GROUND
 from gearrattle.model.schema import json_schema
 from gearrattle.model.signal import Points, Signal
@@ -17,6 +17,7 @@ __all__ = [
     "DEFAULTS",
     "GROUND",
     "SCHEMA_VERSION",
+    "Alternation",
     "Coupling",
     "Defaults",
     "Excitation",

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.quantity import GROUND, Between, Choice, Label, Name, Plain, Quantity, attempt, two
+from gearrattle.model.quantity import GROUND, Between, Choice, Label, Name, Order, Plain, Quantity, attempt, two
 from gearrattle.model.table import Breach, Table
 
 _until = Quantity(units.ANGLE, "positive")
@@ -226,6 +226,30 @@ def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Brea
         before = value if value is not None else before
 
 
+class Alternation(Table):
+    """A mesh stiffness that alternates with the tooth pairs in contact, a rectangular wave over the mesh cycle."""
+
+    order: Order
+    """Mesh cycles in a turn of the reference shaft: teeth times the ratio of speeds."""
+    share: Ratio
+    """Part of a cycle in which all pairs are in contact, between 0 and 1: the transverse contact ratio less 1, if that
+    lies between 1 and 2."""
+    fewer: Ratio
+    """Stiffness with a pair less over that with all pairs, below 1."""
+    phase: Annotated[float, Quantity(units.ANGLE)] = 0.0
+    """Of the mesh cycle at t = 0 [rad]; a cycle begins with all pairs in contact."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: a share that is no part of a cycle, a stiffness that does not fall."""
+        for key, low in (("share", True), ("fewer", False)):
+            value = table.get(key)
+            if isinstance(value, float | int) and (value >= 1 or (low and value == 0)):
+                yield Breach((key,), value, "must be below 1" + (", and not 0" if low else ""), "such as 0.6")
+        if table.get("order") in (0, 0.0) and not isinstance(table.get("order"), bool):
+            yield Breach(("order",), table["order"], "must be positive", "teeth times the ratio of speeds")
+
+
 class Mesh(Table):
     """A gear pair on its line of action; its gap, if any, is free of force."""
 
@@ -245,12 +269,17 @@ class Mesh(Table):
     """e(t) = sum of amplitude sin(order Omega t + phase) [m]."""
     contact_damping: ContactDamping = "kelvin-voigt"
     """"clipped": the force of contact neither pulls nor passes twice the spring's; needs backlash."""
+    alternation: Alternation | None = None
+    """How the stiffness alternates with the tooth pairs in contact; ``stiffness`` is that with all pairs."""
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
-        """Yield breaches: clipped damping without a gap."""
+        """Yield breaches: clipped damping without a gap, or with a stiffness that alternates."""
         if table.get("contact_damping") == "clipped":
             yield from _clipped(table.get("backlash"), 'such as backlash = "0.1 mm"')
+            if table.get("alternation") is not None:
+                rule = "clipped contact damping and alternation exclude each other"
+                yield Breach(("alternation",), table["alternation"], rule, "remove one")
 
     @property
     def drive_pieces(self) -> tuple[Piece, ...]:

@@ -1,0 +1,105 @@
+"""Model -> companions and their clock: meshes whose stiffness alternates with the tooth pairs in contact.
+
+In a cycle of the mesh, psi = order phi + phase, all pairs are in contact over the first share of a turn, one pair less
+over the rest. The instants are those at which psi passes a whole turn, or a whole turn and the share.
+
+Takes a Model; gives companions with names, and a Clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly.friction import WORDS, Named
+from gearrattle.assembly.period import CommonPeriod, period_of
+from gearrattle.assembly.signals import ramp_of, signals_of
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Alternation, Mesh, Model
+from gearrattle.system.clock import Clock
+from gearrattle.system.companion import alternation
+from gearrattle.system.law import PiecewiseLaw
+from gearrattle.system.phase import Ramp
+
+Array = NDArray[np.float64]
+
+_WHOLE = 1e-9
+
+
+def alternating(index: int, mesh: Mesh, given: Alternation, law: PiecewiseLaw) -> Named:
+    """The part of a mesh's stiffness that is lacking while a pair less is in contact."""
+    begins = turn_at_start(given) >= given.share
+    made = alternation(index, law, 1.0 - given.fewer, begins_lacking=begins)
+    words = WORDS[:-3:-1] if begins else WORDS[-2:]
+    return Named(made, pairs_name(mesh), tuple(word for word in words for _ in range(law.pieces)))
+
+
+def pairs_name(mesh: Mesh) -> str:
+    """What the companion of an alternating mesh is called."""
+    return f"{mesh.name}.pairs"
+
+
+def turn_at_start(given: Alternation) -> float:
+    """The fraction of a mesh cycle that has passed at t = 0."""
+    return float(given.phase / (2.0 * pi) % 1.0)
+
+
+def clock_of(model: Model, of: Sequence[tuple[int, Mesh, Alternation]]) -> Clock | None:
+    """When alternating meshes change: over one common period, or along a sweep.
+
+    Args:
+        model: the driveline.
+        of: the companion, the mesh and what it says.
+
+    Raises:
+        ModelError: an order that has no whole number of cycles in a period.
+    """
+    if not of:
+        return None
+    ramp, signals = ramp_of(model), signals_of(model)
+    times, which = [], []
+    for companion, mesh, given in of:
+        if ramp is not None:
+            if signals is None:
+                rule = "a stiffness that alternates along a sweep needs a harmonic or a record beside it"
+                raise ModelError(Problem("excitation.sweep", "", rule, "it says how long the run may be"))
+            found = _along(ramp, given, float(signals.knots[-1]))
+        else:
+            found = _repeating(period_of(model), mesh, given, model.excitation.omega)
+        times.append(found)
+        which.append(np.full(found.size, companion))
+    time, companions = np.concatenate(times), np.concatenate(which)
+    order = np.argsort(time, kind="stable")
+    return Clock(time[order], companions[order], repeats=ramp is None)
+
+
+def _begins(given: Alternation) -> Array:
+    """(2,) turns of the mesh from t = 0 to its first two changes, both in (0, 1]."""
+    turns = np.array([1.0, 1.0 + given.share]) - turn_at_start(given)
+    return np.sort(np.where(turns > 1.0, turns - 1.0, turns))
+
+
+def _repeating(common: CommonPeriod, mesh: Mesh, given: Alternation, omega: float) -> Array:
+    """Changes in one common period [s]."""
+    cycle = 2.0 * pi / (given.order * omega)
+    count = common.period / cycle
+    if abs(count - round(count)) > _WHOLE * count:
+        rule = "the mesh must turn through whole cycles in the common period of all orders"
+        place = f"mesh.{mesh.name}.alternation.order"
+        raise ModelError(Problem(place, f"{given.order:g}", rule, "choose an order p/q with a small q"))
+    return np.asarray((np.add.outer(np.arange(round(count)), _begins(given)) * cycle).ravel())
+
+
+def _along(ramp: Ramp, given: Alternation, until: float) -> Array:
+    """Changes along a sweep [s]: phi(t) = Omega_0 t + rate t^2 / 2 solved for t, Omega_1 behind the ramp."""
+    turned = 0.5 * (ramp.begin + ramp.end) * ramp.over
+    whole = turned + max(0.0, until - ramp.over) * ramp.end
+    turns = np.add.outer(np.arange(int(given.order * whole / (2.0 * pi)) + 2), _begins(given)).ravel()
+    angle = turns * 2.0 * pi / given.order
+    within = np.minimum(angle, turned)
+    rising = 2.0 * within / (ramp.begin + np.sqrt(ramp.begin**2 + 2.0 * ramp.rate * within))
+    time = np.where(angle <= turned, rising, ramp.over + (angle - turned) / ramp.end)
+    return np.asarray(time[time <= until])
