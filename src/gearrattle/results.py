@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.assembly import assemble, drive_torque, free_names, name_plate, ramp_of
-from gearrattle.assembly.friction import WORDS
+from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, Points, loads
 from gearrattle.system import variation as growth
@@ -117,6 +117,14 @@ class Run:
                 "force_integral": log.force_integral,
             }
         )
+
+    @cached_property
+    def switches(self) -> pd.DataFrame:
+        """Every switch of a slider or a limit of contact damping: time [s], companion (name), state (words)."""
+        import pandas as pd
+
+        rows = list(switches(assemble(self.model), self.trajectory))
+        return pd.DataFrame(rows, columns=["time", "companion", "state"])
 
     @property
     def speed(self) -> Array | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -224,3 +225,25 @@ def test_friction_over_speed_follows_the_speed(speed: float) -> None:
     slips = np.isin(run.data.slider.sel(companion="arc_springs.0").values, (1, 2))
     assert np.allclose(np.abs(force[slips]), 0.5 * loop, rtol=1e-14)
     assert slips.any() == (speed < 400.0)
+
+
+def test_other_algorithms_are_refused_before_anything_runs(model: gr.Model) -> None:
+    told: list[float] = []
+    with pytest.raises(gr.ModelError, match=r"need exact; the model has damper\.0.*take hysteresis"):
+        gr.compare(model, ["rk4"], cycles=5, progress=told.append)
+    assert told == []
+    with pytest.raises(gr.ModelError, match=r'algorithm = "exact"'):
+        gr.simulate(model, "rk4", cycles=2)
+
+
+def test_switches_have_time_name_and_state(run: gr.Run) -> None:
+    table, beside = run.switches, run.trajectory.companions
+    assert list(table.columns) == ["time", "companion", "state"]
+    assert len(table) == int((beside.watch >= len(run.trajectory.layout.clearance)).sum()) > 50
+    assert np.all(np.diff(table["time"]) >= 0.0)
+    gear = table[table["companion"] == "gear.push"]
+    assert set(gear["state"]) == {"idle"}  # contact begins at the limit, which ends by itself
+    inner = table[table["companion"] == "damper.0"]["state"].tolist()
+    assert all((a == "sticks") != (b == "sticks") for a, b in pairwise(inner))
+    smooth = gr.load(EXAMPLES / "manual_transmission.toml")
+    assert gr.simulate(smooth, cycles=1, samples_per_cycle=8, discard=0).switches.empty

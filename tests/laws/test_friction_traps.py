@@ -161,3 +161,19 @@ def test_a_mesh_with_transmission_error_and_clipped_damping():
     assert len(run.trajectory.companions.time) >= 2 * len(run.events)
     _, exact = hold(Problem(model.start(("0", "0"), ("0", "0")), 1, 24))
     assert to_float(exact.time[-1]) > 0.07
+
+
+@pytest.mark.parametrize(("speed", "region"), [("1", 1), ("-1", 0)])
+def test_a_start_on_a_corner_decided_by_another_slider(speed, region):
+    """a rests on its corner; b moves away from it on a slider alone, whose spring is not stretched yet."""
+    couplings = (
+        Coupling("wall", ("a", "ground"), stages=(Stage("0", until="0.1"), Stage("50"))),
+        Coupling("rub", ("b", "a"), "0", hysteresis="2", stick_stiffness="30"),
+    )
+    model = Driveline("towed", (Body("a", "1"), Body("b", "1")), couplings, speed="3").start(
+        ("0.1", "0.3"), ("0", speed)
+    )
+    run = simulate(model, 1)
+    assert int(run.data.region.values[0, 0]) == region
+    assert len(run.events) == 0 or run.events["time"][0] > 1e-3
+    hold(Problem(model, 1, 24))

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 import gearrattle as gr
-from gearrattle.assembly import assemble
 from tests.oracles.compare import ABSOLUTE, GROWING, HORIZON, Outcome, judge, scales
 from tests.oracles.driveline import Coupling, Driveline, Stage
 from tests.oracles.fixed_point import to_float
@@ -26,6 +25,8 @@ FAMILIES = (
     "half-order",
     "two-trains",
     "everything",
+    "stiff",
+    "static",
 )
 
 
@@ -98,23 +99,7 @@ def hold(problem: Problem) -> tuple[Outcome, Motion]:
 
 def logged(run: gr.Run) -> list[tuple[float, str, str]]:
     """Time, name and what follows of everything a slider or limiter did by itself."""
-    beside, system = run.trajectory.companions, assemble(run.model)
-    if beside is None:
-        return []
-    first, count = len(system.clearances), len(system.laws)
-    pieces = [0] * (count + len(system.companions))
-    start = [*(run.trajectory.initial_region - run.trajectory.layout.region_of_first_piece), *beside.initial]
-    for place, piece in zip(system.places, start, strict=True):
-        pieces[place] = int(piece)
-    now, found = tuple(pieces), []
-    for time, watch, upward in zip(beside.time, beside.watch, beside.upward, strict=True):
-        now = system.beyond(now, int(watch), int(upward))
-        if watch >= first:
-            c = int(watch) - first
-            name = beside.names[c]
-            word = run.trajectory.layout.companion_words[c][now[count + c]]
-            found.append((float(time), *_renamed(name, word)))
-    return found
+    return [(time, *_renamed(name, word)) for time, name, word in run.switches.itertuples(index=False)]
 
 
 def _renamed(name: str, word: str) -> tuple[str, str]:

@@ -17,6 +17,8 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Coupling, Mesh, Model, Piece
 from gearrattle.system.companion import Companion, limiters, slider
 from gearrattle.system.law import PiecewiseLaw
+from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Trajectory
 
 WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits", "all pairs", "a pair less")
 """What the pieces of companions stand for: of sliders, of limiters, of meshes whose stiffness alternates."""
@@ -28,6 +30,26 @@ class Named(NamedTuple):
     companion: Companion
     name: str
     words: tuple[str, ...]
+
+
+def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[float, str, str]]:
+    """Yield time [s], name and new state in words of every companion that left its piece by itself.
+
+    What is engaged or let go because its element enters another piece is no switch: that is a crossing.
+    """
+    beside, layout = motion.companions, motion.layout
+    if beside is None:
+        return
+    pieces, first, count = [0] * (len(system.laws) + len(system.companions)), len(layout.clearance), len(system.laws)
+    for place, piece in zip(
+        system.places, (*(motion.initial_region - layout.region_of_first_piece), *beside.initial), strict=True
+    ):
+        pieces[place] = int(piece)
+    now = tuple(pieces)
+    for time, watch, upward in zip(beside.time.tolist(), beside.watch.tolist(), beside.upward.tolist(), strict=True):
+        now, c = system.beyond(now, watch, upward), watch - first
+        if 0 <= c < len(beside.names):
+            yield time, beside.names[c], layout.companion_words[c][now[count + c]]
 
 
 def is_parted(element: Coupling | Mesh) -> bool:

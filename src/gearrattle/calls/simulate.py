@@ -130,18 +130,29 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     source = model if model.excitation.sweep is None else used  # signals end with the run
     system = assemble(source)
     check_length(model, settings.cycles * period_of(model).period)
-    if system.companions and settings.algorithm != "exact":
-        name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
-        remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
-        raise ModelError(Problem("algorithm", settings.algorithm, f"{rule}; the model has {name}", remedy))
-    if system.signals is not None and settings.algorithm != "exact":
-        rule = "a torque over time, a prescribed motion or a sweep needs exact"
-        raise ModelError(Problem("algorithm", settings.algorithm, rule))
+    check_takes(model, system, settings.algorithm)
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
     notes = (*period_of(model).notes, *_sweep_notes(model), *notes)
     return Plan(used, task, name_plate(model, system), settings.algorithm, settings.discard, notes)
+
+
+def check_takes(model: Model, system: PiecewiseSystem, algorithm: str) -> None:
+    """Refuse a model that only ``exact`` takes to another algorithm.
+
+    Raises:
+        ModelError: friction, clipped contact damping, a torque over time or a sweep.
+    """
+    if algorithm == "exact":
+        return
+    if system.companions:
+        name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
+        remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
+        raise ModelError(Problem("algorithm", algorithm, f"{rule}; the model has {name}", remedy))
+    if system.signals is not None:
+        rule = "a torque over time, a prescribed motion or a sweep needs exact"
+        raise ModelError(Problem("algorithm", algorithm, rule))
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:

@@ -14,7 +14,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from gearrattle.assembly import assemble
 from gearrattle.calls.settings import settled
+from gearrattle.calls.simulate import check_takes
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
@@ -100,6 +102,8 @@ def side_by_side(
     check_budget(budget)
     shared = {key: value for key, value in grid.items() if value is not None}
     settled(model, {**shared, "tolerance": tolerance, "step": step})
+    for algorithm in (reference, *(contender.algorithm for contender in everyone)):
+        check_takes(model, assemble(model), algorithm)
     told = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), told.next())

@@ -6,6 +6,8 @@ deflection decides; the inner region if there is none.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +43,7 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
                 on_corner[i] = c
     undecided = dict(on_corner)
     for order in range(1, _DERIVATIVES + 1 if undecided else 1):
-        signs = _signs(flow, tuple(pieces), z, order)
+        signs = _signs(flow, _accompanied(flow, pieces, z), z, order)
         for i, c in list(undecided.items()):
             if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
                 pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
@@ -49,10 +51,16 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
     side = np.zeros(flow.system.watched, dtype=np.int64)
     for i, c in on_corner.items():
         side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1
-    for each in flow.system.companions:
-        k = each.element
-        pieces.append(each.start(pieces[k], float(flow.deflection[k] @ z), float(flow.rate[k] @ z)))
-    return tuple(pieces), side
+    return _accompanied(flow, pieces, z), side
+
+
+def _accompanied(flow: Flow, pieces: Sequence[int], z: Array) -> tuple[int, ...]:
+    """The pieces of all elements, and those in which their companions start."""
+    beside = [
+        each.start(pieces[each.element], float(flow.deflection[each.element] @ z), float(flow.rate[each.element] @ z))
+        for each in flow.system.companions
+    ]
+    return (*pieces, *beside)
 
 
 def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:
