@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.campbell import Campbell, campbell
     from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.contact_ratio import contact_ratio
+    from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
@@ -68,6 +69,8 @@ _HOME = {
     "campbell": "calls.campbell",
     "Campbell": "calls.campbell",
     "contact_ratio": "calls.contact_ratio",
+    "gas_torque": "calls.gas_torque",
+    "GasTorque": "calls.gas_torque",
     "nondimensionalize": "calls.scaling",
     "Nondimensional": "calls.scaling",
     "stiffness": "calls.stiffness",
@@ -110,6 +113,7 @@ __all__ = [
     "ConvergenceError",
     "Equilibrium",
     "Fit",
+    "GasTorque",
     "GearRattleError",
     "Model",
     "ModelError",
@@ -132,6 +136,7 @@ __all__ = [
     "criteria",
     "equilibrium",
     "fit",
+    "gas_torque",
     "json_schema",
     "load",
     "loads",

@@ -22,6 +22,7 @@ from gearrattle.assembly.prescribed import angle_of, free_of, places
 from gearrattle.assembly.splines import mean, spline
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Mesh, Model, Torque
+from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import remembered
 from gearrattle.system.channels import Channel, joined
@@ -169,6 +170,9 @@ def _swept(model: Model) -> Iterator[_Part]:
 
 def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:
     """A harmonic whose amplitude may be a table over speed; ``less`` is taken off the amplitude."""
+    if isinstance(amplitude, SquareOfSpeed):
+        low, factor = speeds[0], amplitude.per_square
+        return Tone(order, phase, np.array(speeds), factor * np.array([[low**2, 2.0 * low, 1.0]]))
     if not isinstance(amplitude, AtSpeed):
         return Tone(order, phase, np.array(speeds), np.array([[amplitude - less]]))
     corners, values = np.array(amplitude.speeds), np.array(amplitude.values) - less

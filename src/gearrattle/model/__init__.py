@@ -3,6 +3,7 @@
 ``load`` and ``loads`` read model files; ``Model`` and its parts are frozen; ``json_schema`` describes the format.
 """
 
+from gearrattle.model.engine import Engine
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
 from gearrattle.model.model import SCHEMA_VERSION, Model
@@ -20,6 +21,7 @@ __all__ = [
     "Alternation",
     "Coupling",
     "Defaults",
+    "Engine",
     "Excitation",
     "Harmonic",
     "Inertia",

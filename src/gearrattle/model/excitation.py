@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from gearrattle.model import units
-from gearrattle.model.over_speed import OverSpeed
+from gearrattle.model.engine import Engine, SquareOfSpeed
+from gearrattle.model.over_speed import OMEGA, OverSpeed
 from gearrattle.model.quantity import Name, Order, Quantity
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table
@@ -50,6 +51,37 @@ class Torque(Table):
     """Its sines."""
     signal: Annotated[Signal, OverTime(units.TORQUE, static=True)] | None = None
     """A torque over time, added to the mean and the sines."""
+    engine: Engine | None = None
+    """An engine that gives the mean and the sines."""
+
+    def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
+        """Return the table; at a speed an engine is told as the mean and the sines that it gives."""
+        plain = super().to_plain(at_speed=at_speed)
+        if at_speed and self.engine is not None:
+            del plain["engine"]
+            sines = [h.to_plain(at_speed=True) for h in self.harmonics]
+            plain |= {"mean": self.mean, "harmonics": sines}
+        return plain
+
+    @model_validator(mode="after")
+    def _driven(self, info: ValidationInfo) -> Self:
+        """Let an engine give mean and sines; those of its masses grow with the square of the speed."""
+        if self.engine is not None:
+            gas, masses = self.engine.waves()
+            omega = (info.context or {}).get(OMEGA) or 0.0
+            sines = [*gas, *(w._replace(amplitude=SquareOfSpeed(w.amplitude, omega)) for w in masses)]
+            made = tuple(TorqueHarmonic.model_construct(**wave._asdict()) for wave in sines)
+            self.__dict__.update(mean=self.engine.mean_torque(), harmonics=made)
+        return self
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: an engine beside a mean or sines."""
+        if table.get("engine") is not None:
+            for key in ("mean", "harmonics"):
+                if table.get(key):
+                    rule = f"an engine gives mean and harmonics; {key} may not stand beside it"
+                    yield Breach((key,), table[key], rule, "add another [[torque]] on the same inertia")
 
 
 class Motion(Table):

@@ -56,6 +56,7 @@ class Signal:
         start: time of the record at which a run begins [s].
         static: what the static start and everything linear take it for [SI]; None: the mean from ``start`` on.
         source: where the points came from, in words.
+        key: "time", or "angle" for points over the crank angle: ``time`` is then an angle [rad].
     """
 
     time: Array
@@ -64,6 +65,7 @@ class Signal:
     start: float = 0.0
     static: float | None = None
     source: str = ""
+    key: str = "time"
 
     def __post_init__(self) -> None:
         """Keep the points from being changed."""
@@ -76,7 +78,7 @@ class Signal:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what makes an equal one, for copies and pickles."""
-        return Signal, (self.time, self.value, self.scale, self.start, self.static, self.source)
+        return Signal, (self.time, self.value, self.scale, self.start, self.static, self.source, self.key)
 
     @cached_property
     def digest(self) -> str:
@@ -84,7 +86,7 @@ class Signal:
         return sha256(self.time.tobytes() + self.value.tobytes()).hexdigest()[:32]
 
     def _key(self) -> tuple[object, ...]:
-        return self.digest, self.scale, self.start, self.static, self.source
+        return self.digest, self.scale, self.start, self.static, self.source, self.key
 
     def __eq__(self, other: object) -> bool:
         """Compare points and settings."""
@@ -103,7 +105,7 @@ class Signal:
             "source": self.source or None,
         }
         points: dict[str, Any] = (
-            {STORED: self.digest} if stored else {"time": self.time.tolist(), "value": self.value.tolist()}
+            {STORED: self.digest} if stored else {self.key: self.time.tolist(), "value": self.value.tolist()}
         )
         return {**points, **{key: value for key, value in settings.items() if value is not None}}
 
@@ -115,15 +117,19 @@ class OverTime:
     Attributes:
         dimension: of the values.
         static: whether the key ``static`` is allowed.
+        key, along: name and dimension of what the values are given over.
     """
 
     dimension: Dimension
     static: bool = False
+    key: str = "time"
+    along: Dimension = units.TIME
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of its table."""
-        return ("file", "time", "value", "scale", "start", *(("static",) if self.static else ()), "source")
+        start = ("start",) if self.key == "time" else ()
+        return ("file", self.key, "value", "scale", *start, *(("static",) if self.static else ()), "source")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def check(value: Any, info: ValidationInfo) -> Signal:
@@ -149,22 +155,24 @@ class OverTime:
         if STORED in table:
             time, value = stored[table[STORED]]
             return Signal(time, value, **settings)
-        missing = [key for key in ("time", "value") if key not in table]
+        missing = [key for key in (self.key, "value") if key not in table]
         if missing:
             raise breach(f"{missing[0]} is required: a column of the file, or a list of numbers", _EXAMPLE)
         if "file" in table:
             return self._from_file(table, Path(context.get(FOLDER) or ""), dimensionless, settings)
-        time = self._points("time", table["time"], units.TIME, dimensionless)
+        time = self._points(self.key, table[self.key], self.along, dimensionless)
         value = self._points("value", table["value"], self.dimension, dimensionless)
         if time.size != value.size:
-            raise breach(f"time and value must be of equal length; they have {time.size} and {value.size} entries")
+            raise breach(
+                f"{self.key} and value must be of equal length; they have {time.size} and {value.size} entries"
+            )
         if at := _out_of_order(time):
-            raise breach(f"times must ascend; entry {at} is {time[at]:.9g}, the one before {time[at - 1]:.9g}")
+            raise breach(f"{self.key}s must ascend; entry {at} is {time[at]:.9g}, the one before {time[at - 1]:.9g}")
         return self._checked(Signal(time, value, **settings), "", "")
 
     def _settings(self, table: Mapping[str, Any], dimensionless: bool) -> dict[str, Any]:
         """Read the keys beside the points."""
-        settings: dict[str, Any] = {}
+        settings: dict[str, Any] = {"key": self.key}
         readers = {"scale": Plain(), "start": Quantity(units.TIME), "static": Quantity(self.dimension)}
         for key, reader in readers.items():
             if key in table:
@@ -180,22 +188,24 @@ class OverTime:
     def _from_file(
         self, table: Mapping[str, Any], folder: Path, dimensionless: bool, settings: dict[str, Any]
     ) -> Signal:
-        names = {key: table[key] for key in ("file", "time", "value")}
+        names = {key: table[key] for key in ("file", self.key, "value")}
         wrong = [key for key, name in names.items() if not isinstance(name, str) or not name or "\0" in name]
         if wrong:
             rule = f"{wrong[0]} must be a text in quotes, as there is a file: its path, or the name of a column"
             raise breach(rule, _EXAMPLE)
         path = folder / names["file"]
         try:
-            columns = read_columns(path, {names["time"]: units.TIME, names["value"]: self.dimension}, dimensionless)
-            time, value = columns.values[names["time"]], columns.values[names["value"]]
+            columns = read_columns(path, {names[self.key]: self.along, names["value"]: self.dimension}, dimensionless)
+            time, value = columns.values[names[self.key]], columns.values[names["value"]]
             if at := _out_of_order(time):
-                rule = f"times must ascend; the one before is {time[at - 1]:.9g} s"
-                raise RecordError(columns.place(at, names["time"]), f"{time[at]:.9g} s", rule, "sort the record")
+                unit = self.along.si
+                rule = f"{self.key}s must ascend; the one before is {time[at - 1]:.9g} {unit}"
+                place = columns.place(at, names[self.key])
+                raise RecordError(place, f"{time[at]:.9g} {unit}", rule, "sort the record")
         except RecordError as error:
             raise breach(error.rule, error.remedy, place=error.place, found=error.found) from None
-        source = settings.pop("source") or f"{names['file']}: {names['value']} over {names['time']}"
-        return self._checked(Signal(time, value, source=source, **settings), str(path), names["time"])
+        source = settings.pop("source") or f"{names['file']}: {names['value']} over {names[self.key]}"
+        return self._checked(Signal(time, value, source=source, **settings), str(path), names[self.key])
 
     def _points(self, key: str, entries: Any, dimension: Dimension, dimensionless: bool) -> Array:
         """Read a list of numbers, or of quantities."""
@@ -227,7 +237,7 @@ class OverTime:
             rule = f"a signal needs {FEWEST} points or more: a cubic spline goes through them"
             raise breach(rule, place=place, found=f"{signal.time.size} points")
         first, last = float(signal.time[0]), float(signal.time[-1])
-        if not first <= signal.start < last:
+        if signal.key == "time" and not first <= signal.start < last:
             rule = f"the record goes from {first:.9g} s to {last:.9g} s, and a run begins at its {signal.start:.9g} s"
             raise breach(rule, f"choose another start, such as start = {first!r}", place=place)
         return signal
@@ -235,13 +245,18 @@ class OverTime:
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema: a file and its columns, or two lists."""
         number = {"type": "array", "minItems": FEWEST}
-        quantity, time = Quantity(self.dimension).describe(), Quantity(units.TIME).describe()
+        quantity, along = Quantity(self.dimension).describe(), Quantity(self.along).describe()
         static = {"static": quantity} if self.static else {}
-        shared = {"scale": {"type": "number"}, "start": time, **static, "source": {"type": "string"}}
+        shared = {
+            "scale": {"type": "number"},
+            **({"start": along} if self.key == "time" else {}),
+            **static,
+            "source": {"type": "string"},
+        }
         text = {"type": "string", "minLength": 1}
         forms = (
-            (["file", "time", "value"], {"file": text, "time": text, "value": text}),
-            (["time", "value"], {"time": {**number, "items": time}, "value": {**number, "items": quantity}}),
+            (["file", self.key, "value"], {"file": text, self.key: text, "value": text}),
+            ([self.key, "value"], {self.key: {**number, "items": along}, "value": {**number, "items": quantity}}),
         )
         return {
             "anyOf": [
@@ -251,7 +266,7 @@ class OverTime:
                 }
                 for required, keys in forms
             ],
-            "description": f"{self.dimension.name} over time: columns of a CSV file, or lists of points",
+            "description": f"{self.dimension.name} over {self.key}: columns of a CSV file, or lists of points",
         }  # fmt: skip
 
 

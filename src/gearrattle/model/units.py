@@ -69,6 +69,8 @@ FREQUENCY = Dimension(
 LENGTH = Dimension("length", "m", (0, 1, 0, 0), "0.1 mm")
 LINEAR_STIFFNESS = Dimension("stiffness along the line of action", "N/m", (1, 0, -2, 0), "7.2e8 N/m")
 LINEAR_DAMPING = Dimension("damping along the line of action", "N*s/m", (1, 0, -1, 0), "4500 N*s/m")
+MASS = Dimension("mass", "kg", (1, 0, 0, 0), "0.8 kg")
+PRESSURE = Dimension("pressure", "Pa", (1, -1, -2, 0), "60 bar")
 TIME = Dimension("time", "s", (0, 0, 1, 0), "20 us")
 
 _ENERGY: Exponents = (1, 2, -2, 0)

@@ -40,7 +40,7 @@ def trust(findings: Findings) -> list[str]:
     judged = f"{window.cycles} of {trajectory.cycles} cycles are judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
     impacts = find_impacts(trajectory).within(window)
-    if len(impacts) and window.cycles > 1:
+    if len(impacts) and window.cycles > 1 and findings.model.excitation.sweep is None:
         middle = 0.5 * (window.start + window.end)
         early = int(np.count_nonzero(impacts.time < middle))
         judged += (

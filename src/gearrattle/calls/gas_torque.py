@@ -1,0 +1,91 @@
+"""``gas_torque``: a pressure trace and the geometry of a four-stroke engine in, its mean torque and harmonics out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gearrattle.model.engine import Engine, SquareOfSpeed, Wave
+from gearrattle.model.excitation import Excitation
+from gearrattle.model.over_speed import OMEGA
+from gearrattle.model.problems import Positions, model_error
+
+
+@dataclass(frozen=True)
+class GasTorque:
+    """The torque of an engine.
+
+    Attributes:
+        mean: mean torque of all cylinders [N m].
+        work: of one cycle of all cylinders, 4 pi times the mean [J].
+        gas, masses: (order, amplitude [N m], phase [rad]) of gas and of oscillating masses at the speed.
+    """
+
+    mean: float
+    work: float
+    gas: tuple[Wave, ...]
+    masses: tuple[Wave, ...]
+
+    @property
+    def harmonics(self) -> tuple[Wave, ...]:
+        """Gas and masses together, one harmonic an order."""
+        sums: dict[float, complex] = {}
+        for wave in (*self.gas, *self.masses):
+            sums[wave.order] = sums.get(wave.order, 0.0) + wave.amplitude * np.exp(1j * wave.phase)
+        return tuple(Wave(n, float(abs(z)), float(np.angle(z))) for n, z in sorted(sums.items()))
+
+    def to_table(self) -> dict[str, Any]:
+        """Return mean and harmonics as a ``[[torque]]`` of a model file has them."""
+        return {"mean": self.mean, "harmonics": [{k: float(v) for k, v in w._asdict().items()} for w in self.harmonics]}
+
+
+def gas_torque(
+    *,
+    cylinders: int,
+    bore: float | str,
+    stroke: float | str,
+    rod: float | str,
+    pressure: dict[str, Any],
+    speed: float | str,
+    mass: float | str = 0.0,
+    crankcase: float | str = 101325.0,
+    firing: Sequence[float | str] = (),
+    orders: int = 12,
+) -> GasTorque:
+    """Torque of a four-stroke engine on its crankshaft, at a constant speed.
+
+    Args:
+        cylinders: their number.
+        bore, stroke, rod: diameter, twice the crank radius, length of a connecting rod [m], or with a unit.
+        pressure: absolute pressure in a cylinder over 720 deg of crank angle: ``{"file": ..., "angle": ..., "value":
+            ...}``, a CSV file and its columns, or two lists ``{"angle": [...], "value": [...]}`` [rad, Pa]. Angle 0 is
+            a top dead centre.
+        speed: of the crankshaft [rad/s], or with a unit.
+        mass: oscillating mass of one cylinder: piston, pin, and the rod's share [kg], or with a unit.
+        crankcase: pressure below the pistons [Pa], or with a unit.
+        firing: crank angle at which each cylinder is where the trace begins [rad]; empty: even intervals.
+        orders: the highest order.
+
+    Returns:
+        Mean, work of a cycle and harmonics; phases count from angle 0 of the trace of the first cylinder.
+
+    Raises:
+        ModelError: a value, unit or file that is none.
+    """
+    table = {
+        "cylinders": cylinders, "bore": bore, "stroke": stroke, "rod": rod, "pressure": pressure, "mass": mass,
+        "crankcase": crankcase, "firing": list(firing), "orders": orders,
+    }  # fmt: skip
+    try:
+        omega = Excitation.model_validate({"speed": speed}).omega
+        engine = Engine.model_validate(table, context={OMEGA: omega})
+    except ValidationError as error:
+        raise model_error(error, table, Positions()) from None
+    gas, masses = engine.waves()
+    mean = engine.mean_torque()
+    moving = tuple(w._replace(amplitude=float(SquareOfSpeed(w.amplitude, omega))) for w in masses)
+    return GasTorque(mean, 4.0 * np.pi * mean, gas, moving)

@@ -1,0 +1,44 @@
+"""A cylinder's pressure over one cycle: the periodic cubic spline through a trace over 720 degrees.
+
+Takes the points of a ``Signal`` over crank angle; gives pressures.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from gearrattle.model.signal import Signal
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+_CYCLE = 4.0 * math.pi
+_SAME = 1e-6
+
+
+def missing(signal: Signal) -> str:
+    """Say why a trace is no whole cycle; empty if it is one."""
+    import numpy as np
+
+    span, step = float(signal.time[-1] - signal.time[0]), float(np.diff(signal.time).max())
+    if span > _CYCLE * (1.0 + _SAME):
+        return f"must cover one cycle, 720 deg; it covers {math.degrees(span):.6g}"
+    if span + step < _CYCLE * (1.0 - _SAME):
+        return f"must cover one cycle, 720 deg; it covers {math.degrees(span):.6g}"
+    return ""
+
+
+def pressure_at(signal: Signal, angle: Array) -> Array:
+    """Pressure at crank angles [Pa, rad]; where the trace has both ends of the cycle, the first one counts."""
+    import numpy as np
+    from scipy.interpolate import CubicSpline
+
+    inside = signal.time < signal.time[0] + _CYCLE * (1.0 - _SAME)
+    along = np.append(signal.time[inside], signal.time[0] + _CYCLE)
+    value = np.append(signal.value[inside], signal.value[0]) * signal.scale
+    spline = CubicSpline(along, value, bc_type="periodic")
+    return np.asarray(spline(along[0] + np.remainder(angle - along[0], _CYCLE)))
