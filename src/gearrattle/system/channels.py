@@ -76,12 +76,13 @@ class Channel:
 def shifted(coefficients: Array, by: Array) -> Array:
     """(G, D + 1) coefficients of the same polynomials about points (G,) further on."""
     degree = coefficients.shape[1] - 1
-    powers = by[:, None] ** np.arange(degree + 1)
-    out = np.zeros_like(coefficients)
+    out, further = coefficients.copy(), by != 0.0
+    given, powers = coefficients[further], by[further, None] ** np.arange(degree + 1)
+    moved = np.zeros_like(given)
     for i in range(degree + 1):
         for j in range(i, degree + 1):
-            out[:, i] += comb(j, i) * coefficients[:, j] * powers[:, j - i]
-    out[by == 0.0] = coefficients[by == 0.0]
+            moved[:, i] += comb(j, i) * given[:, j] * powers[:, j - i]
+    out[further] = moved
     return out
 
 

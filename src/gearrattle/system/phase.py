@@ -26,6 +26,7 @@ PER_RADIAN = Fraction(1591549430918953357688837633725143620344596457404564487476
 _RATE = 220
 _CLOCK = 90
 _KEPT = 62
+_MULTIPLE = 512
 
 
 @dataclass(frozen=True)
@@ -56,20 +57,32 @@ class Ramp:
         return self.over * (speed - self.begin) / (self.end - self.begin)
 
     def turns(self, orders: Sequence[float], time: Array) -> Array:
-        """(H, t) fractions of a turn that ``orders`` times the angle have made at times (t,) [s], rounded once."""
+        """(H, t) fractions of a turn that ``orders`` times the angle have made at times (t,) [s].
+
+        Rounded once, and of a multiple of the lowest order by less than 2^-55 besides.
+        """
         ticks = [(top << _CLOCK) // bottom for top, bottom in map(float.as_integer_ratio, np.asarray(time).tolist())]
-        over = _whole(Fraction(self.over), _CLOCK)
-        cut = _RATE + 2 * _CLOCK
-        mask, kept, whole = (1 << cut) - 1, cut - _KEPT, 1 << _KEPT
-        out = np.empty((len(orders), len(ticks)))
+        out, lowest = np.empty((len(orders), len(ticks))), min((o for o in orders if o > 0.0), default=0.0)
+        base = self._turned(lowest, ticks) if lowest else np.zeros(len(ticks), np.uint64)
         for h, order in enumerate(orders):
-            slope, bend, final, at_end = self._rates(order)
-            turned = [
-                (slope + bend * tick) * tick if tick <= over else final * tick + at_end
-                for tick in ticks
-            ]  # fmt: skip
-            out[h] = [((each & mask) >> kept) / whole for each in turned]
+            times = Fraction(order) / Fraction(lowest) if lowest else Fraction(0)
+            if times.denominator == 1 and times <= _MULTIPLE:
+                turned = base * np.uint64(times)  # whole turns fall away by themselves
+            else:
+                turned = self._turned(order, ticks)
+            out[h] = (turned >> np.uint64(64 - _KEPT)).astype(np.float64) / (1 << _KEPT)
         return out
+
+    def _turned(self, order: float, ticks: Sequence[int]) -> NDArray[np.uint64]:
+        """(t,) fractions of a turn in units of 2^-64."""
+        over, cut = _whole(Fraction(self.over), _CLOCK), _RATE + 2 * _CLOCK
+        mask, kept = (1 << cut) - 1, cut - 64
+        slope, bend, final, at_end = self._rates(order)
+        turned = (
+            (slope + bend * tick) * tick if tick <= over else final * tick + at_end
+            for tick in ticks
+        )  # fmt: skip
+        return np.array([(each & mask) >> kept for each in turned], dtype=np.uint64)
 
     def _rates(self, order: float) -> tuple[int, int, int, int]:
         """Turns per tick and tick squared while the speed changes; per tick, and to begin with, afterwards."""

@@ -209,24 +209,29 @@ class _Course:
     knots: Array
     turned: dict[float, Array]
 
-    def values(self, sound: Sound, since: Array) -> Array:
-        """(3, G, P) f, f' and f'' at times (G, P) after the begins."""
+    def values(self, sound: Sound, since: Array, derivative: int) -> Array:
+        """(G, P) f, f' or f'' at times (G, P) after the begins."""
         ramp, knots = self.ramp, self.knots
         rate = np.where(knots[:-1] < ramp.over, ramp.rate, 0.0)[:, None]
         begin = ramp.speed(knots[:-1])[:, None]
         speed, middle = begin + rate * since, ramp.speed(0.5 * (knots[1:] + knots[:-1]))
-        out = np.zeros((3, *since.shape))
+        turned, out = since * (begin + 0.5 * rate * since), np.zeros(since.shape)
         for tone in sound.tones:
             piece = tone.piece(middle)[:, None]
-            a, slope, bend = (tone.of_piece(piece, speed, d) * rate**d for d in range(3))
+            a, slope, bend = (tone.of_piece(piece, speed, d) * rate**d if d <= derivative else 0.0 for d in range(3))
             if tone.order == 0.0:
-                out += np.stack([a, slope, bend]) * np.sin(tone.phase)
+                out += (a, slope, bend)[derivative] * np.sin(tone.phase)
                 continue
-            angle = self.turned[tone.order][:, None] + tone.phase + tone.order * since * (begin + 0.5 * rate * since)
-            sine, cosine, turning = np.sin(angle), np.cos(angle), tone.order * speed
-            out[0] += a * sine
-            out[1] += slope * sine + a * turning * cosine
-            out[2] += (bend - a * turning**2) * sine + (2.0 * slope * turning + a * tone.order * rate) * cosine
+            angle = self.turned[tone.order][:, None] + tone.phase + tone.order * turned
+            if derivative == 0:
+                out += a * np.sin(angle)
+                continue
+            turning = tone.order * speed
+            if derivative == 1:
+                out += slope * np.sin(angle) + a * turning * np.cos(angle)
+                continue
+            out += (bend - a * turning**2) * np.sin(angle)
+            out += (2.0 * slope * turning + a * tone.order * rate) * np.cos(angle)
         return out
 
 
@@ -235,14 +240,15 @@ def _polynomials(course: _Course, sound: Sound) -> Array:
     length = np.diff(course.knots)
     degree = DEGREE - 2 if sound.smooth else DEGREE
     nodes = chebyshev.chebpts1(degree + 1)
-    values = course.values(sound, 0.5 * length[:, None] * (1.0 + nodes))[2 if sound.smooth else 0]
+    values = course.values(sound, 0.5 * length[:, None] * (1.0 + nodes), 2 if sound.smooth else 0)
     found = values @ (2.0 / (degree + 1) * np.cos(np.outer(np.arccos(nodes), np.arange(degree + 1))))
     found[:, 0] *= 0.5
     powers = found @ _monomials(degree)
     if not sound.smooth:
         return np.asarray(powers / length[:, None] ** np.arange(DEGREE + 1))
     j = np.arange(2, DEGREE + 1)
-    ends = course.values(sound, np.column_stack([np.zeros_like(length), length]))[:2]
+    sides = np.column_stack([np.zeros_like(length), length])
+    ends = np.stack([course.values(sound, sides, derivative) for derivative in (0, 1)])
     begin, end = np.moveaxis(ends, 2, 0) * np.array([np.ones_like(length), length])
     inner = np.column_stack([begin.T, powers * (length**2)[:, None] / (j * (j - 1))])
     wrong = end[0] - inner.sum(axis=1), end[1] - inner @ np.arange(DEGREE + 1.0)
