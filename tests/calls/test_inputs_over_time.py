@@ -347,3 +347,21 @@ def test_the_whole_procedure_runs(tmp_path: Path) -> None:
         findings = procedure(model, cycles=8)
         assert findings.advice is None
         assert findings.verdict.sentence
+
+
+def test_what_looks_at_the_motion_once_a_period_refuses() -> None:
+    for model in (with_record(), with_motion("speed", SHAPE), swept()):
+        with pytest.raises(gr.ModelError, match="repeat every period"):
+            gr.bifurcation(model, "coupling.shaft.stiffness", [90.0, 110.0])
+        with pytest.raises(gr.ModelError, match="repeat every period"):
+            gr.basins(model, {"velocity.load": [0.0, 1.0]})
+
+
+def test_studies_compute_what_single_runs_do() -> None:
+    for model in (with_record(), with_motion("speed", SHAPE), swept()):
+        study = gr.study(model, axes={"coupling.shaft.stiffness": [90.0, 110.0]}, outputs=["crossings per cycle"])
+        for stiffness in (90.0, 110.0):
+            run = gr.simulate(model.with_({"coupling.shaft.stiffness": stiffness}))
+            found = float(study["crossings per cycle"].sel({"coupling.shaft.stiffness": stiffness}))
+            inside = (run.events.time > run.trajectory.discard * run.trajectory.layout.period).sum()
+            assert found == pytest.approx(inside / (run.trajectory.cycles - run.trajectory.discard))

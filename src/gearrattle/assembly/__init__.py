@@ -6,7 +6,7 @@ from gearrattle.assembly.lumped import lumped_model, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
 from gearrattle.assembly.prescribed import drive_torque, free_names, free_of, moved, places, whole, whole_trajectory
 from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
-from gearrattle.assembly.steady import refuse_motions, steady, unsteady
+from gearrattle.assembly.steady import refuse_motions, refuse_unsteady, steady, unsteady
 from gearrattle.assembly.system import assemble, name_plate
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "places",
     "ramp_of",
     "refuse_motions",
+    "refuse_unsteady",
     "rows_of",
     "signals_of",
     "steady",

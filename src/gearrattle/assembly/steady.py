@@ -47,3 +47,14 @@ def refuse_motions(model: Model, what: str) -> None:
         raise ModelError(
             Problem("motion.0", f"a prescribed motion of {model.motions[0].on}", rule, "remove [[motion]]")
         )
+
+
+def refuse_unsteady(model: Model, what: str) -> None:
+    """Refuse a model under anything but harmonics of one speed.
+
+    Raises:
+        ModelError: naming what needs inputs that repeat.
+    """
+    if left := unsteady(model):
+        rule = f"{what} needs inputs that repeat every period"
+        raise ModelError(Problem("model", "; ".join(left), rule, "give harmonics of one speed"))

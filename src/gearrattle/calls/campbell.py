@@ -129,7 +129,9 @@ def campbell(
     Raises:
         ModelError: a range that is none, more than 64 states, or what ``modes`` refuses.
     """
-    low, high = (0.0, 2.0 * model.excitation.omega) if speeds is None else _range(model, speeds)
+    sweep = model.excitation.sweep
+    fastest = model.excitation.omega if sweep is None else max(sweep.begin, sweep.end)
+    low, high = (0.0, 2.0 * fastest) if speeds is None else _range(model, speeds)
     states = _states(contact_ratio or {})
     found = tuple(modes(model, contact_ratio=state, region=region) for state in states)
     orders = _orders(model)

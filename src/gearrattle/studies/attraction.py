@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from gearrattle.assembly import refuse_unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem
@@ -106,6 +107,7 @@ def prepare(
     most: int = MOST,
 ) -> Basins:
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
+    refuse_unsteady(model, "a map of basins")
     _check(samples, method, tolerance, same)
     base = model.with_(dict(fixed)) if fixed else model
     chosen = section_of(base, section, phase)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearrattle.assembly import assemble
+from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ModelError, Problem
@@ -129,6 +129,7 @@ def prepare(
     fixed: Mapping[str, Any] | None = None,
 ) -> Diagram:
     """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
+    refuse_unsteady(model, "a bifurcation diagram")
     problems = []
     if direction not in WAYS:
         problems.append(Problem("direction", f'"{direction}"', f"must be one of {', '.join(WAYS)}"))
