@@ -247,3 +247,14 @@ def test_switches_have_time_name_and_state(run: gr.Run) -> None:
     assert all((a == "sticks") != (b == "sticks") for a, b in pairwise(inner))
     smooth = gr.load(EXAMPLES / "manual_transmission.toml")
     assert gr.simulate(smooth, cycles=1, samples_per_cycle=8, discard=0).switches.empty
+
+
+def test_friction_is_no_parameter_of_a_fit(model: gr.Model, tmp_path: Path) -> None:
+    frequency = gr.modes(model).frequencies[1] / (2 * np.pi)
+    (tmp_path / "data.toml").write_text(
+        f'[[mode]]\nnumber = 2\nfrequency = "{frequency} Hz"\nstandard_error = "0.2 Hz"\n'
+    )
+    with pytest.raises(gr.ModelError, match="friction enters neither modes nor linear responses"):
+        gr.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.1.hysteresis"])
+    found = gr.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.2.stiffness"])
+    assert any(LEFT_OUT in note for note in found.notes)

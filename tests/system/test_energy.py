@@ -81,3 +81,51 @@ def test_the_audit_can_fail() -> None:
     assert tampered(samples=nudged).relative_residual > 1e-6
     missed = {key: (lambda a: np.delete(a, [2, 3])) for key in ("time", "clearance", "piece")}
     assert tampered(**missed).relative_residual > 1e-6
+
+
+def audited(**changes: object) -> EnergyAudit:
+    """A clutch with sliders and clipped damping; ``changes`` take the place of parts of its log."""
+    import gearrattle as gr
+    from gearrattle.calls.simulate import prepare
+    from tests.architecture.places import EXAMPLES
+
+    model = gr.load(EXAMPLES / "clutch_friction.toml")
+    march = ExactMarch(prepare(model, {"cycles": 3, "samples_per_cycle": 16, "discard": 0}, False).task)
+    while march.advance():
+        pass
+    motion, system = march.motion(), march.flow.system
+    path, pieces = motion.beside.path, [0] * (len(system.laws) + len(system.companions))
+    for place, piece in zip(system.places, (*motion.initial_piece, *motion.beside.initial), strict=True):
+        pieces[place] = int(piece)
+    log = {
+        "time": path.time / system.inputs.period,
+        "watch": path.watch,
+        "upward": path.upward,
+        "memory": path.memory * march.flow.memory,
+    }
+    parts = {"samples": march.sampled_z(), "per_cycle": 16, **log, **changes}
+    if "without" in parts:
+        gone = np.flatnonzero(log["watch"] == parts.pop("without"))[:1]
+        parts |= {name: np.delete(values, gone, axis=0) for name, values in log.items()}
+    if "late" in parts:
+        parts["time"] = np.sort(log["time"] + parts.pop("late") * (log["watch"] == 3))
+    auditor = Auditor(march.flow, tuple(pieces), **parts)
+    while not auditor.advance():
+        pass
+    return auditor.result()
+
+
+def test_the_balance_of_a_clutch_with_friction_closes() -> None:
+    energy = audited()
+    assert energy.relative_residual <= 1e-13
+    assert energy.friction_loss[0] > 0.5 * energy.element_loss[0] > 0.0
+    assert not energy.friction_loss[1:].any()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"without": 3}, {"without": 4}, {"without": 8}, {"late": 1e-5}],
+    ids=["slip", "outer", "clipping", "late"],
+)
+def test_a_switch_that_is_missing_or_late_shows(changes: dict[str, object]) -> None:
+    assert audited(**changes).relative_residual > 1e-9

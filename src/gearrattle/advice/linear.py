@@ -42,7 +42,8 @@ class Excursions:
         """(K,) the oscillation's reach as a share of the way to the nearer corner; 1 and more where it crosses."""
         middle = 0.5 * (self.low + self.high)
         room = np.maximum(np.minimum(self.ceiling - middle, middle - self.floor), np.finfo(float).tiny)
-        return np.asarray(0.5 * (self.high - self.low) / room)
+        with np.errstate(over="ignore"):  # at rest on a corner there is no room: infinite
+            return np.asarray(0.5 * (self.high - self.low) / room)
 
 
 def excursions(system: PiecewiseSystem, rest: Equilibrium) -> Excursions:

@@ -112,7 +112,7 @@ def free_parameters(
         Problem(f"free: {path}", shown(found), rule, remedy)
         for path in paths
         for found in [value_at(tables, path)]
-        for rule, remedy in [_not_positive(found)]
+        for rule, remedy in [_of_friction(path) or _not_positive(found)]
         if rule
     ]
     unknown = [path for path in bounds if path not in paths]
@@ -183,6 +183,13 @@ def _expanded(free: Sequence[str], names: Sequence[str]) -> list[str]:
         rule = "no parameter is free: at least one path is needed"
         raise ModelError(Problem("free", "", rule, 'such as "coupling.clutch.stiffness"; "inertia.*.J" frees all J'))
     return list(paths)
+
+
+def _of_friction(path: str) -> tuple[str, str] | None:
+    """Say that friction cannot be a parameter; None for any other value."""
+    if path.rsplit(".", 1)[-1] not in ("hysteresis", "stick_stiffness"):
+        return None
+    return "friction enters neither modes nor linear responses", "leave it out of free"
 
 
 def _not_positive(value: object) -> tuple[str, str]:
