@@ -365,3 +365,16 @@ def test_studies_compute_what_single_runs_do() -> None:
             found = float(study["crossings per cycle"].sel({"coupling.shaft.stiffness": stiffness}))
             inside = (run.events.time > run.trajectory.discard * run.trajectory.layout.period).sum()
             assert found == pytest.approx(inside / (run.trajectory.cycles - run.trajectory.discard))
+
+
+def test_a_record_goes_with_its_body_into_a_group() -> None:
+    """A body of twice the speed is lumped onto its neighbour: its torque counts twice."""
+    text = TAME.replace('between = ["load", "ground"]', 'between = ["load", "wheel"]')
+    text = text.replace("[[coupling]]", '[[inertia]]\nname = "wheel"\nJ = 1.0\n[[coupling]]', 1)
+    text += '[[inertia]]\nname = "pinion"\nJ = 1e-4\n[[mesh]]\nname = "gears"\nbetween = ["pinion", "wheel"]\n'
+    text += 'radii = [0.05, 0.1]\nstiffness = 1e9\n[[torque]]\non = "pinion"\n'
+    signal = {"time": TIME.tolist(), "value": SHAPE.tolist(), "scale": 3.0, "static": 1.0}
+    smaller = gr.reduce(gr.loads(text).with_({"torque.0.signal": signal}), "20 Hz").model
+    kept = smaller.torques[0].signal
+    assert kept is not None
+    assert (smaller.torques[0].on, kept.scale, kept.static) == ("wheel", 6.0, 2.0)
