@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
+import time
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.errors import ModelError, SchedulerLost
+from gearrattle.errors import Cancelled, ModelError, SchedulerLost
 from gearrattle.studies.cases import OUTCOMES
 from gearrattle.studies.places import Folder, Place
 from gearrattle.studies.schedulers import hand_over
@@ -124,6 +125,24 @@ def test_a_folder_that_workers_do_not_see_is_told(client: Any, tmp_path: Path) -
 
 def _moved(_place: Place, name: str, digest: str) -> Handed:
     return Handed(Folder(Path("/nowhere/at/all")), name, digest)
+
+
+def test_a_cluster_without_workers_is_told_and_may_be_left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(import_module("gearrattle.studies.schedulers.cluster"), "_PATIENCE_ALONE", 0.5)
+    begun = time.monotonic()
+
+    def enough(_: float) -> None:
+        if time.monotonic() - begun > 6.0:
+            raise Cancelled("enough")
+
+    options = {"dashboard_address": None, "silence_logs": 50}
+    with (
+        distributed.LocalCluster(n_workers=0, **options) as cluster,
+        distributed.Client(cluster) as alone,
+        pytest.warns(RuntimeWarning, match="has no workers: the study waits"),
+        pytest.raises(Cancelled),
+    ):
+        gr.study(model(), {TORQUE: [0.2, 0.4]}, ["verdict"], scheduler=alone, output=tmp_path / "s", progress=enough)
 
 
 def test_nobody_at_an_address_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ Takes an address or a ``distributed.Client``, and a Store; gives chunks as they 
 from __future__ import annotations
 
 import time
+import warnings
 from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -29,6 +30,7 @@ from gearrattle.studies.store import Store
 
 _PATIENCE_CONNECTING = 10.0  # seconds
 _COUNTING = 2.0  # seconds between two looks at how many workers there are
+_PATIENCE_ALONE = 20.0  # seconds without any worker until that is told
 
 
 @contextmanager
@@ -91,6 +93,7 @@ class _Dealer:
         self._deaths: Counter[int] = Counter()
         self._never_begun: Counter[int] = Counter()
         self._room, self._counted = WINDOW, float("-inf")
+        self._manned = time.monotonic()
 
     def deal(self, waiting: Iterator[int], tick: Tick) -> Generator[int, None, None]:
         """Keep the window full until no chunk is left."""
@@ -161,10 +164,16 @@ class _Dealer:
         """Chunks to have under way: some a thread of every worker there is now; a few even if there is none."""
         if time.monotonic() - self._counted > _COUNTING:
             try:
-                self._room = WINDOW * max(1, sum(self._client.nthreads().values()))
+                threads = sum(self._client.nthreads().values())
             except (OSError, RuntimeError, ValueError) as error:
                 raise self._lost() from error
-            self._counted = time.monotonic()
+            self._room, self._counted = WINDOW * max(1, threads), time.monotonic()
+            if threads:
+                self._manned = self._counted
+            elif self._counted - self._manned > _PATIENCE_ALONE:
+                self._manned = float("inf")
+                told = f"the cluster at {_address(self._client)} has no workers: the study waits for some"
+                warnings.warn(told, RuntimeWarning, stacklevel=2)
         return self._room
 
     def _look_for_the_scheduler(self) -> None:
