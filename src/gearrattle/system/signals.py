@@ -65,8 +65,9 @@ class Signals:
         return self.channels * (self.degree + 1)
 
     def pace(self, period: float) -> float:
-        """The pace w, a power of two near one over the longest interval in periods."""
-        return float(2.0 ** np.floor(np.log2(period / float(np.diff(self.knots).max()))))
+        """The pace w, a power of two: what a polynomial of this degree turns in the longest interval, in periods."""
+        turning = max(1.0, 0.25 * self.degree)
+        return float(2.0 ** np.floor(np.log2(turning * period / float(np.diff(self.knots).max()))))
 
     def chains(self, period: float) -> Array:
         """(G, chain) the chains at the begin of every interval, channel by channel [SI]."""
