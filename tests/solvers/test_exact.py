@@ -56,7 +56,7 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
     """A limit of zero keeps every input: the augmented exponential, without any particular solution."""
     given = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
     split = run(given)
-    monkeypatch.setattr("gearrattle.system.forced.LARGEST", 0.0)
+    monkeypatch.setattr("gearrattle.system.building.LARGEST", 0.0)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
     march = ExactMarch(given)
     assert march.slots.packed.width[march.march.counts[packed.SLOT]] == march.flow.states + 3
