@@ -80,3 +80,19 @@ def test_what_was_made_of_the_same_objects_is_made_once() -> None:
     assert [make(a), make(a), make(b), make(a)] == [1, 1, 2, 1]
     assert make(c) == 3
     assert make(b) == 4  # b was the one used longest ago
+
+
+def test_chatter_is_judged_by_the_time_that_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The march's clock holds the entry of its region and the age of its bounds beside the time."""
+    march, told = ExactMarch(rattling(0)), list[tuple[float, float]]()
+
+    def heard(_log: packed.Log, _count: int, now: float) -> bool:
+        told.append((now, march.place().time / march.flow.system.inputs.period))
+        return False
+
+    monkeypatch.setattr(exact, "_BUDGET", 7)
+    monkeypatch.setattr(exact, "chatters", heard)
+    while march.advance() is not Outcome.DONE:
+        pass
+    assert told
+    assert all(now == pytest.approx(there, rel=1e-12) for now, there in told)

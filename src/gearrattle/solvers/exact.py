@@ -176,7 +176,7 @@ class ExactMarch:
 
     def _chatters(self) -> bool:
         """Whether crossings have become too many for one period."""
-        now = self.march.counts[packed.CYCLE] + self.march.clock.sum()
+        now = self.march.counts[packed.CYCLE] + self.march.clock[:2].sum()
         return chatters(self.log, int(self.march.counts[packed.EVENTS]), float(now))
 
     def motion(self) -> Motion:

@@ -142,7 +142,7 @@ class _Place:
             self.store.grow()
         elif answer == many.MORE_LOG:
             self.log = doubled(self.log)
-        now, events = float(counts[packed.CYCLE] + self.march.clock.sum()), int(counts[packed.EVENTS])
+        now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
         if self.books[many.UNDER_WAY] and (self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)):
             self.outcome[self.done] = many.LEFT
             self.books[many.AT], self.books[many.UNDER_WAY] = self.done + 1, 0
