@@ -42,7 +42,8 @@ class Layout:
         period: common period T of all orders [s].
         orders: ascending distinct orders of the excitation (torques and transmission errors).
         reference: index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
-        companion_names: (C,) sliders ("damper.1": its second stage) and limiters ("gear.pull", "gear.push").
+        companion_names: (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
+            "gear.push") and alternating stiffness ("gear.pairs").
         companion_words: what the pieces of each stand for.
     """
 
@@ -123,7 +124,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Companions:
-    """Sliders and limiters of contact damping along a motion (``system.companion``); C of them, S with a memory.
+    """Sliders, limiters and alternating stiffness along a motion (``system.companion``); C of them, S with a memory.
 
     Attributes:
         names: (C,) as in the layout.
@@ -168,7 +169,7 @@ class Trajectory:
         notes: everything the user must know about this motion.
         energy: where the energy went (None: no audit).
         first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
-        companions: sliders and limiters (None: the driveline has none).
+        companions: sliders, limiters, alternating stiffness (None: the driveline has none).
     """
 
     layout: Layout

@@ -19,7 +19,9 @@ from gearrattle.model import Model
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     """Exact; and what any other algorithm must heed, the one planned first of all."""
     if pilot.run.trajectory.companions is not None:
-        return Line("algorithm", "Use exact: no other algorithm takes friction and clipped contact damping.")
+        return Line(
+            "algorithm", "Use exact: no other algorithm takes friction, clipped contact damping or alternation."
+        )
     limits = step_limits(model, regions_visited(pilot.run), model.simulation.step)
     evidence = [
         f"{each.algorithm}: stable steps end at {each.largest_step:.4g} s in the regions visited" for each in limits

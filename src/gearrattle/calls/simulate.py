@@ -147,7 +147,10 @@ def check_takes(model: Model, system: PiecewiseSystem, algorithm: str) -> None:
     if algorithm == "exact":
         return
     if system.companions:
-        name, rule = name_plate(model, system).companion_names[0], "friction and clipped contact damping need exact"
+        name, rule = (
+            name_plate(model, system).companion_names[0],
+            "friction, clipped contact damping and alternation need exact",
+        )
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
         raise ModelError(Problem("algorithm", algorithm, f"{rule}; the model has {name}", remedy))
     if system.signals is not None:

@@ -152,7 +152,7 @@ def cost_table(findings: Findings) -> Table:
 def _switched(trajectory: Trajectory) -> list[tuple[str, str]]:
     """A row for switches of friction and of contact damping, where there are any."""
     count = sum(switches(trajectory).values())
-    return [("switches of friction and clipped damping", f"{count:,}".replace(",", " "))] if count else []
+    return [("switches of friction, clipped damping and tooth pairs", f"{count:,}".replace(",", " "))] if count else []
 
 
 def _step(step: float, unit: str) -> str:

@@ -36,7 +36,8 @@ class EnergyAudit:
         torque_work: (n,) work of the torques on every inertia, mean drag torques included.
         error_work: (m,) work of every transmission error.
         drag_loss: (n,) viscous drag.
-        element_loss: (m,) damping and friction of every element.
+        element_loss: (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
+            where that gives more.
         stored: energy at the start and at the end.
         friction_loss: (m,) the share of the element_loss that dry friction took; empty in files of before.
     """
