@@ -1,0 +1,113 @@
+"""A recording: named channels over one time axis, measured on a rig or taken from a simulated motion.
+
+What stands above (metrics, spectra, validation) asks for a *quantity* of a *subject*, such as the velocity of the
+flywheel, and need not know where it came from. The quantities, in SI:
+
+    angle [rad], velocity [rad/s], acceleration [rad/s^2]       of an inertia
+    deflection [rad or m], force [N m or N], torque [N m]       of an element; torque also on an inertia
+    surface acceleration [m/s^2], sound pressure [Pa]           of a place outside the driveline
+    speed [rad/s], shaft angle [rad], pulses [1]                of the reference shaft: mean rotation included
+
+Takes arrays; gives a frozen record to readers, metrics and calls.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+
+Array = NDArray[np.float64]
+
+QUANTITIES = (
+    "angle",
+    "velocity",
+    "acceleration",
+    "deflection",
+    "force",
+    "torque",
+    "surface acceleration",
+    "sound pressure",
+    "speed",
+    "shaft angle",
+    "pulses",
+)
+"""What a channel may hold."""
+
+_UNEVEN = 1e-6  # of a sample interval: steps that differ by more are no uniform sampling
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One signal.
+
+    Attributes:
+        name: what it is called; unique in its recording.
+        quantity: one of ``QUANTITIES``.
+        subject: the inertia, element or place it is about; empty where the recording does not say.
+        unit: SI unit of the values, "1" for pure numbers.
+        values: (N,).
+    """
+
+    name: str
+    quantity: str
+    subject: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Channels over one time axis.
+
+    Attributes:
+        time: (N,) strictly ascending [s].
+        channels: in the order of their source.
+        source: where it came from, in words: a file's name, an algorithm.
+        notes: what the user must know about it.
+    """
+
+    time: Array
+    channels: tuple[Channel, ...]
+    source: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return tuple(channel.name for channel in self.channels)
+
+    @property
+    def interval(self) -> float | None:
+        """Sample interval [s]; None where the samples are not uniform, or fewer than two."""
+        if self.time.size < 2:
+            return None
+        mean = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+        even = np.all(np.abs(np.diff(self.time) - mean) <= _UNEVEN * mean)
+        return mean if even else None
+
+    def __getitem__(self, name: str) -> Channel:
+        """Return the channel of a name."""
+        return next(channel for channel in self.channels if channel.name == self._known(name))
+
+    def find(self, quantity: str, subject: str = "") -> Channel | None:
+        """Return the first channel of a quantity and, unless that is empty, of a subject; None if there is none."""
+        for channel in self.channels:
+            if channel.quantity == quantity and subject in ("", channel.subject):
+                return channel
+        return None
+
+    def with_(self, **changes: Any) -> Recording:
+        """Return a recording with some attributes changed."""
+        return replace(self, **changes)
+
+    def _known(self, name: str) -> str:
+        """Return a name that is there, or refuse."""
+        if name in self.names:
+            return name
+        remedy = f"the channels are {', '.join(self.names)}"
+        raise ModelError(Problem(self.source, name, "is no channel of the recording", remedy))
