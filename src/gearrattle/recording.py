@@ -14,12 +14,15 @@ Takes arrays; gives a frozen record to readers, metrics and calls.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -47,9 +50,9 @@ class Channel:
 
     Attributes:
         name: what it is called; unique in its recording.
-        quantity: one of ``QUANTITIES``.
+        quantity: one of ``QUANTITIES``; empty where a file does not say it.
         subject: the inertia, element or place it is about; empty where the recording does not say.
-        unit: SI unit of the values, "1" for pure numbers.
+        unit: SI unit of the values, "1" for pure numbers; the file's where the quantity is empty.
         values: (N,).
     """
 
@@ -100,6 +103,17 @@ class Recording:
             if channel.quantity == quantity and subject in ("", channel.subject):
                 return channel
         return None
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the channels as variables over time, with units, quantities and subjects as their attributes."""
+        import xarray as xr
+
+        variables = {
+            c.name: ("time", c.values, {"units": c.unit, "quantity": c.quantity, "subject": c.subject})
+            for c in self.channels
+        }
+        attributes = {"source": self.source, "notes": "\n".join(self.notes)}
+        return xr.Dataset(variables, {"time": ("time", self.time, {"units": "s"})}, attributes)
 
     def with_(self, **changes: Any) -> Recording:
         """Return a recording with some attributes changed."""

@@ -17,9 +17,9 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
@@ -33,6 +33,7 @@ LARGEST = 200_000_000
 """A record has at most so many bytes."""
 _CELL = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\]]*)\])?\s*")
 _LONGEST_LINE = 100_000
+T = TypeVar("T")
 
 
 class RecordError(ValueError):
@@ -47,6 +48,13 @@ class RecordError(ValueError):
     def __init__(self, place: str, found: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
         self.place, self.found, self.rule, self.remedy = place, found, rule, remedy
+
+
+class Head(NamedTuple):
+    """Name and unit of a column; unit None where no brackets stand."""
+
+    name: str
+    unit: str | None
 
 
 class Columns(NamedTuple):
@@ -74,6 +82,37 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
         RecordError: the file is missing or no text, a column is missing or without its unit, a unit has the wrong
             dimension, a value is no finite number.
     """
+    return Columns(path, _guarded(path, lambda number, header: _read(path, number, header, wanted, dimensionless)))
+
+
+def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[list[Head], NDArray[np.float64]]:
+    """Read columns as they stand: no unit is asked for, and NaN is a value.
+
+    Args:
+        path: the file, UTF-8.
+        use: tells from name and unit whether a column is wanted; others need not be numbers.
+
+    Returns:
+        All heads, and the values (N, columns wanted).
+
+    Raises:
+        RecordError: the file is missing or no text, two columns have one name, a value is no number.
+    """
+
+    def read(number: int, header: str) -> tuple[list[Head], NDArray[np.float64]]:
+        mark, heads = _header(path, header, "such as: t [s], n [rpm]")
+        names = [head.name for head in heads]
+        twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
+        if twice is not None:
+            raise RecordError(f"{path}:{number}", shown(twice), "two columns have this name", "rename one of them")
+        chosen = {head.name: index for index, head in enumerate(heads) if use(head.name, head.unit or "")}
+        return heads, _numbers(path, mark, len(heads), chosen)
+
+    return _guarded(path, read)
+
+
+def _guarded(path: Path, read: Callable[[int, str], T]) -> T:
+    """Open a record, hand over number and text of its first line, and put what the machine refuses in our words."""
     try:
         if os.path.isdir(path):
             raise RecordError(str(path), "a folder", "must be a CSV file")
@@ -81,7 +120,7 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
             raise RecordError(str(path), f"more than {LARGEST // 1_000_000} MB", "a record must be smaller than that")
         with open(path, encoding="utf-8-sig") as stream:
             number, header = next(_kept(stream), (1, ""))
-            return Columns(path, _read(path, number, header, wanted, dimensionless))
+        return read(number, header)
     except FileNotFoundError:
         raise RecordError(str(path), "", "no such file", "a path is relative to the model file") from None
     except UnicodeDecodeError:
@@ -104,30 +143,44 @@ def _read(
 
     place = f"{path}:{number}"
     example = "such as: " + ", ".join(f"{name} [{d.si}]" for name, d in wanted.items())
-    if not header or len(header) > _LONGEST_LINE:
-        raise RecordError(str(path), "", "must begin with a line of column names and units", example)
-    mark = next((mark for mark in (";", "\t") if mark in header), ",")
-    heads = [_CELL.fullmatch(cell) for cell in header.rstrip("\n").split(mark)]
-    found = {match[1].strip(): (index, match[2]) for index, match in enumerate(heads) if match}
+    mark, heads = _header(path, header, example)
+    found = {head.name: (index, head.unit) for index, head in enumerate(heads)}
     missing = [name for name in wanted if name not in found]
     if missing:
         rule = f"no column has this name; there are {listed(shown(name) for name in found)}"
         raise RecordError(place, shown(missing[0]), rule, did_you_mean(missing[0], found) or example)
     factors = [_factor(place, name, found[name][1], d, dimensionless) for name, d in wanted.items()]
-    use = [found[name][0] for name in wanted]
+    use = {name: found[name][0] for name in wanted}
+    table = _numbers(path, mark, len(heads), use)
+    if table.size and not np.isfinite(table).all():
+        raise _first_wrong(path, mark, use)
+    return {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+
+
+def _header(path: Path, header: str, example: str) -> tuple[str, list[Head]]:
+    """Return the mark between columns, and their heads."""
+    if not header or len(header) > _LONGEST_LINE:
+        raise RecordError(str(path), "", "must begin with a line of column names and units", example)
+    mark = next((mark for mark in (";", "\t") if mark in header), ",")
+    cells = header.rstrip("\n").split(mark)
+    matches = [(_CELL.fullmatch(cell), cell) for cell in cells]
+    return mark, [Head(match[1].strip(), match[2]) if match else Head(cell.strip(), None) for match, cell in matches]
+
+
+def _numbers(path: Path, mark: str, count: int, use: Mapping[str, int]) -> NDArray[np.float64]:
+    """Read columns (N, columns) in one go; only where that fails the first wrong line is looked for."""
+    import numpy as np
+
     try:
         with open(path, encoding="utf-8-sig") as stream, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
-            rows = _rows(path, stream, mark, len(heads))
-            table = np.loadtxt(rows, delimiter=mark, usecols=use, ndmin=2, comments=None)
+            rows = _rows(path, stream, mark, count)
+            table = np.loadtxt(rows, delimiter=mark, usecols=list(use.values()), ndmin=2, comments=None)
     except RecordError:
         raise
     except ValueError:
-        table = np.full((1, len(use)), np.nan)
-    if table.size and not np.isfinite(table).all():
-        raise _first_wrong(path, mark, dict(zip(wanted, use, strict=True)))
-    table = table.reshape(-1, len(use))
-    return {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+        raise _first_wrong(path, mark, use) from None
+    return table.reshape(-1, len(use))
 
 
 def _rows(path: Path, stream: Iterator[str], mark: str, count: int) -> Iterator[str]:

@@ -1,0 +1,87 @@
+"""CSV whose header names the units, as the records of a model file do: ``t [s], n_engine [rpm]``.
+
+Lines that begin with # are comments; ``write`` uses them to say what each column is (``# n = velocity of flywheel``),
+and this reader to know it again. Numbers are written so that they are read back to the last bit.
+
+Takes a path; gives columns with times.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.csv_columns import RecordError, read_all
+from gearrattle.readers.base import Column, Raw, Request, is_time, unfit, with_times
+from gearrattle.recording import QUANTITIES, Recording
+
+NAME = "csv"
+SUFFIXES = (".csv", ".txt", ".tsv", ".asc")
+_SAID = re.compile(rf"# (.+) = ({'|'.join(QUANTITIES)})(?: of (.+))?")
+_FORBIDDEN = set(",;\t[]\n\r#\"'")
+
+
+def knows(_path: Path, head: bytes) -> bool:
+    """Tell a text whose first line that is no comment has several columns."""
+    try:
+        text = head.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if error.start < len(head) - 4:
+            return False
+        text = head[: error.start].decode("utf-8-sig")
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    return "\0" not in text and bool(lines) and any(mark in lines[0] for mark in ",;\t")
+
+
+def read(path: Path, request: Request) -> Raw:
+    """Return its columns of numbers."""
+
+    def use(name: str, unit: str) -> bool:
+        if request.names is None or name in request.names:
+            return True
+        return name == request.time if request.time else is_time(name, unit)
+
+    try:
+        heads, values = read_all(path, use)
+    except RecordError as error:
+        raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
+    said, read_ones = _said(path), iter(values.T)
+    columns = []
+    for name, unit in heads:
+        array = next(read_ones) if use(name, unit or "") else np.empty(0)
+        columns.append(Column(name, unit or "", array, None, *said.get(name, ("", ""))))
+    return Raw(with_times(columns, path, request), str(path), NAME)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write ``time [s]`` and one column a channel."""
+    names = [channel.name for channel in recording.channels]
+    wrong = next((name for name in names if _FORBIDDEN & set(name) or name != name.strip() or name == "time"), None)
+    if wrong is not None:
+        rule = "the name of a column holds no commas, semicolons, tabs, brackets, quotes or #, and is not time"
+        raise unfit(path, wrong, rule, "rename the channel")
+    with open(path, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write(f"# {' '.join(recording.source.split())}\n")
+        for channel in recording.channels:
+            if channel.quantity:
+                of = f" of {channel.subject}" if channel.subject else ""
+                stream.write(f"# {channel.name} = {channel.quantity}{of}\n")
+        stream.write(", ".join(["time [s]", *(f"{c.name} [{c.unit}]" for c in recording.channels)]) + "\n")
+        table = np.column_stack([recording.time, *(channel.values for channel in recording.channels)])
+        for row in table.tolist():
+            stream.write(",".join(map(repr, row)) + "\n")
+
+
+def _said(path: Path) -> dict[str, tuple[str, str]]:
+    """Return quantity and subject by column, from the comments at the beginning."""
+    found: dict[str, tuple[str, str]] = {}
+    with open(path, encoding="utf-8-sig") as stream:
+        for line in stream:
+            if not line.startswith("#"):
+                break
+            if match := _SAID.fullmatch(line.rstrip("\n")):
+                found[match[1]] = (match[2], match[3] or "")
+    return found

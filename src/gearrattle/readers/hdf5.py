@@ -1,0 +1,82 @@
+"""HDF5, and what is HDF5 inside: MAT files of version 7.3, netCDF-4.
+
+Every vector of real numbers is a signal, named by its path; a table is one signal a column. Units, quantities and
+subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); times are a dimension scale of the signal,
+or a vector of a name or unit of time beside it. Format: The HDF Group, HDF5 File Format Specification 3.0.
+
+Takes a path; gives columns with times.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, split_columns, unfit, with_times
+from gearrattle.recording import Recording
+
+NAME = "hdf5"
+SUFFIXES = (".h5", ".hdf5", ".hdf", ".nc", ".mat")
+_PLACES = (0, 512, 1024, 2048)
+
+
+def knows(_path: Path, head: bytes) -> bool:
+    """Tell the signature, at the beginning or behind a user block as MATLAB writes it."""
+    return any(head[at : at + 8] == HDF5_SIGNATURE for at in _PLACES)
+
+
+def read(path: Path, request: Request) -> Raw:
+    """Return its vectors."""
+    import h5py
+
+    columns: list[Column] = []
+    with h5py.File(path, "r") as file:
+
+        def look(name: str, item: Any) -> None:
+            if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.dtype.kind not in "fiu":
+                return
+            if item.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"logical") or item.ndim > 2:
+                return
+            said = {key: _text(item.attrs.get(key, "")) for key in ("quantity", "subject")}
+            unit, axis = _text(item.attrs.get("units", item.attrs.get("unit", ""))), _axis(item)
+            for full, values in split_columns(name, item[...]):
+                columns.append(Column(full, unit, values, None, said["quantity"], said["subject"], axis))
+
+        file.visititems(look)
+    if not columns:
+        rule = "holds no vectors of real numbers"
+        raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
+    return Raw(with_times(columns, path, request), str(path), NAME)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write ``time`` [s] as a dimension scale, and one dataset a channel with its attributes."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        time = file.create_dataset("time", data=recording.time)
+        time.attrs["units"] = "s"
+        time.make_scale("time")
+        file.attrs["source"] = recording.source
+        for channel in recording.channels:
+            if channel.name in file or not channel.name.strip("/. "):
+                raise unfit(path, channel.name, "no name of a dataset, or taken already", "rename the channel")
+            dataset = file.create_dataset(channel.name, data=channel.values)
+            dataset.dims[0].attach_scale(time)
+            for key, value in (("units", channel.unit), ("quantity", channel.quantity), ("subject", channel.subject)):
+                dataset.attrs[key] = value
+
+
+def _axis(item: Any) -> str:
+    """Return the path of the dimension scale along a signal; empty if there is none."""
+    if "DIMENSION_LIST" not in item.attrs or not item.ndim:
+        return ""
+    along = item.dims[int(np.argmax(item.shape))]
+    return str(along[0].name).lstrip("/") if len(along) else ""
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

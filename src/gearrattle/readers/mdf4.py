@@ -1,0 +1,99 @@
+"""ASAM MDF, versions 3 and 4, through asammdf (extra ``measured``).
+
+Every channel has its own times, those of its group; a name that occurs in several groups gets their number behind it.
+Raw values become physical ones as the file says; channels of texts are left out. Format: ASAM MDF 4.1.
+
+Takes a path; gives columns with times.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, NotInstalled, Problem
+from gearrattle.readers.base import Column, Raw, Request
+from gearrattle.recording import Recording
+
+NAME = "mdf4"
+SUFFIXES = (".mf4", ".mdf", ".dat")
+_MARK = "gearrattle: "
+
+
+def knows(_path: Path, head: bytes) -> bool:
+    """Tell the identification block, finished or not."""
+    return head[:8] in (b"MDF     ", b"UnFinMF ")
+
+
+def read(path: Path, request: Request) -> Raw:
+    """Return its channels of numbers."""
+    mdf = _library(path)
+    with open(path, "rb") as stream:
+        if stream.read(8) == b"UnFinMF ":
+            rule = "the file was not finished: its writer was interrupted"
+            raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
+    columns, skipped = [], []
+    with mdf(path) as file:
+        masters = set(file.masters_db.items())
+        entries = [(name, *at) for name, places in file.channels_db.items() for at in places if at not in masters]
+        entries.sort(key=lambda entry: entry[1:])
+        count = Counter(name for name, _, _ in entries)
+        for name, group, index in entries:
+            full = name if count[name] == 1 else f"{name}[{group}]"
+            if request.names is not None and full not in request.names:
+                columns.append(Column(full, "", np.empty(0), np.empty(0)))  # named in messages, not read
+                continue
+            signal = file.get(group=group, index=index)
+            values = np.asarray(signal.samples)
+            if values.ndim != 1 or values.dtype.kind not in "fiu":
+                skipped.append(full)
+                continue
+            if signal.invalidation_bits is not None:
+                values = np.where(np.asarray(signal.invalidation_bits), np.nan, values)
+            said = _said(signal.comment or "")
+            times = np.asarray(signal.timestamps, np.float64)
+            columns.append(Column(full, signal.unit or "", values.astype(np.float64), times, **said))
+    if not columns:
+        raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
+    notes = (f"no signals, left out: {', '.join(skipped)}",) if skipped else ()
+    return Raw(tuple(columns), str(path), NAME, notes)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write one group, MDF 4.10, not compressed."""
+    mdf = _library(path)
+    from asammdf import Signal
+
+    signals = [
+        Signal(
+            channel.values, recording.time, name=channel.name, unit=channel.unit,
+            comment=f"{_MARK}{channel.quantity}, {channel.subject}",
+        )
+        for channel in recording.channels
+    ]  # fmt: skip
+    with mdf(version="4.10") as file:
+        file.append(signals, comment=recording.source)
+        file.save(path, overwrite=True)
+
+
+def _said(comment: str) -> dict[str, str]:
+    """Return quantity and subject from a comment that ``write`` put there."""
+    if not comment.startswith(_MARK):
+        return {}
+    quantity, _, subject = comment.removeprefix(_MARK).partition(",")
+    return {"quantity": quantity, "subject": subject.strip()}
+
+
+def _library(path: Path) -> Any:
+    """Return asammdf's class, quiet: what is wrong is told by exceptions."""
+    try:
+        from asammdf import MDF
+    except ImportError:
+        rule = "ASAM MDF needs asammdf, which is not installed"
+        raise NotInstalled(Problem(str(path), "", rule, "pip install 'gearrattle[measured]'")) from None
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+    return MDF

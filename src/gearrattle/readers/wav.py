@@ -1,0 +1,57 @@
+"""WAV: samples at a whole rate, without names and without units; the mapping must tell them.
+
+Whole numbers are read as parts of full scale, -1 to 1, real numbers as they are. Written are 64-bit real numbers in SI,
+not scaled: a player takes what exceeds 1 as too loud. Format: IBM, Microsoft, Multimedia Programming Interface and Data
+Specifications 1.0 (1991); real numbers are format tag 3.
+
+Takes a path; gives columns "1", "2", ...
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from gearrattle.readers.base import Column, Raw, Request, unfit
+from gearrattle.recording import Recording
+
+NAME = "wav"
+SUFFIXES = (".wav",)
+_BELOW_WHOLE = 1e-6
+
+
+def knows(_path: Path, head: bytes) -> bool:
+    """Tell a RIFF file of waves."""
+    return head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE"
+
+
+def read(path: Path, _request: Request) -> Raw:
+    """Return one column a track."""
+    from scipy.io import wavfile
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", wavfile.WavFileWarning)  # among them: the data end before the header says
+        warnings.filterwarnings("ignore", message="Chunk .* not understood", category=wavfile.WavFileWarning)
+        rate, data = wavfile.read(path)
+    table = data.reshape(data.shape[0], -1)
+    if np.issubdtype(table.dtype, np.integer):
+        middle = 128.0 if table.dtype == np.uint8 else 0.0
+        full = 128.0 if table.dtype == np.uint8 else float(np.iinfo(table.dtype).max) + 1.0
+        table = (table - middle) / full
+    time = np.arange(table.shape[0]) / float(rate)
+    columns = [Column(str(k + 1), "", np.asarray(table[:, k], np.float64), time) for k in range(table.shape[1])]
+    return Raw(tuple(columns), str(path), NAME)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write every channel as a track; names, units and the time of the first sample are lost."""
+    from scipy.io import wavfile
+
+    interval = recording.interval
+    rate = 0.0 if interval is None else 1.0 / interval
+    if interval is None or abs(rate - round(rate)) > _BELOW_WHOLE * rate:
+        found = "samples that are not uniform" if interval is None else f"{rate:.9g} Hz"
+        raise unfit(path, found, "WAV holds samples at a whole number of Hz", 'resample: rate = "10 kHz" in a mapping')
+    wavfile.write(path, round(rate), np.stack([channel.values for channel in recording.channels], axis=1))
