@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from gearrattle.calls.campbell import Campbell, campbell
     from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.contact_ratio import contact_ratio
+    from gearrattle.calls.drive import drive
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
+    from gearrattle.calls.read import read
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
@@ -43,6 +45,8 @@ if TYPE_CHECKING:
     from gearrattle.identification.fit import fit
     from gearrattle.identification.fitted import Fit
     from gearrattle.model import Model, json_schema, load, loads
+    from gearrattle.readers import write
+    from gearrattle.recording import Channel, Recording
     from gearrattle.results import Run, open_run
     from gearrattle.studies import (
         basins,
@@ -102,6 +106,11 @@ _HOME = {
     "open_stream": "calls.store",
     "torque_angle": "calls.torque_angle",
     "TorqueAngle": "calls.torque_angle",
+    "read": "calls.read",
+    "write": "readers",
+    "drive": "calls.drive",
+    "Recording": "recording",
+    "Channel": "recording",
 }
 
 __version__ = _version("gearrattle")
@@ -109,6 +118,7 @@ __all__ = [
     "Advice",
     "Campbell",
     "Cancelled",
+    "Channel",
     "Condensed",
     "ConvergenceError",
     "Equilibrium",
@@ -120,6 +130,7 @@ __all__ = [
     "Modes",
     "Nondimensional",
     "Problem",
+    "Recording",
     "Reduction",
     "Run",
     "Stiffness",
@@ -134,6 +145,7 @@ __all__ = [
     "condense",
     "contact_ratio",
     "criteria",
+    "drive",
     "equilibrium",
     "fit",
     "gas_torque",
@@ -147,6 +159,7 @@ __all__ = [
     "open_study",
     "optimize",
     "rattle_probability",
+    "read",
     "reduce",
     "regime_boundary",
     "samples_needed",
@@ -156,6 +169,7 @@ __all__ = [
     "stream",
     "study",
     "torque_angle",
+    "write",
 ]
 
 

@@ -1,0 +1,84 @@
+"""``drive``: a channel of a recording becomes a torque or a prescribed motion of a model.
+
+Takes a model and a recording; gives a new model that carries the points (``model.signal``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.recording import Channel, Recording
+
+_KEYS = {"torque": "signal", "velocity": "speed", "speed": "speed", "angle": "angle", "shaft angle": "angle"}
+"""What a channel of each quantity is in a model: a torque's signal, a motion's speed or angle."""
+
+
+def drive(
+    model: Model, recording: Recording, channel: str = "", on: str = "", *, start: float | None = None,
+    static: float | None = None, about: float | None = None,
+) -> Model:  # fmt: skip
+    """Drive a model with what was measured.
+
+    A torque is added to those of the model; a velocity, speed or angle prescribes the motion of the inertia, in place
+    of a motion and of the torques that the model has there.
+
+    Args:
+        model: in SI.
+        recording: of four samples or more.
+        channel: its name; empty: the only channel that can drive.
+        on: the inertia; empty: the channel's subject.
+        start: time of the recording at which a run begins [s]; None: its first sample.
+        static: torque that the static start and everything linear take [N m]; None: the mean.
+        about: of a motion, the uniform speed about which the model's angles fluctuate [rad/s]; None: its mean.
+
+    Returns:
+        The new model; it needs no file.
+
+    Raises:
+        ModelError: no such channel or inertia, a quantity that drives nothing, a dimensionless model.
+    """
+    found = recording[channel] if channel else _only(recording)
+    if found.quantity not in _KEYS:
+        rule = f"{found.quantity or 'a channel without a quantity'} drives nothing; {listed(_KEYS)} do"
+        raise ModelError(Problem(recording.source, shown(found.name), rule, "a mapping can make one of another"))
+    if model.units == "dimensionless":
+        raise ModelError(Problem("model.units", "dimensionless", "a recording is in SI", "load the model in SI"))
+    where, names = on or found.subject, [inertia.name for inertia in model.inertias]
+    if where not in names:
+        rule = f"no inertia has this name; there are {listed(names)}"
+        raise ModelError(Problem("on", shown(where), rule, did_you_mean(where, names) or "name the inertia: on=..."))
+    tables = model.to_tables()
+    key = _KEYS[found.quantity]
+    signal: dict[str, Any] = {
+        "time": recording.time.tolist(),
+        "value": found.values.tolist(),
+        "start": float(recording.time[0]) if start is None else start,
+        "source": f"{recording.source}: {found.name}",
+    }
+    if key == "signal":
+        if about is not None:
+            raise ModelError(Problem("about", str(about), "belongs to a motion, and the channel is a torque"))
+        row = {"on": where, "signal": signal if static is None else {**signal, "static": static}}
+        tables["torque"] = [*tables.get("torque", ()), row]
+    else:
+        if static is not None:
+            raise ModelError(
+                Problem("static", str(static), f"belongs to a torque, and the channel is a {found.quantity}")
+            )
+        motion = {"on": where, key: signal} if about is None else {"on": where, key: signal, "about": about}
+        tables["motion"] = [*(row for row in tables.get("motion", ()) if row["on"] != where), motion]
+        tables["torque"] = [row for row in tables.get("torque", ()) if row["on"] != where]
+    return Model.from_tables(tables)
+
+
+def _only(recording: Recording) -> Channel:
+    """Return the only channel that can drive."""
+    able = [channel for channel in recording.channels if channel.quantity in _KEYS]
+    if len(able) == 1:
+        return able[0]
+    names = listed(channel.name for channel in able or recording.channels)
+    rule = f"{len(able)} channels can drive a model; name one of {names}"
+    raise ModelError(Problem(recording.source, "", rule, 'channel="..."'))
