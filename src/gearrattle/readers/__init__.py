@@ -90,6 +90,8 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         remedy = "copy or export it again" if told == reader.NAME else f"its content looks like {told}"
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
+    if request.names is None and min(column.values.size for column in raw.columns) < 2:
+        raise ModelError(Problem(raw.source, "", "holds names, and no samples", "is this the whole record?"))
     for column in raw.columns:
         _check_times(column, raw.source)
     return raw

@@ -9,6 +9,7 @@ Takes a path; gives columns with times.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from gearrattle.recording import Recording
 NAME = "hdf5"
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".nc", ".mat")
 _PLACES = (0, 512, 1024, 2048)
+_NO_SIGNALS = ("char", "cell", "logical")
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -34,18 +36,18 @@ def read(path: Path, request: Request) -> Raw:
 
     columns: list[Column] = []
     with h5py.File(path, "r") as file:
-
-        def look(name: str, item: Any) -> None:
-            if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.dtype.kind not in "fiu":
-                return
-            if item.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"logical") or item.ndim > 2:
-                return
+        for item in _datasets(file):
+            name = str(item.name).lstrip("/")
+            if (
+                item.dtype.kind not in "fiu"
+                or item.ndim > 2
+                or _text(item.attrs.get("MATLAB_class", "")) in _NO_SIGNALS
+            ):
+                continue
             said = {key: _text(item.attrs.get(key, "")) for key in ("quantity", "subject")}
             unit, axis = _text(item.attrs.get("units", item.attrs.get("unit", ""))), _axis(item)
             for full, values in split_columns(name, item[...]):
                 columns.append(Column(full, unit, values, None, said["quantity"], said["subject"], axis))
-
-        file.visititems(look)
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
@@ -56,7 +58,7 @@ def write(recording: Recording, path: Path) -> None:
     """Write ``time`` [s] as a dimension scale, and one dataset a channel with its attributes."""
     import h5py
 
-    with h5py.File(path, "w") as file:
+    with h5py.File(path, "w", track_order=True) as file:
         time = file.create_dataset("time", data=recording.time)
         time.attrs["units"] = "s"
         time.make_scale("time")
@@ -68,6 +70,17 @@ def write(recording: Recording, path: Path) -> None:
             dataset.dims[0].attach_scale(time)
             for key, value in (("units", channel.unit), ("quantity", channel.quantity), ("subject", channel.subject)):
                 dataset.attrs[key] = value
+
+
+def _datasets(group: Any) -> Iterator[Any]:
+    """Yield the datasets below a group, in the order of the file where it keeps one."""
+    for name, item in group.items():
+        if name.startswith("#"):  # MATLAB's references
+            continue
+        if hasattr(item, "items"):
+            yield from _datasets(item)
+        elif hasattr(item, "shape") and item.shape:
+            yield item
 
 
 def _axis(item: Any) -> str:

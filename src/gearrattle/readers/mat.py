@@ -1,18 +1,21 @@
-"""MAT files of version 5 (and 4), as MATLAB's ``save`` writes them without further words.
+"""MAT files of version 5, as MATLAB's ``save`` writes them without further words, and of version 4.
 
 A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots. Units are not
-in such files, but ``write`` puts names, units and quantities beside the signals, in the structure ``gearrattle``.
-Format: The MathWorks, MAT-File Format (R2023a). Version 7.3 is HDF5, and read there.
+in such files; ``write`` puts names, units and quantities beside the signals, as JSON in the text ``gearrattle``.
+Format: The MathWorks, MAT-File Format (R2023a). Version 7.3 is HDF5, and read there. The elements of version 5 are
+parsed here, every length checked against what is there: SciPy 1.17 ends the process on some damaged files.
 
 Takes a path; gives columns with times.
 """
 
 from __future__ import annotations
 
+import json
 import re
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +26,22 @@ from gearrattle.recording import Recording
 NAME = "mat"
 SUFFIXES = (".mat",)
 _TOLD = "gearrattle"
-_FIELDS = ("variable", "name", "unit", "quantity", "subject")
 _LONGEST_NAME = 63
+_DEEPEST = 20
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_TEXTS = {2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+_MATRIX, _PACKED = 14, 15
+_STRUCTURE, _TEXT, _FIRST_NUMBER, _LAST_NUMBER = 2, 4, 6, 15
+_COMPLEX, _LOGICAL = 0x800, 0x200
+
+
+class _Damaged(ValueError):
+    """An element that contradicts the format."""
+
+
+class _Element(NamedTuple):
+    kind: int
+    data: memoryview
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -34,21 +51,17 @@ def knows(_path: Path, head: bytes) -> bool:
 
 def read(path: Path, request: Request) -> Raw:
     """Return its vectors."""
-    from scipy.io import loadmat
-
-    content = loadmat(path, simplify_cells=True)
-    told = _told(content.pop(_TOLD, None))
+    found = list(_version_5(path) if knows(path, path.read_bytes()[:128]) else _version_4(path))
+    told = next((_told(value) for name, value in found if name == _TOLD), {})
     columns: list[Column] = []
     skipped: list[str] = []
-    for name, value in content.items():
-        if name.startswith("__"):
-            continue
-        found = list(_vectors(name, value))
-        skipped += [] if found else [name]
-        for full, array in found:
-            row = told.get(full, dict.fromkeys(_FIELDS, ""))
-            called = row["name"] or full
-            columns.append(Column(called, row["unit"], array, None, row["quantity"], row["subject"]))
+    for name, value in found:
+        vectors = list(split_columns(name, value)) if isinstance(value, np.ndarray) else []
+        skipped += [] if vectors or name == _TOLD else [name]
+        for full, array in vectors:
+            row = told.get(full, {})
+            said = [str(row.get(key, "")) for key in ("unit", "quantity", "subject")]
+            columns.append(Column(str(row.get("name", full)), said[0], array, None, *said[1:]))
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), rule, "save time and signals as plain vectors"))
@@ -61,7 +74,7 @@ def write(recording: Recording, path: Path) -> None:
     from scipy.io import savemat
 
     variables: dict[str, Any] = {"time": recording.time}
-    rows = []
+    rows = {}
     for channel in recording.channels:
         variable = re.sub(r"\W", "_", channel.name, flags=re.ASCII)
         variable = variable if variable[:1].isalpha() else f"x{variable}"
@@ -69,25 +82,88 @@ def write(recording: Recording, path: Path) -> None:
             rule = f"as a variable of MATLAB its name would be {variable}, which is taken or too long"
             raise unfit(path, channel.name, rule, "rename the channel")
         variables[variable] = channel.values
-        rows.append((variable, channel.name, channel.unit, channel.quantity, channel.subject))
-    beside = {
-        key: np.array(entries, dtype=object) for key, entries in zip(_FIELDS, zip(*rows, strict=True), strict=True)
-    }
-    savemat(path, {**variables, _TOLD: beside}, oned_as="column", appendmat=False)
+        rows[variable] = {k: getattr(channel, k) for k in ("name", "unit", "quantity", "subject")}
+    savemat(path, {**variables, _TOLD: json.dumps(rows)}, oned_as="column", appendmat=False, long_field_names=True)
 
 
-def _vectors(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the vectors of a variable, of the fields of a structure as well."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _vectors(f"{name}.{key}", inner)
-    elif isinstance(value, np.ndarray):
-        yield from split_columns(name, value)
-
-
-def _told(table: Any) -> dict[str, dict[str, str]]:
+def _told(value: Any) -> dict[str, dict[str, str]]:
     """Return what ``write`` put beside the signals, by variable."""
-    if not isinstance(table, dict) or not set(_FIELDS) <= set(table):
+    try:
+        rows = json.loads(value)
+    except (TypeError, ValueError):
         return {}
-    lists = [[str(x) if np.size(x) else "" for x in np.atleast_1d(np.asarray(table[key], object))] for key in _FIELDS]
-    return {row[0]: dict(zip(_FIELDS, row, strict=True)) for row in zip(*lists, strict=False)}
+    plain = isinstance(rows, dict) and all(isinstance(row, dict) for row in rows.values())
+    return rows if plain else {}
+
+
+def _version_4(path: Path) -> Iterator[tuple[str, Any]]:
+    from scipy.io import loadmat
+
+    for name, value in loadmat(path).items():
+        if not name.startswith("__"):
+            yield name, value
+
+
+def _version_5(path: Path) -> Iterator[tuple[str, Any]]:
+    """Yield names and values of the variables, fields of structures by their path."""
+    content = path.read_bytes()
+    order = "<" if content[126:128] == b"IM" else ">"
+    for element in _elements(memoryview(content)[128:], order):
+        inner = element
+        if element.kind == _PACKED:
+            inner = next(_elements(memoryview(zlib.decompress(element.data)), order))
+        if inner.kind == _MATRIX:
+            yield from _variable(inner.data, order, "", 0)
+
+
+def _elements(data: memoryview, order: str) -> Iterator[_Element]:
+    """Cut bytes into elements; each tells its kind and length in front."""
+    at = 0
+    while at < len(data):
+        if len(data) - at < 8:
+            raise _Damaged("ends inside the head of an element")
+        kind, size = (int(x) for x in np.frombuffer(data, f"{order}u4", 2, at))
+        if kind >> 16:  # short: length and kind share four bytes, the data are the next four
+            kind, size, begin, after = kind & 0xFFFF, kind >> 16, at + 4, at + 8
+        else:
+            begin = at + 8
+            after = begin + size if kind == _PACKED else begin + -(-size // 8) * 8
+        if begin + size > len(data):
+            raise _Damaged(f"an element of {size} bytes ends beyond the file")
+        yield _Element(kind, data[begin : begin + size])
+        at = after
+
+
+def _variable(data: memoryview, order: str, prefix: str, depth: int) -> Iterator[tuple[str, Any]]:
+    """Yield the value of one matrix, or of the fields of a structure; None for what is no number and no text."""
+    parts = list(_elements(data, order))
+    if len(parts) < 3:
+        return  # an empty field
+    flags = int(np.frombuffer(parts[0].data, f"{order}u4", 1)[0])
+    shape = tuple(int(n) for n in np.frombuffer(parts[1].data, f"{order}i4"))
+    own = bytes(parts[2].data).decode("utf-8", "replace")
+    name = f"{prefix}.{own}" if prefix and own else prefix or own
+    kind, rest = flags & 0xFF, parts[3:]
+    if kind == _STRUCTURE and len(rest) >= 2 and int(np.prod(shape)) == 1 and depth < _DEEPEST:
+        width = int(np.frombuffer(rest[0].data, f"{order}i4", 1)[0])
+        if width < 1:
+            raise _Damaged("names of fields have no length")
+        text = bytes(rest[1].data)
+        fields = [text[k : k + width].split(b"\0")[0].decode("utf-8", "replace") for k in range(0, len(text), width)]
+        if len(fields) != len(rest) - 2:
+            raise _Damaged(f"a structure of {len(fields)} fields holds {len(rest) - 2}")
+        for field, part in zip(fields, rest[2:], strict=True):
+            yield from _variable(part.data, order, f"{name}.{field}", depth + 1)
+    elif _FIRST_NUMBER <= kind <= _LAST_NUMBER and not flags & (_COMPLEX | _LOGICAL) and rest:
+        if rest[0].kind not in _NUMBERS:
+            raise _Damaged(f"{name}: numbers of the unknown kind {rest[0].kind}")
+        numbers = np.frombuffer(rest[0].data, f"{order}{_NUMBERS[rest[0].kind]}")
+        if min(shape, default=-1) < 0 or numbers.size != np.prod(shape, dtype=object):
+            raise _Damaged(f"{name}: {numbers.size} numbers for the shape {shape}")
+        yield name, numbers.reshape(shape, order="F")
+    elif kind == _TEXT and rest and rest[0].kind in _TEXTS and len(shape) == 2 and shape[0] == 1:
+        coding = _TEXTS[rest[0].kind]
+        ending = {"<": "-le", ">": "-be"}[order] if coding.startswith("utf-") and coding != "utf-8" else ""
+        yield name, bytes(rest[0].data).decode(coding + ending, "replace")
+    else:
+        yield name, None

@@ -8,7 +8,9 @@ Takes a path; gives columns with times.
 
 from __future__ import annotations
 
+import gc
 import logging
+import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -36,8 +38,9 @@ def read(path: Path, request: Request) -> Raw:
         if stream.read(8) == b"UnFinMF ":
             rule = "the file was not finished: its writer was interrupted"
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
-    columns, skipped = [], []
-    with mdf(path) as file:
+    columns: list[Column] = []
+    skipped: list[str] = []
+    with _opened(mdf, path) as file:
         masters = set(file.masters_db.items())
         entries = [(name, *at) for name, places in file.channels_db.items() for at in places if at not in masters]
         entries.sort(key=lambda entry: entry[1:])
@@ -47,7 +50,7 @@ def read(path: Path, request: Request) -> Raw:
             if request.names is not None and full not in request.names:
                 columns.append(Column(full, "", np.empty(0), np.empty(0)))  # named in messages, not read
                 continue
-            signal = file.get(group=group, index=index)
+            signal = file.get(group=group, index=index, ignore_invalidation_bits=True)
             values = np.asarray(signal.samples)
             if values.ndim != 1 or values.dtype.kind not in "fiu":
                 skipped.append(full)
@@ -78,6 +81,22 @@ def write(recording: Recording, path: Path) -> None:
     with mdf(version="4.10") as file:
         file.append(signals, comment=recording.source)
         file.save(path, overwrite=True)
+
+
+def _opened(mdf: Any, path: Path) -> Any:
+    """Open a file; where that fails, asammdf's half-made object is cleared away before it complains on stderr."""
+    hook = sys.unraisablehook
+    try:
+        return mdf(path)
+    except Exception as error:
+        words = " ".join(str(error).split()) or type(error).__name__
+        error.__traceback__ = error.__context__ = None
+    sys.unraisablehook = lambda _unraisable: None
+    try:
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
+    raise ValueError(words)
 
 
 def _said(comment: str) -> dict[str, str]:

@@ -29,7 +29,6 @@ _MARK = "gearrattle: "
 _TIMES = re.compile(r"first (\S+) s, interval (\S+) s")
 _TIME = 17  # specific data type of an abscissa
 _HEADER = 11
-_KINDS = {2: "f4", 4: "f8", 5: "c8", 6: "c16"}
 _DIGITS = 1e-5  # relative: what E13.5 keeps
 
 
@@ -164,10 +163,15 @@ def _record_7(text: str, place: str) -> tuple[int, int, bool, float, float]:
 def _values(block: _Block, kind: int, count: int, place: str, even: bool) -> Array:
     """Read the numbers: bytes, or columns of text."""
     if block.order:
-        pair = np.dtype([("x", f"{block.order}f4"), ("y", f"{block.order}{_KINDS[kind]}")])
-        form = np.dtype(f"{block.order}{_KINDS[kind]}") if even else pair
-        table = np.frombuffer(block.data, form, count=len(block.data) // form.itemsize)
-        flat = table if even else np.stack([table["x"], table["y"].astype("f8")], axis=1).reshape(-1)
+        samples = count if even else count // 2
+        width = len(block.data) // samples if len(block.data) % samples == 0 else 0
+        forms = {4: "f4", 8: "f8"} if even else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}  # as many bytes as there are
+        if width not in forms:
+            rule = f"its header tells {samples} samples"
+            raise ModelError(Problem(place, f"{len(block.data)} bytes", rule, "the file is damaged: export it again"))
+        form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
+        table = np.frombuffer(block.data, form)
+        flat = table if even else np.stack([table["f0"].astype("f8"), table["f1"].astype("f8")], axis=1).reshape(-1)
         found = flat.astype(np.float64)
     else:
         lines = block.lines[_HEADER:]
