@@ -30,7 +30,6 @@ def test_a_chirp_from_an_analogue_wheel() -> None:
     true, true_rate = chirp(inside)
     np.testing.assert_allclose(found, true - 2.0 * np.pi / TEETH, atol=2e-5)
     at_pulses = chirp(times)[0] * TEETH / (2 * np.pi)
-    # a crossing by a straight line is wrong by 1/6 (60 w / 2 fs)^2 of sin's curvature at most
     np.testing.assert_allclose(at_pulses, np.arange(1, times.size + 1), atol=1e-3)
     np.testing.assert_allclose(rate[500:-500], true_rate[500:-500], rtol=2e-3)
 
