@@ -219,7 +219,7 @@ tacho = { pulses_per_turn = 60, threshold = 1e6 }
         (ROW.replace("rpm", "N*m"), r"channel.0.unit: found \"N\*m\"; must be an angular velocity"),
         (ROW.replace("rpm", "xyzzy"), r"channel.0.unit: .*known unit"),
         (ROW.replace("velocity", "velocty"), r'did you mean "velocity"'),
-        (ROW.replace('"n"', '"N2"'), r"channel.N2.name: no column of .*record.mat has this name; there are"),
+        (ROW.replace('"n"', '"N2"'), r"channel.N2.name: .*no column of .*record.mat has this name"),
         (ROW + 'source = "encodr"\n', r'channel.n.source.*did you mean "encoder"'),
         (ROW.replace('unit = "rpm"\n', ""), r"channel.n.unit: .*needs its unit of angular velocity"),
         (ROW + ROW, r"channel.1.name: found \"n\"; another channel has this name"),
