@@ -1,8 +1,8 @@
 """HDF5, and what is HDF5 inside: MAT files of version 7.3, netCDF-4.
 
 Every vector of real numbers is a signal, named by its path; a table is one signal a column. Units, quantities and
-subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); times are a dimension scale of the signal,
-or a vector of a name or unit of time beside it. Format: The HDF Group, HDF5 File Format Specification 3.0.
+subjects are attributes (``units`` or ``unit``, ``quantity``, ``subject``); times are a vector of a name or unit of time
+beside the signal, or the only dimension scale of its length. Format: The HDF Group, HDF5 File Format Specification 3.0.
 
 Takes a path; gives columns with times.
 """
@@ -10,13 +10,14 @@ Takes a path; gives columns with times.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, split_columns, unfit, with_times
+from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, is_time, split_columns, unfit, with_times
 from gearrattle.recording import Recording
 
 NAME = "hdf5"
@@ -35,6 +36,7 @@ def read(path: Path, request: Request) -> Raw:
     import h5py
 
     columns: list[Column] = []
+    scales: dict[str, Column] = {}
     with h5py.File(path, "r") as file:
         for item in _datasets(file):
             name = str(item.name).lstrip("/")
@@ -45,13 +47,15 @@ def read(path: Path, request: Request) -> Raw:
             ):
                 continue
             said = {key: _text(item.attrs.get(key, "")) for key in ("quantity", "subject")}
-            unit, axis = _text(item.attrs.get("units", item.attrs.get("unit", ""))), _axis(item)
+            unit = _text(item.attrs.get("units", item.attrs.get("unit", "")))
             for full, values in split_columns(name, item[...]):
-                columns.append(Column(full, unit, values, None, said["quantity"], said["subject"], axis))
+                columns.append(Column(full, unit, values, None, said["quantity"], said["subject"]))
+                if _text(item.attrs.get("CLASS", "")) == "DIMENSION_SCALE":
+                    scales[full] = columns[-1]
     if not columns:
         rule = "holds no vectors of real numbers"
         raise ModelError(Problem(str(path), "", rule, "store time and signals as vectors"))
-    return Raw(with_times(columns, path, request), str(path), NAME)
+    return Raw(with_times(_with_axes(columns, scales), path, request), str(path), NAME)
 
 
 def write(recording: Recording, path: Path) -> None:
@@ -60,16 +64,16 @@ def write(recording: Recording, path: Path) -> None:
 
     with h5py.File(path, "w", track_order=True) as file:
         time = file.create_dataset("time", data=recording.time)
-        time.attrs["units"] = "s"
+        time.attrs["units"] = np.bytes_("s")
         time.make_scale("time")
-        file.attrs["source"] = recording.source
+        file.attrs["source"] = np.bytes_(recording.source.encode())
         for channel in recording.channels:
             if channel.name in file or not channel.name.strip("/. "):
                 raise unfit(path, channel.name, "no name of a dataset, or taken already", "rename the channel")
             dataset = file.create_dataset(channel.name, data=channel.values)
             dataset.dims[0].attach_scale(time)
             for key, value in (("units", channel.unit), ("quantity", channel.quantity), ("subject", channel.subject)):
-                dataset.attrs[key] = value
+                dataset.attrs[key] = np.bytes_(value.encode()) if value else ""
 
 
 def _datasets(group: Any) -> Iterator[Any]:
@@ -83,12 +87,20 @@ def _datasets(group: Any) -> Iterator[Any]:
             yield item
 
 
-def _axis(item: Any) -> str:
-    """Return the path of the dimension scale along a signal; empty if there is none."""
-    if "DIMENSION_LIST" not in item.attrs or not item.ndim:
-        return ""
-    along = item.dims[int(np.argmax(item.shape))]
-    return str(along[0].name).lstrip("/") if len(along) else ""
+def _with_axes(columns: list[Column], scales: dict[str, Column]) -> list[Column]:
+    """Let signals be over the only dimension scale of their length, if it may be one of times.
+
+    The references from signals to scales would tell more, but the library ends the process on damaged ones (HDF5 1.14).
+    """
+    fitting: dict[int, list[str]] = {}
+    for name, scale in scales.items():
+        if not scale.unit or is_time(name, scale.unit):
+            fitting.setdefault(scale.values.size, []).append(name)
+    found = []
+    for column in columns:
+        names = [] if column.name in scales else fitting.get(column.values.size, [])
+        found.append(replace(column, axis=names[0]) if len(names) == 1 else column)
+    return found
 
 
 def _text(value: Any) -> str:

@@ -41,7 +41,9 @@ def read(path: Path, _request: Request) -> Raw:
         full = 128.0 if table.dtype == np.uint8 else float(np.iinfo(table.dtype).max) + 1.0
         table = (table - middle) / full
     time = np.arange(table.shape[0]) / float(rate)
-    columns = [Column(str(k + 1), "", np.asarray(table[:, k], np.float64), time) for k in range(table.shape[1])]
+    with np.errstate(all="ignore"):  # damaged numbers may lie beyond a double
+        tracks = np.asarray(table, np.float64)
+    columns = [Column(str(k + 1), "", tracks[:, k], time) for k in range(tracks.shape[1])]
     return Raw(tuple(columns), str(path), NAME)
 
 
