@@ -88,7 +88,7 @@ def test_an_angle_in_doubles_would_not_do() -> None:
 @pytest.mark.parametrize("ramp", RAMPS)
 def test_torques_keep_the_bound(ramp: Ramp) -> None:
     tones = (tabled(ramp, 2.0, 0.3), constant(ramp, 4.0, -1.0, 80.0), constant(ramp, 0.0, np.pi / 2, 10.0))
-    (channel,) = channels(ramp, [Sound(tones, smooth=False)], 1.3 * ramp.over)
+    (channel,) = channels(ramp, [Sound(tones, smooth=False)], 1.3 * ramp.over, 0.1)
     times = np.sort(np.random.default_rng(1).uniform(0.0, 1.3 * ramp.over, 300))
     found, size = channel.at(times), 200.0 + 80.0
     worst = max(abs(mpmath.mpf(f) - forcing(ramp, tones, mpmath.mpf(t))) for t, f in zip(times, found, strict=True))
@@ -98,7 +98,7 @@ def test_torques_keep_the_bound(ramp: Ramp) -> None:
 @pytest.mark.parametrize("ramp", RAMPS)
 def test_errors_keep_the_bound_in_both_derivatives(ramp: Ramp) -> None:
     tones = (constant(ramp, 20.0, 0.1, 5e-6), constant(ramp, 41.5, 2.0, 1e-6))
-    (channel,) = channels(ramp, [Sound(tones, smooth=True)], 1.1 * ramp.over)
+    (channel,) = channels(ramp, [Sound(tones, smooth=True)], 1.1 * ramp.over, 0.1)
     times = np.sort(np.random.default_rng(2).uniform(0.0, 1.1 * ramp.over, 100))
     fastest = max(ramp.begin, ramp.end)
     for derivative in range(3):
@@ -112,7 +112,7 @@ def test_errors_keep_the_bound_in_both_derivatives(ramp: Ramp) -> None:
 
 def test_errors_meet_in_value_and_slope() -> None:
     ramp = RAMPS[0]
-    (channel,) = channels(ramp, [Sound((constant(ramp, 20.0, 0.1, 5e-6),), smooth=True)], 0.5)
+    (channel,) = channels(ramp, [Sound((constant(ramp, 20.0, 0.1, 5e-6),), smooth=True)], 0.5, 0.1)
     length = np.diff(channel.knots)[:-1]
     for derivative, size in ((0, 5e-6), (1, 5e-6 * 20.0 * ramp.end)):
         before = np.zeros_like(length)
@@ -141,26 +141,43 @@ def test_the_bound_is_one_on_intervals_of_any_length(smooth: bool, length: float
     assert smooth or worst >= 1e-2 * left[0] or left[0] < 1e-12
 
 
-def test_intervals_are_as_long_as_allowed_and_equal() -> None:
-    ramp = RAMPS[2]
+def test_intervals_are_the_longest_dyadic_parts_of_the_period_allowed() -> None:
+    ramp, period = RAMPS[2], 0.1
     sound = Sound((constant(ramp, 2.0, 0.0, 1.0),), smooth=False)
-    (channel,) = channels(ramp, [sound], 2.0)
+    (channel,) = channels(ramp, [sound], 2.0, period)
     length = np.diff(channel.knots)
     assert np.ptp(length) < 1e-12 * length[0]
-    for factor, enough in ((1.0, True), (1.05, False)):
+    assert float(np.log2(period / length[0])).is_integer()
+    assert channel.knots[-1] >= 2.0
+    for factor, enough in ((1.125, True), (2.3, False)):
         left, allowed = bound(sound, 100.0, 100.0, 0.0, factor * length[0])
         assert bool(left[0] <= TRUNCATION * allowed[0]) == enough
-    assert 200.0 * length[0] > 2.0  # a third of a turn of the phase
+
+
+def test_no_interval_beside_a_corner_is_short_or_longer_than_allowed() -> None:
+    """Corners just before and just after multiples of the length, and far from them."""
+    ramp, period = Ramp(100.0, 200.0, 1.0), 0.1
+    for offset in (1e-12, 1e-9, 1e-4, 0.1, 0.5, 0.9, 0.9999, 1.0 - 1e-9):
+        plain = Sound((constant(ramp, 3.0, 0.0, 1.0),), smooth=False)
+        length = float(np.diff(channels(ramp, [plain], 1.0, period)[0].knots).max())
+        speed = float(ramp.speed(np.array((7.0 + offset) * length)))
+        speeds = np.array([99.0, speed, 201.0])
+        tone = Tone(3.0, 0.0, speeds, np.array([[1.0, 0.0], [1.0, 1e-3]]))
+        knots = channels(ramp, [Sound((tone,), smooth=False)], 1.0, period)[0].knots
+        assert np.abs(knots - ramp.time(speed)).min() < 1e-12
+        assert np.diff(knots).min() > 0.12 * np.diff(knots).max()
+        left, allowed = bound(Sound((tone,), smooth=False), 100.0, 200.0, 100.0, float(np.diff(knots).max()))
+        assert left[0] <= TRUNCATION * allowed[0]
 
 
 def test_a_corner_of_a_table_is_a_knot() -> None:
     ramp = RAMPS[0]
     tone = tabled(ramp, 2.0, 0.0)
-    (channel,) = channels(ramp, [Sound((tone,), smooth=False)], 10.0)
+    (channel,) = channels(ramp, [Sound((tone,), smooth=False)], 10.0, 0.1)
     assert np.abs(channel.knots - ramp.time(float(tone.speeds[1]))).min() < 1e-12
 
 
 def test_too_long_a_run_is_refused() -> None:
     ramp = RAMPS[2]
     with pytest.raises(TooLong):
-        channels(ramp, [Sound((constant(ramp, 40.0, 0.0, 1.0),), smooth=True)], 1e6)
+        channels(ramp, [Sound((constant(ramp, 40.0, 0.0, 1.0),), smooth=True)], 1e6, 0.1)

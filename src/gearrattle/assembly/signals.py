@@ -161,7 +161,7 @@ def _swept(model: Model) -> Iterator[_Part]:
     if not sounds:
         return
     try:
-        made = channels(ramp, sounds, until)
+        made = channels(ramp, sounds, until, period_of(model).period)
     except TooLong as error:
         raise _too_long(str(error)) from None
     for channel, (torque_on, error_of) in zip(made, driven, strict=True):

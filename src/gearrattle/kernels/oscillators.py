@@ -7,10 +7,14 @@ from __future__ import annotations
 
 from math import cos, factorial, floor, pi, sin
 
+import numpy as np
+
 from gearrattle.kernels._jit import inlined, kernel
 
 _SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(8))
 _COSINE = tuple(-((-1) ** i) / factorial(2 * i + 2) for i in range(8))  # of cos - 1, divided by the square
+
+_PART = np.array([0.0] + [1.0 / k for k in range(1, 64)])
 
 
 @kernel
@@ -35,7 +39,7 @@ def chains_at(inputs, interval, since, y, first):
         for j in range(links):
             value = inputs.chains[interval, c + links - 1]
             for k in range(links - 2, j - 1, -1):
-                value = value * moved / (k - j + 1) + inputs.chains[interval, c + k]
+                value = value * (moved * _PART[k - j + 1]) + inputs.chains[interval, c + k]
             y[first + c + j] = value
 
 

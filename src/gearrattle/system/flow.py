@@ -25,6 +25,7 @@ from gearrattle.system.scaling import Scaling, energy_scaling, power_of_two
 from gearrattle.system.signals import Signals
 
 Array = NDArray[np.float64]
+_DYADIC = 2.0**30
 Pieces = tuple[int, ...]
 
 
@@ -140,9 +141,16 @@ class Flow:
 
     @cached_property
     def knots(self) -> Array:
-        """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without."""
+        """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
+
+        What is a dyadic fraction of a period but for rounding is made one: there dyadic steps end exactly.
+        """
         signals = self.system.signals
-        return np.array([0.0, np.inf]) if signals is None else signals.knots / self.system.inputs.period
+        if signals is None:
+            return np.array([0.0, np.inf])
+        knots = signals.knots / self.system.inputs.period
+        dyadic = np.round(knots * _DYADIC) / _DYADIC
+        return np.where(np.abs(knots - dyadic) <= 4.0 * np.spacing(knots), dyadic, knots)
 
     def remembering(self, pieces: Pieces) -> list[tuple[Companion, int]]:
         """The companions with a memory, each with its piece; none without pieces of companions."""
