@@ -178,6 +178,77 @@ def _native(result: Any) -> Any:
     return call
 
 
+_FOUR: Any = ir.VectorType(ir.DoubleType(), 4)
+
+
+def _group(builder: Any, count: int, at: Any, stride: Any, columns: Any, weights: Any, out: Any, adds: bool) -> None:
+    """Write the sums of so many strips side by side: every weight is read once, and no sum waits for another."""
+    integer, four, lane = stride.type, _FOUR.as_pointer(), ir.IntType(32)
+    places = [builder.bitcast(builder.gep(out, [integer(4 * s)]), four) for s in range(count)]
+    strips = [builder.gep(at, [builder.mul(stride, integer(s))]) for s in range(count)]
+    sums = [cgutils.alloca_once(builder, _FOUR) for _ in range(count)]
+    for place, total in zip(places, sums, strict=True):
+        builder.store(builder.load(place, align=8) if adds else _FOUR([0.0] * 4), total)
+    with cgutils.for_range(builder, columns) as loop:
+        weight = builder.insert_element(_FOUR(ir.Undefined), builder.load(builder.gep(weights, [loop.index])), lane(0))
+        spread = builder.shuffle_vector(weight, _FOUR(ir.Undefined), ir.VectorType(lane, 4)([0] * 4))
+        for strip, total in zip(strips, sums, strict=True):
+            column = builder.gep(strip, [builder.mul(loop.index, integer(4))])
+            rows = builder.load(builder.bitcast(column, four), align=8)
+            product = builder.fmul(rows, spread, flags=("contract",))
+            builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
+    for place, total in zip(places, sums, strict=True):
+        builder.store(builder.load(total), place, align=8)
+
+
+def _strip_product(adds: bool) -> Any:
+    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
+
+    def plain(stack: Any, where: tuple[int, int, int, int], y: Any, out: Any, at: int) -> None:
+        (first, stride, strips, columns), flat = where, stack.reshape(-1)
+        for i, begin in enumerate(range(first, first + strips * stride, stride)):
+            for r in range(4):
+                sums = out[at + 4 * i + r] if adds else 0.0
+                for j in range(columns):
+                    sums += flat[begin + 4 * j + r] * y[j]
+                out[at + 4 * i + r] = sums
+
+    def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
+        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+            kinds, (_, where, _, _, at) = signature.args, given
+            first, stride, strips, columns = cgutils.unpack_tuple(builder, where)
+            data, weights, sums = (context.make_array(kinds[i])(context, builder, given[i]).data for i in (0, 2, 3))
+            entry, place, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
+
+            def group(begin: Any, count: int) -> None:
+                here, there = builder.mul(begin, stride), builder.mul(begin, integer(4))
+                strip, rows = builder.gep(entry, [here]), builder.gep(place, [there])
+                _group(builder, count, strip, stride, columns, weights, rows, adds)
+
+            pairs = builder.ashr(strips, integer(1))
+            with cgutils.for_range(builder, pairs) as loop:
+                group(builder.shl(loop.index, integer(1)), 2)
+            with builder.if_then(builder.trunc(strips, ir.IntType(1))):
+                group(builder.shl(pairs, integer(1)), 1)
+            return context.get_dummy_value()
+
+        four = numba.types.UniTuple(numba.types.intp, len(where))
+        return numba.types.void(stack, four, y, out, numba.types.unliteral(at)), write
+
+    return intrinsic(product) if is_compiling() else plain
+
+
+def is_compiling() -> bool:
+    """Whether kernels are compiled at all, and have addresses."""
+    return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+
+
+strip_product = _strip_product(False)
+"""strip_product(stack, (first, stride, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
+entries apart from the entry ``first`` of the stack on, times y[:columns]."""
+strip_product_added = _strip_product(True)
+"""The same, added to what stands there."""
+
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the
 caller: the same machine code as ever, and no second compilation."""
@@ -207,11 +278,6 @@ def address_of(entry: Callable[..., Any], *arguments: Any) -> int:
         arguments: any of the types it will be called with.
     """
     return int(entry.address(*arguments))  # type: ignore[attr-defined]
-
-
-def is_compiling() -> bool:
-    """Whether kernels are compiled at all, and have addresses."""
-    return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
 @cache

@@ -25,6 +25,8 @@ def stand_at_instant(instants, counts, clock):
 @kernel
 def write_chains(regions, inputs, march):
     """Write the signals' chains into y as they are now."""
+    if regions.chain == 0:
+        return
     i, slot = march.counts[INTERVAL], march.counts[SLOT]
     since = (march.counts[CYCLE] - inputs.knot_cycle[i]) + (march.clock[0] + march.clock[1] - inputs.knot_fraction[i])
     chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain)

@@ -60,16 +60,16 @@ AT, UNDER_WAY, SLOTS, TABLES, BOOKS = range(5)
 STAGES = (
     "scale", "lay_out", "stiffest", "accelerate", "typical", "look", "split_inputs", "generate", "split_off",
     "transpose_states", "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level",
-    "fill", "fill_bounds", "fill_tables", "fill_powers", "fill_series", "fill_forced", "accelerate_rigidly", "rest",
-    "is_loose", "turn", "tally", "march_on", "work_out", "zgees",
+    "fill", "fill_in_turn", "fill_bounds", "fill_tables", "fill_powers", "fill_series", "fill_forced",
+    "accelerate_rigidly", "rest", "is_loose", "turn", "tally", "march_on", "work_out", "zgees",
 )  # fmt: skip
 """What is called, in the order of its addresses."""
 (
     SCALE, LAY_OUT, STIFFEST, ACCELERATE, TYPICAL, LOOK, SPLIT_INPUTS, GENERATE, SPLIT_OFF,
     TRANSPOSE, TRIANGULAR, DIAGONALISE, WEIGH, GATHER, FINISH, FINEST,
-    FILL, FILL_BOUNDS, FILL_TABLES, FILL_POWERS, FILL_SERIES, FILL_FORCED, RIGIDLY, REST,
-    IS_LOOSE, TURN, TALLY, MARCH_ON, WORK_OUT, ZGEES,
-) = range(30)  # fmt: skip
+    FILL, FILL_IN_TURN, FILL_BOUNDS, FILL_TABLES, FILL_POWERS, FILL_SERIES, FILL_FORCED,
+    RIGIDLY, REST, IS_LOOSE, TURN, TALLY, MARCH_ON, WORK_OUT, ZGEES,
+) = range(31)  # fmt: skip
 
 _BUDGET = 20_000  # steps a slice
 
@@ -162,9 +162,9 @@ def _pack(at, shop, regions, slot, first):
     call_silent(at[FILL_POWERS], (a.powers, POWERS * slot, POWERS, work, c, width, h))
     strip = call_count(at[FILL], (a.particular, slot, 0, work, INTEGRAL, 0, c, u))
     call_count(at[FILL], (a.particular, slot, strip, work, PARTICULAR, 0, states, u))
-    call_count(at[FILL], (a.probe, slot, 0, work, WATCHED, 0, 4 * k, width))
-    call_count(at[FILL], (a.calm, slot, 0, work, CALM, 0, 4 * k, width))
-    call_count(at[FILL], (a.forced, slot, 0, work, FORCED, 0, 4 * k, u))
+    call_silent(at[FILL_IN_TURN], (a.probe, slot, work, WATCHED, k, width))
+    call_silent(at[FILL_IN_TURN], (a.calm, slot, work, CALM, k, width))
+    call_silent(at[FILL_IN_TURN], (a.forced, slot, work, FORCED, k, u))
     call_count(at[FILL], (a.weights, slot, 0, work, WEIGHTS, 0, 3 * k, modes))
     call_silent(at[FILL_BOUNDS], (a.bounds, slot, waves, modes, width))
     call_silent(at[FILL_SERIES], (a.series, slot, work, marks, h))

@@ -55,7 +55,7 @@ from gearrattle.kernels.packed import (
     UNANCHORED,
     UNBOUNDED,
 )
-from gearrattle.kernels.polynomial import NEVER, stays_inside
+from gearrattle.kernels.polynomial import NEVER, SIXTH, stays_inside
 from gearrattle.kernels.products import multiply, multiply_add
 from gearrattle.kernels.window import (
     advance,
@@ -76,17 +76,25 @@ _NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its dist
 
 
 @inlined
-def _open(gap, rate, curvature, jerk, fourth, band, h):
-    """Whether a gap provably stays open for a step h; where the motion sits on the corner, down to a band > 0.
-
-    For 0 <= s <= h the quartic minorant is no less than a cubic one: fourth s^4 / 24 <= (h fourth / 4) s^3 / 6.
-    """
-    third = max(0.25 * h * fourth - jerk, 0.0)
+def _counted(gap, rate, band):
+    """A gap as it counts: where the motion sits on the corner, lifted by a band > 0; zero where it opens from below."""
     if band > 0.0:
-        gap = lifted(gap, band)
-    elif gap <= 0.0 and rate > 0.0:
-        gap = 0.0
-    return stays_inside(gap, rate, curvature, third, h)
+        return lifted(gap, band)
+    return 0.0 if gap <= 0.0 and rate > 0.0 else gap
+
+
+@inlined
+def _third(jerk, fourth, h):
+    """The third derivative of a cubic minorant over h: fourth s^4 / 24 <= (h fourth / 4) s^3 / 6 for 0 <= s <= h."""
+    return max(0.25 * h * fourth - jerk, 0.0)
+
+
+@inlined
+def _ends_inside(low, high, rate, curvature, jerk, fourth, h):
+    """Whether the minorants of both gaps are positive at the end of a step h: they cannot stay so otherwise."""
+    near = rate + h * (0.5 * curvature - h * SIXTH * _third(jerk, fourth, h))
+    far = rate + h * (0.5 * curvature + h * SIXTH * _third(-jerk, fourth, h))
+    return low + h * near > 0.0 and high - h * far > 0.0
 
 
 @inlined
@@ -103,28 +111,31 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
     seen, calm, bound, side, band = near
     count, safe = side.size, True
     for k in range(count):
-        rate, curvature, jerk, fourth = seen[k + count], seen[k + 2 * count], seen[k + 3 * count], bound[k]
-        below, above = seen[k] - lower[slot, k], upper[slot, k] - seen[k]
+        value, rate, curvature, jerk = seen[4 * k], seen[4 * k + 1], seen[4 * k + 2], seen[4 * k + 3]
+        below, above, fourth, margin = value - lower[slot, k], upper[slot, k] - value, bound[k], bound[k + 2 * count]
         unsafe[k, 0], unsafe[k, 1] = False, False
-        h, room, margin = steps[level], min(below, above), bound[k + 2 * count]
-        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * (abs(jerk) / 6.0 + h * fourth / 24.0))):
+        h, room = steps[level], min(below, above)
+        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * SIXTH * (abs(jerk) + 0.25 * h * fourth))):
             continue
         travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
         band[k] = band_of(bands[slot, k], travel)
         if has_left(side[k], below, above, band[k]):
             side[k] = 0
-        on_lower, on_upper = (band[k] if side[k] == -1 else 0.0), (band[k] if side[k] == 1 else 0.0)
         if room > _SMALL * margin:
-            rate, curvature, jerk, fourth = calm[k + count], calm[k + 2 * count], calm[k + 3 * count], bound[k + count]
-            below, above = calm[k] - lower[slot, k] - margin, upper[slot, k] - calm[k] - margin
+            below, above = calm[4 * k] - lower[slot, k] - margin, upper[slot, k] - calm[4 * k] - margin
+            rate, curvature, jerk, fourth = calm[4 * k + 1], calm[4 * k + 2], calm[4 * k + 3], bound[k + count]
+        low = _counted(below, rate, band[k] if side[k] == -1 else 0.0)
+        high = _counted(above, -rate, band[k] if side[k] == 1 else 0.0)
+        while level < fine and not _ends_inside(low, high, rate, curvature, jerk, fourth, steps[level]):
+            level += 1
         while True:
             h = steps[level]
-            low = below < 1e300 and not _open(below, rate, curvature, jerk, fourth, on_lower, h)
-            high = above < 1e300 and not _open(above, -rate, -curvature, -jerk, fourth, on_upper, h)
-            if not (low or high):
+            nears = low < 1e300 and not stays_inside(low, rate, curvature, _third(jerk, fourth, h), h)
+            fars = high < 1e300 and not stays_inside(high, -rate, -curvature, _third(-jerk, fourth, h), h)
+            if not (nears or fars):
                 break
             if level == fine:
-                unsafe[k, 0], unsafe[k, 1], safe = low, high, False
+                unsafe[k, 0], unsafe[k, 1], safe = nears, fars, False
                 break
             level += 1
     return level, safe
@@ -252,7 +263,7 @@ def _anchor(regions, inputs, march):
 
 @inlined
 def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
-    """Deflections and their first three derivatives of every clearance, with and without the fast modes."""
+    """Deflections and their first three derivatives, a strip a clearance, with and without the fast modes."""
     multiply(forced, slot, watched, u.size, u, seen, 0)
     for i in range(0, 4 * watched, 4):
         calm[i], calm[i + 1], calm[i + 2], calm[i + 3] = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
@@ -281,7 +292,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
     bound, tried, bands = march.bound, march.tried, regions.band
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
-    watched, integrals = strips_of(4 * side.size), samples.states.shape[1] - states - regions.clearances
+    watched, integrals = side.size, samples.states.shape[1] - states - regions.clearances
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
     rows, longest = carried.size + y.size, y.size
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)

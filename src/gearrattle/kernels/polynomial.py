@@ -14,6 +14,7 @@ import numpy as np
 from gearrattle.kernels._jit import inlined, kernel
 
 NEVER = 2.0
+SIXTH = 1.0 / 6.0
 _SETTLED = 1e-7
 _THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
 _NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
@@ -25,7 +26,8 @@ def stays_inside(gap, rate, curvature, third, h):
 
     A gap of exactly zero counts as inside if it opens.
     """
-    end = gap + h * (rate + h * (0.5 * curvature - h * third / 6.0))
+    sixth = SIXTH * third
+    end = gap + h * (rate + h * (0.5 * curvature - h * sixth))
     if end <= 0.0:
         return False
     if rate >= 0.0:  # rises, then falls at most once: the ends decide
@@ -40,7 +42,7 @@ def stays_inside(gap, rate, curvature, third, h):
     x = -2.0 * rate / (curvature + sqrt(spread))  # the minimum of the minorant
     if x >= h:
         return True
-    return gap + x * (rate + x * (0.5 * curvature - x * third / 6.0)) > 0.0
+    return gap + x * (rate + x * (0.5 * curvature - x * sixth)) > 0.0
 
 
 @inlined

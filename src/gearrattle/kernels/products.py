@@ -6,37 +6,21 @@ matrices are indexed in place: taking a view of an array costs a compiled loop m
 
 from __future__ import annotations
 
-from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels._jit import inlined, kernel, strip_product, strip_product_added
 
 
 @inlined
 def multiply(stack, index, strips, columns, y, out, at):
     """out[at:] = rows @ y[:columns], the first strips of stack[index]."""
-    for c in range(strips):
-        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
-        for j in range(columns):
-            weight = y[j]
-            a0 += stack[index, c, j, 0] * weight
-            a1 += stack[index, c, j, 1] * weight
-            a2 += stack[index, c, j, 2] * weight
-            a3 += stack[index, c, j, 3] * weight
-        i = at + 4 * c
-        out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
+    stride = 4 * stack.shape[2]
+    strip_product(stack, (index * stack.shape[1] * stride, stride, strips, columns), y, out, at)
 
 
 @inlined
 def multiply_add(stack, index, strips, columns, y, out):
     """out += rows @ y[:columns], the first strips of stack[index]."""
-    for c in range(strips):
-        i = 4 * c
-        a0, a1, a2, a3 = out[i], out[i + 1], out[i + 2], out[i + 3]
-        for j in range(columns):
-            weight = y[j]
-            a0 += stack[index, c, j, 0] * weight
-            a1 += stack[index, c, j, 1] * weight
-            a2 += stack[index, c, j, 2] * weight
-            a3 += stack[index, c, j, 3] * weight
-        out[i], out[i + 1], out[i + 2], out[i + 3] = a0, a1, a2, a3
+    stride = 4 * stack.shape[2]
+    strip_product_added(stack, (index * stack.shape[1] * stride, stride, strips, columns), y, out, 0)
 
 
 @kernel

@@ -49,6 +49,15 @@ def fill(stack, index, strip, work, page, first, count, columns):
 
 
 @strict_entry
+def fill_in_turn(stack, index, work, page, count, columns):
+    """Write four groups of ``count`` rows of a page, a strip for the first rows of all, a strip for the second ..."""
+    for k in range(count):
+        for r in range(4):
+            for j in range(columns):
+                stack[index, k, j, r] = work[page, r * count + k, j]
+
+
+@strict_entry
 def fill_bounds(stack, index, waves, modes, width):
     """Four real and four imaginary parts in turn."""
     for i in range(4 * ((modes + 3) // 4)):

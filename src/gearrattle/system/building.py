@@ -36,8 +36,8 @@ ELIMINATION = 100.0
 """Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
 _STAGES = (
     "lay_out", "stiffest", "typical", "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states",
-    "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_bounds",
-    "fill_tables", "fill_powers", "fill_series", "fill_forced",
+    "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_in_turn",
+    "fill_bounds", "fill_tables", "fill_powers", "fill_series", "fill_forced",
 )  # fmt: skip
 _LETTERS = np.frombuffer(b"VN", dtype=np.uint8)  # zgees: Schur vectors, yes; sorting, no
 _SCRATCH = 34  # complex numbers a row, for zgees
@@ -197,9 +197,9 @@ class Bench:
         do.fill_powers(a["powers"], bench.POWERS * slot, bench.POWERS, work, c, width, h)
         strip = do.fill(a["particular"], slot, 0, work, bench.INTEGRAL, 0, c, u)
         do.fill(a["particular"], slot, strip, work, bench.PARTICULAR, 0, self.states, u)
-        do.fill(a["probe"], slot, 0, work, bench.WATCHED, 0, 4 * k, width)
-        do.fill(a["calm"], slot, 0, work, bench.CALM, 0, 4 * k, width)
-        do.fill(a["forced"], slot, 0, work, bench.FORCED, 0, 4 * k, u)
+        do.fill_in_turn(a["probe"], slot, work, bench.WATCHED, k, width)
+        do.fill_in_turn(a["calm"], slot, work, bench.CALM, k, width)
+        do.fill_in_turn(a["forced"], slot, work, bench.FORCED, k, u)
         do.fill(a["weights"], slot, 0, work, bench.WEIGHTS, 0, 3 * k, modes)
         do.fill_bounds(a["bounds"], slot, self.waves, modes, width)
         do.fill_series(a["series"], slot, work, marks, h)

@@ -140,7 +140,7 @@ def region_in(store: Store, slot: int) -> Region:
     rates = unpacked(a.powers[4 * slot][:, :width], c, width)
     per_step = LONGEST / 2.0 ** store.fine(slot)
     integral, particular = unpacked(a.particular[slot], c, n)
-    watched, calm = (unpacked(rows[slot][:, :width], 4 * k)[0].reshape(4, k, width) for rows in (a.probe, a.calm))
+    watched, calm = (rows[slot][:, :width].transpose(2, 0, 1).copy() for rows in (a.probe, a.calm))
     parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)
     rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(4 * len(parts), width)[:modes]
     weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)
@@ -148,5 +148,5 @@ def region_in(store: Store, slot: int) -> Region:
     return Region(
         store.pieces[slot], Split(particular, kept), rates[1] / per_step, rates[0] / per_step,
         integral, a.drift[slot, :c].copy(), np.array(tables), watched, calm,
-        unpacked(a.forced[slot], 4 * k)[0][:k], bound, a.lower[slot].copy(), a.upper[slot].copy(),
+        a.forced[slot][:, :, 0].copy(), bound, a.lower[slot].copy(), a.upper[slot].copy(),
     )  # fmt: skip
