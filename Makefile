@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost variants advice forecast scaling images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost variants inputs advice forecast scaling images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -55,6 +55,8 @@ cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/refe
 
 variants: $(VENV)/.package  ## variants of a driveline a second, on one thread and on two
 	$(PY) -m benchmarks.variants
+inputs: $(VENV)/.package    ## friction, alternation, records, run-ups: what each costs beside the same run without
+	$(PY) -m benchmarks.inputs
 
 growth: $(VENV)/.package    ## cost against the number of inertias: writes docs/reference/growth.md (minutes)
 	$(PY) -m benchmarks.growth
