@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.read import read
+    from gearrattle.calls.measure import metrics
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
@@ -84,6 +85,7 @@ _HOME = {
     "Condensed": "calls.condense",
     "Reduction": "calls.reduction",
     "criteria": "calls.judge",
+    "metrics": "calls.measure",
     "Verdict": "criteria",
     "Run": "results",
     "open_run": "results",
@@ -152,6 +154,7 @@ __all__ = [
     "json_schema",
     "load",
     "loads",
+    "metrics",
     "modes",
     "nondimensionalize",
     "open_run",

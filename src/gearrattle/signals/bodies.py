@@ -13,6 +13,7 @@ Takes a Layout; gives plain numbers to criteria and metrics.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +59,7 @@ def reduced_inertia(layout: Layout, element: int) -> float:
     """Return what the two bodies of an element weigh along its deflection [kg for a mesh, kg m^2 for a coupling]."""
     ends = zip(layout.between[element].tolist(), layout.radii[element].tolist(), strict=True)
     compliance = sum(radius**2 / float(layout.inertia[body]) for body, radius in ends if body >= 0)
-    return float(1.0 / compliance)
+    return float(1.0 / compliance) if compliance > 0.0 else math.inf
 
 
 def is_gap(layout: Layout, clearance: int) -> bool:
