@@ -5,7 +5,7 @@ samples of a deflection, which are blind to what happens between two of them, an
 
 An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
 gear that hammers one flank with an occasional hit of the other is told from one that crosses its backlash every time,
-which regimes cannot.
+which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
 
 Takes what is heard; gives five values a gap.
 """
@@ -40,6 +40,7 @@ class ContactSides:
         """Return shares and rates of every gap proper."""
         layout, deflections, values = heard.plate, heard.of("deflection"), []
         cycles = heard.duration / (heard.period or math.nan)
+        unknown = "" if math.isfinite(cycles) else "; no speed tells what a cycle is"
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
@@ -54,8 +55,8 @@ class ContactSides:
                 Value(name, "drive-side share", drive, "1", note),
                 Value(name, "coast-side share", coast, "1", note),
                 Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note),
-                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note),
-                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note),
+                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown),
+                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown),
             ]
         return values
 

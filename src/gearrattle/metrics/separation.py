@@ -44,7 +44,9 @@ class SeparationRatio:
             ratio = math.nan if signal is None else _slope(heard.plate, gear) * float(np.max(np.abs(signal)))
             note = f"{mesh}: no acceleration of its driver {driver}" if signal is None else ""
             values.append(Value(mesh, "separation ratio", ratio, "1", note))
-            values.append(Value(mesh, "separation margin", _decibel(ratio), "dB", note))
+            margin = _decibel(ratio)
+            still = "" if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
+            values.append(Value(mesh, "separation margin", margin, "dB", still))
         return values
 
 
