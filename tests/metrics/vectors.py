@@ -22,7 +22,7 @@ from gearrattle.metrics.separation import HarmonicSeparation, SeparationRatio
 from gearrattle.metrics.transmissibility import OrderTransmissibility
 from gearrattle.recording import Channel, Recording
 from gearrattle.system.energy import EnergyAudit
-from gearrattle.trajectory import Array, Trajectory
+from gearrattle.trajectory import Array, Layout, Trajectory
 from tests.signals.handmade import OMEGA, Row, layout, sine, still, trajectory
 
 MASS = 1.0 / 0.0026  # 1 / (0.06^2 / 2 + 0.02^2 / 0.5)
@@ -57,10 +57,20 @@ def _audited() -> Trajectory:
     return trajectory(rows=ROWS, energy=audit)
 
 
-def _turning() -> Trajectory:
-    motion = trajectory()
-    columns = (sine(0.1)(motion.time), sine(0.3, 1.0, 0.4)(motion.time) + sine(0.05, 2.0)(motion.time))
-    return replace(motion, velocity=np.column_stack(columns))
+Terms = tuple[tuple[float, float, float], ...]
+
+
+def moving(driver: Terms, loose: Terms = (), plate: Layout | None = None) -> Heard:
+    """Return a motion of both bodies by amplitude, order and phase of the acceleration's sines."""
+    motion = trajectory(plate)
+    columns = np.zeros((2, 3, motion.time.size))
+    for body, terms in enumerate((driver, loose)):
+        for amplitude, order, phase in terms:
+            turn = order * OMEGA * motion.time + phase
+            rate = order * OMEGA
+            columns[body] += amplitude * np.array([-np.sin(turn) / rate**2, -np.cos(turn) / rate, np.sin(turn)])
+    angle, velocity, acceleration = np.stack(columns, axis=-1)
+    return heard(replace(motion, angle=angle, velocity=velocity, acceleration=acceleration))
 
 
 def rig(values: Array, quantity: str, subject: str, unit: str, period: float = 1.0) -> Recording:
@@ -81,8 +91,7 @@ def _deflection() -> Heard:
 
 
 _DRIVEN = heard(trajectory(accelerations=(sine(12.0), still)))
-_PLATE = layout(orders=np.array([1.0, 2.0]))
-_TWO = heard(trajectory(_PLATE, accelerations=(lambda t: sine(12.0)(t) + sine(4.0, 2.0)(t), still)))
+_TWO = moving(((12.0, 1.0, 0.0), (4.0, 2.0, 0.7)), plate=layout(orders=np.array([1.0, 2.0])))
 _RINGING = heard(trajectory(accelerations=(still, lambda t: 9.0 + sine(3.0)(t) + sine(2.0, 5.0)(t))))
 _GEAR, _LOOSE = "gear", "loose"
 
@@ -128,10 +137,10 @@ VECTORS: tuple[Vector, ...] = (
         (_GEAR, "drive-side share"): 0.25, (_GEAR, "coast-side share"): 0.25, (_GEAR, "free share"): 0.5,
         (_GEAR, "single-sided impacts per cycle"): 1.0, (_GEAR, "double-sided impacts per cycle"): 0.5,
     }),
-    Vector(OrderTransmissibility(), heard(trajectory(accelerations=(sine(4.0, 1.0, 0.3), sine(1.0)))), {
+    Vector(OrderTransmissibility(), moving(((4.0, 1.0, 0.3),), ((1.0, 1.0, 0.0), (5.0, 3.0, 1.0))), {
         (_LOOSE, "transmissibility at order 1"): 0.25,
     }),
-    Vector(SpeedIrregularity(), heard(_turning()), {
+    Vector(SpeedIrregularity(), moving(((0.1 * OMEGA, 1.0, 0.0),), ((0.3 * OMEGA, 1.0, 0.4), (0.5, 2.0, 0.1))), {
         ("driver", "irregularity"): 0.2 / OMEGA, ("driver", "peak-to-peak speed"): 0.2,
         (_LOOSE, "peak-to-peak speed at order 1"): 0.6,
     }),

@@ -29,7 +29,7 @@ PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's 
 SAMPLES = "the samples of the window"
 LOG = "the log of crossings over the window"
 _LONG = 0.1  # of the time in contacts: they are no blows any more
-_DERIVATIVES = ("acceleration", "velocity", "angle")
+_DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,18 +102,30 @@ class Heard:
         """Say why a need is not met; empty where it is."""
         return "" if _HEARD[need][0](self) else _HEARD[need][1]
 
-    def accelerations_at(self, subject: str) -> NDArray[np.complex128] | None:
-        """Return (o,) complex amplitudes of a body's acceleration at ``orders`` [rad/s^2]; None if nothing tells it.
+    def velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
+        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None if nothing tells it.
 
-        An acceleration itself, else a velocity times i o Omega, else an angle times its square: at one order that is
-        exact.
+        By an angle, a velocity or an acceleration, times a power of i o Omega: at one order that is exact. The
+        smoothest serves best, for impacts make spikes of an acceleration, steps of a velocity and kinks of an angle,
+        and the less of them aliases down to the orders. Drifts are no orders and are taken out: where angle and
+        velocity are both heard, such that both join end to end, else by least squares.
         """
-        for power, quantity in enumerate(_DERIVATIVES):
-            signal = self.signals.get((quantity, subject))
+        heard = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
+        angle, velocity = heard["angle"], heard["velocity"]
+        if angle is not None and velocity is not None:
+            along = np.linspace(0.0, 1.0, angle.size)
+            bend = 0.5 * (velocity[-1] - velocity[0]) * self.duration * (along - 1.0)
+            joined = angle - (angle[-1] - angle[0] + bend) * along
+            return self.amplitudes(joined, 0) * (1j * self.orders * self.speed)
+        for quantity, signal in heard.items():
             if signal is not None:
-                found = harmonics(signal[:-1], self.time[:-1], self.speed, self.orders)
-                return np.asarray(found * (1j * self.orders * self.speed) ** power)
+                power = 1 - _DERIVATIVES[quantity]
+                return np.asarray(self.amplitudes(signal, 1 + power) * (1j * self.orders * self.speed) ** power)
         return None
+
+    def amplitudes(self, samples: Array, trend: int) -> NDArray[np.complex128]:
+        """Return (o,) complex amplitudes of samples (N + 1,) at ``orders``, beside a polynomial of time."""
+        return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
 
     def movers(self) -> list[str]:
         """Return the subjects whose motion is heard: angles, velocities or accelerations, each once."""

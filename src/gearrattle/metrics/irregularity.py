@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.metrics.base import SAMPLES, Heard, Value, mean, order_word
-from gearrattle.signals import harmonics, peak_to_peak, speed_ratios
+from gearrattle.signals import peak_to_peak, speed_ratios
 from gearrattle.trajectory import Array
 
 
@@ -44,7 +44,8 @@ class SpeedIrregularity:
             values.append(Value(name, "irregularity", width / average if known and average else math.nan, "1", note))
             values.append(Value(name, "peak-to-peak speed", width, "rad/s"))
             if not heard.lacks("engine orders"):
-                found = harmonics(signal[:-1], heard.time[:-1], heard.speed, heard.orders)
+                known_at = heard.velocities_at(name)
+                found = heard.amplitudes(signal, 1) if known_at is None else known_at
                 amplitude = dict(zip(heard.orders.tolist(), np.abs(found).tolist(), strict=True))
                 for order in heard.engine_orders.tolist():
                     swing = 2.0 * amplitude[order]

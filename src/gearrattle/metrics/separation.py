@@ -68,12 +68,12 @@ class HarmonicSeparation:
         values = []
         for gear in loose_gears(heard.plate):
             mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
-            found = heard.accelerations_at(driver)
+            found = heard.velocities_at(driver)
             if found is None:
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"
                 values.append(Value(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
-            ratios = _slope(heard.plate, gear) * np.abs(found)
+            ratios = _slope(heard.plate, gear) * heard.orders * heard.speed * np.abs(found)
             for order, ratio in zip(heard.orders.tolist(), ratios.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
                 values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note))

@@ -39,7 +39,7 @@ class OrderTransmissibility:
         movers = heard.movers()
         plate = heard.layout
         reference = movers[0] if plate is None else plate.inertia_names[plate.reference]
-        base = heard.accelerations_at(reference)
+        base = heard.velocities_at(reference)
         if base is None:
             return [
                 Value(reference, "transmissibility", math.nan, "1", f"nothing is heard of {reference}, the reference")
@@ -47,7 +47,7 @@ class OrderTransmissibility:
         strongest = float(np.nanmax(np.abs(base), initial=0.0))
         values = []
         for name in movers:
-            found = heard.accelerations_at(name)
+            found = heard.velocities_at(name)
             if name == reference or found is None:
                 continue
             for order, own, to in zip(heard.orders.tolist(), np.abs(found), np.abs(base), strict=True):
