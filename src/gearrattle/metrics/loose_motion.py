@@ -54,7 +54,7 @@ def _levels(name: str, what: str, signal: Array | None, note: str) -> list[Value
 def _above(heard: Heard, signal: Array) -> Array:
     """Return the samples without all lines up to the highest engine order."""
     lines = np.fft.rfft(signal[:-1])
-    order = np.fft.rfftfreq(signal.size - 1, heard.interval) * 2.0 * np.pi / heard.speed
-    lines[order <= float(heard.engine_orders[-1]) + 0.5 * float(order[1])] = 0.0
+    spacing = 2.0 * np.pi / (heard.speed * heard.duration)
+    lines[np.arange(lines.size) * spacing <= float(heard.engine_orders[-1]) + 0.5 * spacing] = 0.0
     left = np.fft.irfft(lines, signal.size - 1)
     return np.append(left, left[0])
