@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         rattle_probability,
         regime_boundary,
         samples_needed,
+        screen,
         sensitivities,
         study,
     )
@@ -99,6 +100,7 @@ _HOME = {
     "rattle_probability": "studies",
     "regime_boundary": "studies",
     "samples_needed": "studies",
+    "screen": "studies",
     "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
@@ -166,6 +168,7 @@ __all__ = [
     "reduce",
     "regime_boundary",
     "samples_needed",
+    "screen",
     "sensitivities",
     "simulate",
     "stiffness",

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import gearrattle as gr
 from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.metrics import hear_recording, measure, recording_of
+from gearrattle.plots import draw, plotly_figure
 from gearrattle.plots.metrics import metrics_chart, rattle_metrics
 from gearrattle.plots.palette import COAST, DRIVE
+from gearrattle.plots.screening import screening_map
 from tests import synthetic
 
 FOUND = synthetic.findings("double-sided")
@@ -49,3 +52,41 @@ def test_a_recording_is_drawn_as_well() -> None:
     assert chart is not None
     assert "Rattle level" not in {panel.title for panel in chart.panels}
     assert metrics_chart([]) is None
+
+
+def _screened(loads: list[float] | None, **options: bool) -> object:
+    model = gr.load("examples/manual_transmission.toml").with_({"simulation.cycles": 4, "simulation.discard": 2})
+    return gr.screen(model, ["800 rpm", "1500 rpm", "3000 rpm"], loads, **options)
+
+
+def test_cells_of_a_screening_are_its_margins() -> None:
+    """Each cell's legend holds its value; a dot where the simulation rattles."""
+    data = _screened([0.1, 1.0], simulate=True, workers=1)
+    chart = screening_map(data, "separation_ratio")
+    assert [panel.title for panel in chart.panels] == data.gear.values.tolist()
+    margins = data.margin.values[:, :, 0].T
+    for cells in chart.panels[0].cells:
+        for left, right, low in zip(cells.left, cells.right, cells.low, strict=True):
+            for i in range(round(left + 0.5), round(right + 0.5)):
+                value = margins[round(low + 0.5), i]
+                words = cells.name.replace("−", "-").split()
+                if words[0] in ("below", "above"):
+                    assert (value < float(words[1])) == (words[0] == "below")
+                else:
+                    assert float(words[0]) <= value < float(words[2])
+    dots = chart.panels[0].lines[-1]
+    assert dots.x.size == int((data.regime.values[:, :, 0] > 0).sum())
+    assert all("[rpm]" in panel.x_title for panel in chart.panels)
+    draw(chart)
+    plotly_figure(chart)
+
+
+def test_one_load_gives_curves_over_speed() -> None:
+    """A line a gear, the threshold as a rule at 0 dB."""
+    data = _screened(None)
+    (panel,) = screening_map(data).panels
+    assert panel.unit == "dB"
+    assert panel.rules[0].at == 0.0
+    line = next(line for line in panel.lines if line.name == "fifth_mesh" and line.mark == "line")
+    assert line.y == pytest.approx(20.0 * np.log10(data.lift_ratio.values[:, 0, 1]))
+    assert line.x == pytest.approx([800.0, 1500.0, 3000.0])
