@@ -114,6 +114,8 @@ def test_without_a_model_only_what_needs_none_is_measured() -> None:
     rows = measure(hear_recording(rig, None, None, (2.0,)))
     told = {row.metric: row.note for row in rows if row.subject == ""}
     assert set(told) == set(ids) - {"irregularity"}
+    one_shaft = told.pop("order_transmissibility")
+    assert "nothing of the kind" in one_shaft
     assert all("needs" in note for note in told.values())
     (swing,) = [row.value for row in rows if row.quantity == "peak-to-peak speed at order 2"]
     assert swing == pytest.approx(4.0, rel=1e-4)  # the last 15 revolutions, to a sample
@@ -196,3 +198,28 @@ def test_every_metric_is_in_the_reference_with_its_formula_and_source() -> None:
         assert f"`{metric.name}`: {metric.title}" in page
         assert metric.formula in page
         assert metric.source in page
+
+
+def test_speeds_of_two_shafts_have_a_transmissibility() -> None:
+    """Means included: a quarter of the fluctuation at twice the speed is a quarter."""
+    time = np.arange(2001) * (0.1 * np.pi / 2000)  # ten revolutions at 200 rad/s
+    swing = np.sin(2.0 * 200.0 * time + 0.3)
+    channels = (
+        Channel("in", "speed", "input", "rad/s", 200.0 + 2.0 * swing),
+        Channel("out", "speed", "output", "rad/s", 400.0 + 0.5 * swing),
+    )
+    rows = measure(hear_recording(Recording(time, channels, "rig.csv"), None, 200.0, (2.0,)))
+    (found,) = [row for row in rows if row.metric == "order_transmissibility"]
+    assert (found.subject, found.value) == ("output", pytest.approx(0.25, rel=1e-9))
+
+
+@pytest.mark.parametrize("example", ["run_up", "measured_flywheel", "clutch_friction", "alternating_mesh"])
+def test_every_kind_of_drive_is_measured(example: str) -> None:
+    """Run-ups have no order values, prescribed motions no reduced inertia of their own; the rest is there."""
+    model = gr.load(f"examples/{example}.toml")
+    run = gr.simulate(model, cycles=4, discard=0, samples_per_cycle=64)
+    table = gr.metrics(run)
+    ill = table[~np.isfinite(table.value)]
+    assert (ill.note != "").all()
+    by_order = table[table.quantity.str.contains(" at order ")]
+    assert len(by_order) == 0 or model.excitation.sweep is None

@@ -42,6 +42,9 @@ def metrics(
     if run.suffix == ".toml":
         remedy = f"gearrattle simulate {run} -o run.nc saves one"
         raise ModelError(Problem(str(run), "a model file", "a saved motion (.nc) is needed", remedy))
+    if run.is_dir():
+        rule = "metrics are of one saved motion (.nc): samples of a stream are kept in chunks"
+        raise ModelError(Problem(str(run), "a folder", rule, f"gearrattle criteria {run} judges a stream"))
     table = measured(gearrattle.open_run(run), names=name or None, base_level=base_level, kappa=kappa)
     if json:
         print(json_text({"metrics": plain(table.to_dict("records")), "notes": table.attrs["notes"]}))

@@ -75,7 +75,7 @@ def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
         lacking = [words for need in metric.needs if (words := heard.lacks(need))]
         values = [] if lacking else metric.measure(heard)
         if not values:
-            why = f"{metric.title}: {lacking[0] if lacking else 'the driveline has nothing of the kind'}"
+            why = f"{metric.title}: {lacking[0] if lacking else 'nothing of the kind is heard'}"
             values = [Value("", metric.title, math.nan, metric.unit, why)]
         window = f"{metric.window}: {heard.window}" if "window" in metric.window else metric.window
         rows += [

@@ -110,7 +110,18 @@ class Heard:
         and the less of them aliases down to the orders. Drifts are no orders and are taken out: where angle and
         velocity are both heard, such that both join end to end, else by least squares.
         """
+        if subject not in self._kept:
+            self._kept[subject] = self._velocities_at(subject)
+        return self._kept[subject]
+
+    @cached_property
+    def _kept(self) -> dict[str, NDArray[np.complex128] | None]:
+        return {}
+
+    def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
         heard = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
+        if heard["velocity"] is None:
+            heard["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
         angle, velocity = heard["angle"], heard["velocity"]
         if angle is not None and velocity is not None:
             along = np.linspace(0.0, 1.0, angle.size)
@@ -128,11 +139,10 @@ class Heard:
         return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
 
     def movers(self) -> list[str]:
-        """Return the subjects whose motion is heard: angles, velocities or accelerations, each once."""
-        heard = {subject for quantity, subject in self.signals if quantity in _DERIVATIVES}
+        """Return the subjects whose motion is heard: angles, velocities, speeds or accelerations, each once."""
+        heard = dict.fromkeys(subject for quantity, subject in self.signals if quantity in (*_DERIVATIVES, "speed"))
         known = () if self.layout is None else self.layout.inertia_names
-        rest = [subject for quantity, subject in self.signals if quantity in _DERIVATIVES]
-        return [s for s in dict.fromkeys([*known, *rest]) if s in heard]
+        return [name for name in dict.fromkeys([*known, *heard]) if name in heard]
 
 
 _HEARD: dict[str, tuple[Any, str]] = {
