@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from gearrattle.calls.drive import drive
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
-    from gearrattle.calls.read import read
     from gearrattle.calls.measure import metrics
+    from gearrattle.calls.read import read
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize

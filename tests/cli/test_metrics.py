@@ -6,6 +6,7 @@ import json
 from math import isfinite
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gearrattle as gr
@@ -43,3 +44,29 @@ def test_what_is_no_motion_is_refused(argument: str, capsys: pytest.CaptureFixtu
     """A model file, a folder, nothing."""
     assert main(["metrics", argument]) == 2
     assert argument in capsys.readouterr().err
+
+
+def test_a_measured_file_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Speeds over time from a CSV file, orders by hand: twice the amplitude is the peak to peak."""
+    time = np.arange(800) * (0.2 * np.pi / 800)  # ten revolutions at 100 rad/s, peaks on samples
+    speed = 100.0 + 1.5 * np.sin(2.0 * 100.0 * time)
+    path = tmp_path / "rig.csv"
+    rows = "\n".join(f"{t:.9f},{v:.12f}" for t, v in zip(time, speed, strict=True))
+    path.write_text(f"time,n\n{rows}\n", encoding="utf-8")
+    mapping = tmp_path / "rig.toml"
+    mapping.write_text(
+        """schema = 1
+file = "rig.csv"
+
+[[channel]]
+name = "n"
+quantity = "speed"
+of = "input_shaft"
+unit = "rad/s"
+""",
+        encoding="utf-8",
+    )
+    assert main(["metrics", str(mapping), "--order", "2", "--name", "irregularity", "--json"]) == 0
+    found = {row["quantity"]: row["value"] for row in json.loads(capsys.readouterr().out)["metrics"]}
+    assert found["peak-to-peak speed at order 2"] == pytest.approx(3.0, rel=1e-3)
+    assert found["irregularity"] == pytest.approx(0.03, rel=1e-3)
