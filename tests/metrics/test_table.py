@@ -124,11 +124,22 @@ def test_without_a_model_only_what_needs_none_is_measured() -> None:
 def test_ill_recordings_are_refused_with_a_remedy() -> None:
     """Uneven samples and gaps."""
     time = np.array([0.0, 1.0, 3.0])
-    with pytest.raises(ModelError, match=r"rig.*resample"):
+    with pytest.raises(ModelError, match=r"rig.*uniform.*resample"):
         hear_recording(Recording(time, (), "rig"), None, None, ())
     holes = Channel("n", "speed", "input", "rad/s", np.array([1.0, np.nan, 1.0]))
     with pytest.raises(ModelError, match=r"rig.*n.*finite"):
         hear_recording(Recording(np.arange(3.0), (holes,), "rig"), None, None, ())
+
+
+def test_rounded_times_are_uniform_with_a_note() -> None:
+    """Six decimals of a millisecond are no gap; the values are those of exact times."""
+    time = np.arange(1001) * (0.4 * np.pi / 1000)
+    channel = Channel("n", "speed", "input", "rad/s", 100.0 + np.sin(2.0 * 100.0 * time))
+    values = {}
+    for times in (time, np.round(time, 6)):
+        heard = hear_recording(Recording(times, (channel,), "rig"), None, 100.0, (2.0,))
+        values[len(heard.notes)] = [row.value for row in measure(heard) if row.metric == "irregularity"]
+    assert values[1] == pytest.approx(values[0], rel=1e-5)
 
 
 def test_one_sample_a_cycle_does_not_fail() -> None:

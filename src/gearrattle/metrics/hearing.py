@@ -19,6 +19,7 @@ from gearrattle.signals import steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
+_ROUNDED = 0.01  # of a sample interval: times that stray by less are rounded ones
 
 
 def recording_of(trajectory: Trajectory) -> Recording:
@@ -88,10 +89,7 @@ def hear_recording(
     Raises:
         ModelError: samples that are not uniform, not finite, or fewer than three.
     """
-    time, interval = recording.time, recording.interval
-    if time.size < 3 or interval is None:
-        rule = "metrics need three uniform samples at least"
-        raise ModelError(Problem(recording.source, f"{time.size} samples", rule, "resample the recording first"))
+    time, interval, noted = _uniform(recording)
     ill = [c.name for c in recording.channels if not np.all(np.isfinite(c.values))]
     if ill:
         rule = "must be finite at every sample"
@@ -100,7 +98,7 @@ def hear_recording(
     if omega is None and speed is not None:
         omega = float(np.mean(speed.values))
     orders = np.unique(np.asarray(engine_orders, dtype=np.float64))
-    kept, words, notes = time.size, "the whole recording", recording.notes
+    kept, words, notes = time.size, "the whole recording", (*recording.notes, *noted)
     period = _period(layout, omega, orders) if omega else None
     if period is not None:
         kept, words, told = _whole_periods(time, interval, period)
@@ -111,6 +109,26 @@ def hear_recording(
     return Heard(
         recording.source, time[-kept:], signals, words, omega, period, orders[orders > 0.0], layout, None, notes
     )
+
+
+def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
+    """Return uniform times, their interval, and a note where the recorded ones are rounded.
+
+    Raises:
+        ModelError: fewer than three samples, or times that stray from a line by more than rounding.
+    """
+    time = recording.time
+    if time.size < 3:
+        raise ModelError(Problem(recording.source, f"{time.size} samples", "metrics need three samples at least"))
+    even = np.linspace(time[0], time[-1], time.size)
+    interval, stray = float(even[1] - even[0]), float(np.max(np.abs(time - even)))
+    if stray > _ROUNDED * interval:
+        remedy = "resample the recording, for example by rate in a mapping"
+        found = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"
+        raise ModelError(Problem(recording.source, found, "metrics need uniform samples", remedy))
+    if recording.interval is not None:
+        return time, interval, ()
+    return even, interval, (f"times stray by {stray / interval:.2g} of a sample interval and are taken as uniform",)
 
 
 def _period(layout: Layout | None, omega: float, orders: Array) -> float:

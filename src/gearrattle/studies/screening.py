@@ -62,9 +62,9 @@ def screen(
         workers: of the simulations, as in ``study``.
 
     Returns:
-        A Dataset over (speed, load, gear), gears by their meshes: separation_ratio [1], margin [dB], lift_ratio [1];
-        inside (speed, load), whether the linear motion is an exact one; with ``simulate`` regime, codes of
-        ``flag_meanings``. Coordinates: speed [rad/s], load (factor, or number), loose and driver of each gear.
+        A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
+        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear; inside tells whether
+        the linear motion is an exact one; with ``simulate`` there is regime, codes of ``flag_meanings``.
 
     Raises:
         ModelError: no loose gear, a value or path that is none, motions or records instead of harmonics.
