@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost variants inputs advice forecast scaling images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost variants inputs advice forecast metrics scaling images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -66,6 +66,9 @@ advice: $(VENV)/.package    ## how often advice comes true: writes docs/referenc
 
 forecast: $(VENV)/.package  ## forecasts of contact ratios against exact runs: writes docs/reference/forecast.md (minutes)
 	$(PY) -m benchmarks.forecast
+
+metrics: $(VENV)/.package   ## what sampling rattle metrics need: writes docs/reference/metrics.md
+	$(PY) -m benchmarks.metrics
 
 scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
 	$(PY) -m benchmarks.scaling

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.drive import drive
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
+    from gearrattle.calls.measure import metrics
     from gearrattle.calls.read import read
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
         rattle_probability,
         regime_boundary,
         samples_needed,
+        screen,
         sensitivities,
         study,
     )
@@ -84,6 +86,7 @@ _HOME = {
     "Condensed": "calls.condense",
     "Reduction": "calls.reduction",
     "criteria": "calls.judge",
+    "metrics": "calls.measure",
     "Verdict": "criteria",
     "Run": "results",
     "open_run": "results",
@@ -97,6 +100,7 @@ _HOME = {
     "rattle_probability": "studies",
     "regime_boundary": "studies",
     "samples_needed": "studies",
+    "screen": "studies",
     "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
@@ -152,6 +156,7 @@ __all__ = [
     "json_schema",
     "load",
     "loads",
+    "metrics",
     "modes",
     "nondimensionalize",
     "open_run",
@@ -163,6 +168,7 @@ __all__ = [
     "reduce",
     "regime_boundary",
     "samples_needed",
+    "screen",
     "sensitivities",
     "simulate",
     "stiffness",

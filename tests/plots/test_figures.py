@@ -43,7 +43,7 @@ def test_every_figure_draws_both_ways(figure, findings: Findings) -> None:
     assert chart.panels
     assert chart.caption.endswith(".")
     for panel in chart.panels:
-        assert panel.lines or panel.bars or panel.note
+        assert panel.lines or panel.bars or panel.cells or panel.note
         assert all(line.x.shape == line.y.shape and np.isfinite(line.y).all() for line in panel.lines)
     json.dumps(plotly_figure(chart), allow_nan=False)
     ElementTree.fromstring(draw(chart))
@@ -147,7 +147,7 @@ def test_few_samples_a_cycle_are_drawn_as_points() -> None:
 def test_dimensionless_models_show_no_units(rattling: Findings) -> None:
     bare = synthetic.findings("double-sided", units="dimensionless")
     for chart in charts(bare):
-        assert {panel.unit for panel in chart.panels} <= {"", "rate", "cycle", "impacts"}
+        assert {panel.unit for panel in chart.panels} <= {"", "rate", "cycle", "impacts", "dB", "1/cycle"}
         assert not any("[" in panel.x_title for panel in chart.panels if chart.share_x is False)
 
 

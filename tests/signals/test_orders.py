@@ -54,3 +54,13 @@ def test_fewer_samples_than_unknowns() -> None:
 
 def test_no_orders_no_amplitudes() -> None:
     assert harmonics(np.ones((8, 3)), np.arange(8.0), OMEGA, np.empty(0)).shape == (0, 3)
+
+
+def test_a_drift_beside_the_orders_is_fitted_with_them() -> None:
+    """A line and a parabola leave the amplitudes as they are; without a trend they leak."""
+    time = np.arange(256) / 64.0
+    signal = 3.0 * np.sin(2.0 * np.pi * time + 0.4) + 50.0 * time - 7.0 * time**2
+    (found,) = harmonics(signal, time, 2.0 * np.pi, np.array([1.0]), trend=2)
+    assert abs(found) == pytest.approx(3.0, rel=1e-10)
+    assert np.angle(found) == pytest.approx(0.4, rel=1e-10)
+    assert abs(harmonics(signal, time, 2.0 * np.pi, np.array([1.0]))[0] - found) > 0.1

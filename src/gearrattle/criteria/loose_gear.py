@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.criteria.base import Entry, Scope, Tally, Telling, entry
-from gearrattle.signals import steady
-from gearrattle.trajectory import Layout, Trajectory
+from gearrattle.signals import loose_gears, steady
+from gearrattle.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -47,35 +47,22 @@ class LooseGear(Telling):
         """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
         layout, peak = scope.layout, tally["peak"]
         entries = []
-        for mesh in np.flatnonzero(layout.is_mesh).tolist():
-            for loose_end in (0, 1):
-                loose, driver = (int(layout.between[mesh, end]) for end in (loose_end, 1 - loose_end))
-                drag = float(layout.drag_torque[loose])
-                if not drag > 0.0 or not _is_loose(layout, loose, mesh):
-                    continue
-                reduction = float(layout.radii[mesh, 1 - loose_end] / layout.radii[mesh, loose_end])
-                ratio = float(layout.inertia[loose]) * reduction * float(peak[driver]) / drag
-                margin = 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
-                loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
-                by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
-                entries += [
-                    entry(
-                        self,
-                        layout.element_names[mesh],
-                        f"peak acceleration of the driver {driver_name}",
-                        float(peak[driver]),
-                        unit="rad/s^2",
-                        formula="max |theta''| over the samples of [discard T, end]",
-                    ),
-                    entry(
-                        self, layout.element_names[mesh], f"torque ratio of {loose_name}", ratio, unit="1", formula=by
-                    ),
-                    entry(self, layout.element_names[mesh], "margin", margin, formula=f"20 log10( {by} )"),
-                ]
+        for mesh, loose, driver, reduction in loose_gears(layout):
+            ratio = float(layout.inertia[loose]) * reduction * float(peak[driver]) / float(layout.drag_torque[loose])
+            margin = 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
+            element = layout.element_names[mesh]
+            loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
+            by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
+            entries += [
+                entry(
+                    self,
+                    element,
+                    f"peak acceleration of the driver {driver_name}",
+                    float(peak[driver]),
+                    unit="rad/s^2",
+                    formula="max |theta''| over the samples of [discard T, end]",
+                ),
+                entry(self, element, f"torque ratio of {loose_name}", ratio, unit="1", formula=by),
+                entry(self, element, "margin", margin, formula=f"20 log10( {by} )"),
+            ]
         return entries
-
-
-def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
-    """Return whether the mesh is the only element with a stiffness on the inertia's body."""
-    touching = np.flatnonzero((layout.between == inertia).any(axis=1))
-    return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)

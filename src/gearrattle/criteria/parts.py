@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from gearrattle.criteria.base import Entry, Part, Scope, Tally, deflection_rate_unit, impulse_unit, judged_elements
-from gearrattle.signals import ImpactSummary, Regime, centre, summarise_impacts
+from gearrattle.signals import ImpactSummary, Regime, is_gap, summarise_impacts
 from gearrattle.trajectory import Layout
 
 Key = tuple[str, str, str]
@@ -49,7 +49,7 @@ def _part(
     return Part(
         name=name,
         kind=_kind(layout, element),
-        gap=_is_gap(layout, clearance),
+        gap=is_gap(layout, clearance),
         regime=cast(Regime, said["regime", "regime", name]),
         impacts_per_cycle=impacts.count / window.cycles,
         impacts_per_second=impacts.count / window.duration,
@@ -89,11 +89,6 @@ def _unbroken(layout: Layout, element: int, margins: Mapping[str, float]) -> Par
 
 def _kind(layout: Layout, element: int) -> str:
     return "mesh" if layout.is_mesh[element] else "coupling"
-
-
-def _is_gap(layout: Layout, clearance: int) -> bool:
-    first = int(layout.region_of_first_piece[clearance])
-    return any(layout.stiffness_of_piece[clearance][label - first] == 0.0 for label in centre(layout, clearance))
 
 
 def _if_any(magnitude: float) -> float | None:

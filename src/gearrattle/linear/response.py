@@ -39,8 +39,8 @@ def accelerance(linear: LinearSystem, omega: Array, drive: Array, watch: Array) 
     return np.asarray(-square[:, 0] * (motion[:, :, 0] @ watch.T))
 
 
-def steady_deflections(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Complex:
-    """Return (m, H) complex amplitudes of every element's deflection at the orders that turn, w . q - e.
+def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Complex:
+    """Return (n, H) complex amplitudes of every inertia's angle at the orders that turn.
 
     The motion is the real part of sum amplitude exp(i omega t); H counts the inputs' orders above zero.
 
@@ -50,17 +50,28 @@ def steady_deflections(system: PiecewiseSystem, stiffness: Array, damping: Array
     """
     inputs = system.inputs
     turning = inputs.cycles > 0.0
-    omega = 2.0 * np.pi * inputs.cycles[turning] / inputs.period
     torque = (inputs.torque_cosine - 1j * inputs.torque_sine)[:, turning]
     error = (inputs.error_cosine - 1j * inputs.error_sine)[:, turning]
     spring = (system.rows.T * stiffness) @ system.rows
     loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
-    found = np.empty(error.shape, dtype=np.complex128)
-    for j, w in enumerate(omega):
+    found = np.empty(torque.shape, dtype=np.complex128)
+    for j, w in enumerate(turning_rates(system)):
         push = torque[:, j] + system.rows.T @ ((stiffness + 1j * w * damping) * error[:, j])
         dynamic = spring - w * w * np.diag(system.inertia) + 1j * w * loss
-        found[:, j] = system.rows @ np.linalg.solve(dynamic, push) - error[:, j]
+        found[:, j] = np.linalg.solve(dynamic, push)
     return found
+
+
+def turning_rates(system: PiecewiseSystem) -> Array:
+    """Return (H,) the angular frequencies of the orders that turn [rad/s]."""
+    inputs = system.inputs
+    return 2.0 * np.pi * inputs.cycles[inputs.cycles > 0.0] / inputs.period
+
+
+def steady_deflections(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Complex:
+    """Return (m, H) complex amplitudes of every element's deflection, w . q - e; arguments as ``steady_angles``."""
+    error = (system.inputs.error_cosine - 1j * system.inputs.error_sine)[:, system.inputs.cycles > 0.0]
+    return np.asarray(system.rows @ steady_angles(system, stiffness, damping) - error)
 
 
 def steady_extremes(system: PiecewiseSystem, amplitudes: Complex) -> tuple[Array, Array]:

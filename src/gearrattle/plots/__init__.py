@@ -16,6 +16,7 @@ from gearrattle.plots.clearances import deflections, forces, overview
 from gearrattle.plots.histories import accelerations, angles, speeds
 from gearrattle.plots.impacts import impacts
 from gearrattle.plots.interactive import plotly_figure
+from gearrattle.plots.metrics import rattle_metrics
 from gearrattle.plots.phase_plane import phase_plane
 from gearrattle.plots.spectra import spectra
 from gearrattle.plots.static import draw
@@ -32,6 +33,7 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     phase_plane,
     torque_angles,
     spectra,
+    rattle_metrics,
 )
 """Every figure of the report, in reading order."""
 

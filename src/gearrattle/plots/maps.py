@@ -58,7 +58,7 @@ def regime_map(data: xr.Dataset) -> Chart | None:
     for name, codes in _by_subject(data[output], subject_of(data, output), x, y):
         found = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
         frame = _frame(data, x, y, name)
-        panels.append(_with(frame, _cells(found, legend), _edge(found > 0, found >= 0)))
+        panels.append(_with(frame, cells_of(found, legend), edge_between(found > 0, found >= 0)))
     if not panels:
         return None
     caption = (
@@ -146,7 +146,7 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     names = [str(name) for name in data[subject].values] if subject else [output]
     labels = labels_of(data, axis)
     panel = Panel(
-        "Regime", "", title_of(data, axis), cells=_cells(codes, legend), x_range=(-0.5, codes.shape[1] - 0.5),
+        "Regime", "", title_of(data, axis), cells=cells_of(codes, legend), x_range=(-0.5, codes.shape[1] - 0.5),
         y_range=(-0.5, len(names) - 0.5), x_ticks=cell_ticks(labels, 12),
         y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
     )  # fmt: skip
@@ -165,7 +165,7 @@ def _shaded(
     panels, axes = [], two_axes(data)
     for name, found in _by_subject(values, subject, *axes):
         codes = np.clip(np.searchsorted(bounds, found, "right") - 1, 0, len(bounds) - 2)
-        panels.append(_with(_frame(data, *axes, name), _cells(np.where(np.isfinite(found), codes, -1), legend), ()))
+        panels.append(_with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(found), codes, -1), legend), ()))
     return panels, legend
 
 
@@ -193,7 +193,7 @@ def _with(frame: Panel, cells: tuple[Cells, ...], lines: tuple[Line, ...]) -> Pa
     return replace(frame, cells=cells, lines=lines)
 
 
-def _cells(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
+def cells_of(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
     """Cells of every code (rows, columns), -1 the last of the legend; neighbours of a row joined."""
     found = []
     for code, key in zip([*range(len(legend) - 1), -1], legend, strict=True):
@@ -205,7 +205,7 @@ def _cells(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
     return tuple(found)
 
 
-def _edge(rattles: NDArray[np.bool_], there: NDArray[np.bool_]) -> tuple[Line, ...]:
+def edge_between(rattles: NDArray[np.bool_], there: NDArray[np.bool_]) -> tuple[Line, ...]:
     """The line between cells that rattle and cells that do not, pieces parted by NaN; none if there are none."""
     beside = (rattles[:, 1:] != rattles[:, :-1]) & there[:, 1:] & there[:, :-1]
     above = (rattles[1:] != rattles[:-1]) & there[1:] & there[:-1]

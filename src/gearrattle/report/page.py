@@ -26,6 +26,7 @@ from gearrattle.plots.sketch import sketch
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
 from gearrattle.report.linear_tables import modes_tables, rest_table
+from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.summary import notes
@@ -78,6 +79,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         rest=rest_table(findings),
         modes=modes_tables(findings),
         criteria=criteria_tables(findings),
+        metrics=metric_tables(findings),
         model_tables=model_tables(findings),
         model_text=_model_text(findings.run.model),
         cost=cost_table(findings),

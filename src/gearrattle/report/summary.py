@@ -1,8 +1,8 @@
 """The findings for machines: ``summary.json``.
 
 The keys of ``Verdict.to_dict()`` (verdict, sentence, rule, parts, entries) stand at the top, beside the model's name,
-the linear results, the settings and cost of the run, all notes, and versions. JSON types only; numbers that are not
-finite are null.
+the linear results, the settings and cost of the run, all notes, every rattle metric, and versions. JSON types only;
+numbers that are not finite are null.
 
 Takes Findings; gives a dictionary.
 """
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.advice.record import scores_dict
+from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.pipeline import Findings
 from gearrattle.report.energy_table import energy_dict
 from gearrattle.report.provenance import now, versions
@@ -58,6 +59,9 @@ def summary(findings: Findings) -> dict[str, Any]:
         "modes_contact": modes_dict(findings.modes_contact),
         "advice": None if findings.advice is None else findings.advice.to_dict(),
         "scores": scores_dict(findings.scores),
+        "metrics": plain(
+            [dataclasses.asdict(row) for row in rows_of(heard_of(findings.run), units=findings.model.units)]
+        ),
         "versions": versions(),
         "created": now(),
     }

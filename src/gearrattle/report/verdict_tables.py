@@ -5,6 +5,7 @@ Takes Findings; gives tiles and Tables to the page.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import groupby
@@ -12,6 +13,7 @@ from itertools import groupby
 from markupsafe import Markup
 
 from gearrattle.criteria import CRITERIA, Entry, Part
+from gearrattle.metrics import Row
 from gearrattle.pipeline import Findings
 from gearrattle.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
@@ -120,11 +122,11 @@ def criteria_tables(findings: Findings) -> list[Table]:
         entries = list(group)
         criterion = criteria[name]
         note = f"Definition: {criterion.formula}. Source: {criterion.source}."
-        made.append(_grid(entries, criterion.title, note))
+        made.append(grid(entries, criterion.title, note))
     return made
 
 
-def _grid(entries: list[Entry], title: str, note: str) -> Table:
+def grid(entries: Sequence[Entry | Row], title: str, note: str) -> Table:
     """Return entries as a grid; a unit stands in the title of its quantity, or in the cells where it varies."""
     units: dict[str, set[str]] = {}
     for entry in entries:
@@ -151,7 +153,7 @@ def _shown(unit: str) -> str:
     return "" if unit == "1" else unit.replace("^2", "²")
 
 
-def _value(entry: Entry, *, with_unit: bool) -> str:
+def _value(entry: Entry | Row, *, with_unit: bool) -> str:
     if isinstance(entry.value, str):
         return entry.value
     return quantity(entry.value, _shown(entry.unit) if with_unit else "")

@@ -9,6 +9,7 @@ Takes trajectories and plain arrays; gives plain arrays to the criteria, plots a
 
 from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
+from gearrattle.signals.bodies import LooseGear, is_gap, loose_gears, reduced_inertia, speed_ratios
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.ensembles import density_distances, distribution_distances, number_distances, rank
 from gearrattle.signals.impact_sums import ImpactSummary, Severity, add_impacts, measure_impacts, summarise_impacts
@@ -41,6 +42,7 @@ __all__ = [
     "ImpactSummary",
     "Impacts",
     "Line",
+    "LooseGear",
     "Regime",
     "Severity",
     "Spectrum",
@@ -60,8 +62,10 @@ __all__ = [
     "find_impacts",
     "harmonics",
     "in_contact",
+    "is_gap",
     "judged_of",
     "last_cycles",
+    "loose_gears",
     "measure_impacts",
     "number_distances",
     "order_sums",
@@ -69,6 +73,7 @@ __all__ = [
     "peak_to_peak",
     "psd",
     "rank",
+    "reduced_inertia",
     "regime",
     "regime_of",
     "region_at",
@@ -76,6 +81,7 @@ __all__ = [
     "resolved",
     "rms",
     "sides_crossed",
+    "speed_ratios",
     "steady",
     "strongest",
     "sub_harmonics",

@@ -31,6 +31,7 @@ class Impacts:
         clearance: (I,) index into ``Layout.clearance``.
         region: (I,) label of the region entered.
         velocity: (I,) signed approach velocity [rad/s or m/s]: positive on the drive side.
+        departure: (I,) signed deflection rate at its end [rad/s or m/s]: negative on the drive side; NaN if censored.
         duration: (I,) length of the contact [s].
         impulse: (I,) integral of the element's force over the contact [N m s or N s], positive for a drive-side
             push; NaN where the solver supplies no force integral.
@@ -42,6 +43,7 @@ class Impacts:
     clearance: IntArray
     region: IntArray
     velocity: Array
+    departure: Array
     duration: Array
     impulse: Array
     censored: NDArray[np.bool_]
@@ -70,6 +72,7 @@ class Impacts:
             self.clearance[chosen],
             self.region[chosen],
             self.velocity[chosen],
+            self.departure[chosen],
             self.duration[chosen],
             self.impulse[chosen],
             self.censored[chosen],
@@ -129,6 +132,7 @@ def find_impacts(trajectory: Trajectory) -> Impacts:
         clearance=clearance,
         region=events.to_region[rows],
         velocity=events.velocity[rows],
+        departure=np.where(censored, np.nan, events.velocity[ends]),
         duration=end_time - events.time[rows],
         impulse=integral - events.force_integral[rows],
         censored=np.asarray(censored, dtype=np.bool_),

@@ -27,7 +27,7 @@ def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
     return np.asarray((phase_step > 0.0) & (phase_step < np.pi * (1.0 - 1e-9)), dtype=np.bool_)
 
 
-def harmonics(signal: Array, time: Array, omega: float, orders: Array) -> NDArray[np.complex128]:
+def harmonics(signal: Array, time: Array, omega: float, orders: Array, *, trend: int = 0) -> NDArray[np.complex128]:
     """Return the complex amplitudes of a signal at the given orders, by least squares.
 
     Args:
@@ -35,6 +35,7 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array) -> NDArra
         time: (N,) uniform sample times [s]; the phases refer to time zero.
         omega: reference speed [rad/s].
         orders: (o,) distinct multiples of omega.
+        trend: degree of a polynomial of time that is fitted beside them: 0, the mean; 1, a drift.
 
     Returns:
         (o,) or (o, n); modulus in the unit of the signal, argument the phase of a sine. NaN at orders that the
@@ -45,10 +46,12 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array) -> NDArra
     if time.size < 2:
         return result
     shown = resolved(orders, omega, (time[-1] - time[0]) / (time.size - 1))
-    if not shown.any() or time.size < 2 * np.count_nonzero(shown) + 1:
+    if not shown.any() or time.size < 2 * np.count_nonzero(shown) + 1 + trend:
         return result
-    weights = np.linalg.lstsq(_columns(time, omega, orders[shown]), signal, rcond=None)[0]
-    sines, cosines = np.split(weights[1:], 2)
+    along = np.linspace(-1.0, 1.0, time.size)
+    drifts = [along[:, None] ** power for power in range(1, trend + 1)]
+    weights = np.linalg.lstsq(np.hstack([*drifts, _columns(time, omega, orders[shown])]), signal, rcond=None)[0]
+    sines, cosines = np.split(weights[1 + trend :], 2)
     result[shown] = sines + 1j * cosines
     return result
 

@@ -14,6 +14,7 @@ from gearrattle.studies.optimization import optimize
 from gearrattle.studies.prepared import Done, Prepared, carry_out
 from gearrattle.studies.probability import rattle_probability, samples_needed
 from gearrattle.studies.schedulers import opened
+from gearrattle.studies.screening import screen
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.studies.store import open_study
 from gearrattle.studies.study import prepare, study
@@ -31,6 +32,7 @@ __all__ = [
     "rattle_probability",
     "regime_boundary",
     "samples_needed",
+    "screen",
     "sensitivities",
     "study",
 ]

@@ -1,8 +1,8 @@
 """Outputs of a study: what is kept of every case.
 
-Every quantity of every criterion is one, by its name in the verdict's entries ("impacts per cycle", "TR rms"), so that
-a new criterion brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``. Words are kept as codes:
-their place in ``flag_meanings``. A function of the user's adds numbers of its own.
+Every quantity of every criterion and metric is one, by its name in their entries ("impacts per cycle", "TR rms",
+"separation margin"), so that a new one brings its outputs with it; further whole-run figures stand in ``RUN_OUTPUTS``.
+Words are kept as codes: their place in ``flag_meanings``. A function of the user's adds numbers of its own.
 
 Takes Runs; gives arrays by name.
 """
@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.calls.judge import criteria
+from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.criteria import CRITERIA, Entry
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.metrics import METRICS, Metric, Row
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
 
@@ -57,7 +59,7 @@ class Output:
         subjects: the coordinate along it.
         unit: by subject, for they may differ; SI.
         words: what codes stand for; empty for numbers.
-        criterion: whose quantity it is; empty if none's.
+        criterion: the criterion or metric whose quantity it is; empty if none's.
     """
 
     name: str
@@ -106,13 +108,19 @@ class Outputs:
         """Return every output of one run, (subjects,) or ()."""
         found: dict[str, NDArray[Any]] = {}
         needed = {output.criterion for output in self.chosen}
-        told = {each.name: each.evaluate(run.trajectory) for each in CRITERIA if each.name in needed}
+        told: dict[str, list[Any]] = {
+            each.name: each.evaluate(run.trajectory) for each in CRITERIA if each.name in needed
+        }
+        for row in _measured(run, [metric for metric in METRICS if metric.name in needed]):
+            told.setdefault(row.metric, []).append(row)
         for output in self.chosen:
             if output.name in RUN_OUTPUTS:
                 found[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
                 continue
-            entries = {e.subject: e for e in told[output.criterion] if e.quantity == output.quantity}
-            if output.name == VERDICT:  # the worst of the parts
+            entries = {e.subject: e for e in told.get(output.criterion, ()) if e.quantity == output.quantity}
+            if not output.dimension and output.name != VERDICT:  # of the whole driveline
+                found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.nothing))
+            elif output.name == VERDICT:  # the worst of the parts
                 codes = [output.words.index(str(entry.value)) for entry in entries.values()]
                 found[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
             else:
@@ -125,7 +133,13 @@ class Outputs:
         return {output.name: found[output.name] for output in self.all}
 
 
-def _values(output: Output, entries: Mapping[str, Entry]) -> NDArray[Any]:
+def _measured(run: Run, metrics: Sequence[Metric]) -> list[Row]:
+    """Rows of some metrics that say something of a subject."""
+    rows = rows_of(heard_of(run), metrics, run.model.units) if metrics else []
+    return [row for row in rows if row.subject]
+
+
+def _values(output: Output, entries: Mapping[str, Entry | Row]) -> NDArray[Any]:
     values = np.full(len(output.subjects), output.nothing, dtype=output.dtype)
     for i, subject in enumerate(output.subjects):
         if subject in entries:
@@ -156,14 +170,17 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     parts = layout.element_names
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
-    by_name: dict[str, list[Entry]] = {}
-    for entry in verdict.entries:
+    by_name: dict[str, list[Entry | Row]] = {}
+    said: list[Entry | Row] = [*verdict.entries, *_measured(run, METRICS)]
+    for entry in said:
         by_name.setdefault(entry.quantity, []).append(entry)
     for name, entries in by_name.items():
-        dimension = "part" if entries[0].subject in parts else "inertia"
-        words = REGIMES if isinstance(entries[0].value, str) else ()
+        first = entries[0]
+        dimension = "part" if first.subject in parts else "inertia" if first.subject in layout.inertia_names else ""
+        words = REGIMES if isinstance(first.value, str) else ()
         subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
-        known[name] = Output(name, dimension, subjects, units, words, entries[0].criterion)
+        owner = first.metric if isinstance(first, Row) else first.criterion
+        known[name] = Output(name, dimension, subjects if dimension else (), units, words, owner)
     problems = [
         Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
                 did_you_mean(name, tuple(known)))

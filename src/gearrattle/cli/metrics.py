@@ -1,0 +1,71 @@
+"""``gearrattle metrics``: rattle metrics of a saved motion, or of a measured file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def metrics(
+    source: Path,
+    /,
+    *,
+    model: Path | None = None,
+    name: Annotated[tuple[str, ...], Parameter(negative=())] = (),
+    order: Annotated[tuple[float, ...], Parameter(negative=())] = (),
+    base_level: float | None = None,
+    kappa: float | None = None,
+    json: Json = False,
+) -> None:
+    """Measure a saved motion, or signals of a rig, by every rattle metric.
+
+    Parameters
+    ----------
+    source
+        Motion saved by "simulate" or "run" (.nc); or a measured file, or a mapping of one (.toml).
+    model
+        Model file of the driveline of a measured file: inertias, radii, drag torques, orders, speed.
+    name
+        A metric; may be given several times. Default: all.
+    order
+        An order of the engine's torque; may be given several times. Default: those of the model.
+    base_level
+        Level of the gearbox without rattle [dB], for the rattle level.
+    kappa
+        What makes a level of the intensity of impacts [1/N].
+    """
+    import gearrattle
+    from gearrattle.calls.measure import metrics as measured
+    from gearrattle.errors import ModelError, Problem
+
+    if source.is_dir():
+        rule = "metrics are of one saved motion (.nc): samples of a stream are kept in chunks"
+        raise ModelError(Problem(str(source), "a folder", rule, f"gearrattle criteria {source} judges a stream"))
+    heard = gearrattle.open_run(source) if source.suffix == ".nc" else gearrattle.read(source)
+    driveline = None if model is None else gearrattle.load(model)
+    _tell(measured(heard, driveline, name or None, orders=order or None, base_level=base_level, kappa=kappa), json=json)
+
+
+def _tell(table: pd.DataFrame, *, json: bool) -> None:
+    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.report.summary import plain
+
+    if json:
+        print(json_text({"metrics": plain(table.to_dict("records")), "notes": table.attrs["notes"]}))
+        return
+    rows = [
+        (row["metric"], row["subject"], row["quantity"], f"{row['value']:.6g} {row['unit']}".removesuffix(" 1"))
+        for row in table[table.subject != ""].to_dict("records")
+    ]
+    if rows:
+        print(columns(("metric", "subject", "quantity", "value"), rows))
+    for note in dict.fromkeys([*table.attrs["notes"], *(note for note in table.note if note)]):
+        print(f"note: {note}", file=sys.stderr)

@@ -1,0 +1,261 @@
+"""The nouns of the shelf: what a metric hears, the values it gives, and what a metric is.
+
+A metric does not ask where a motion came from. It *hears* uniform samples by quantity and subject over one window, the
+reference speed and the orders of the engine where they are known, the driveline's name plate where a model is at hand,
+and the motion itself, with its exact log of crossings, where it was simulated. What it ``needs`` and does not hear is
+told as a value that does not exist, with the reason; nothing is guessed.
+
+A new metric is a file beside this one with a frozen class that satisfies ``Metric``, one line in the table of
+``__init__``, and its test vector; the laws over the table hold it to formula, unit, source and window.
+
+Takes arrays; gives Values to users, studies and reports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.signals import Impacts, harmonics, loose_gears
+from gearrattle.trajectory import Array, Layout, Trajectory
+
+SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
+PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's restitution between two bodies"
+SAMPLES = "the samples of the window"
+LOG = "the log of crossings over the window"
+_LONG = 0.1  # of the time in contacts: they are no blows any more
+_DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """What there is to measure.
+
+    Attributes:
+        source: where it comes from, in words.
+        time: (N + 1,) uniform sample times over the window, both bounds included [s].
+        signals: (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI.
+        window: which part of the source that is, in words.
+        omega: reference speed [rad/s]; None where it is unknown or not one.
+        period: common period of the excitation [s]; None without a speed.
+        engine_orders: ascending orders of the engine's torque; empty where unknown.
+        layout: the driveline's name plate; None without a model.
+        motion: the simulated motion with its log of crossings; None for a measurement.
+        notes: what the user must know.
+    """
+
+    source: str
+    time: Array
+    signals: Mapping[tuple[str, str], Array]
+    window: str
+    omega: float | None
+    period: float | None
+    engine_orders: Array
+    layout: Layout | None = None
+    motion: Trajectory | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def interval(self) -> float:
+        """Time between two samples [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
+    @property
+    def duration(self) -> float:
+        """Length of the window [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def plate(self) -> Layout:
+        """The name plate, to metrics that need one."""
+        assert self.layout is not None
+        return self.layout
+
+    @property
+    def log(self) -> Trajectory:
+        """The motion with its log, to metrics that need one."""
+        assert self.motion is not None
+        return self.motion
+
+    @property
+    def speed(self) -> float:
+        """The reference speed [rad/s], to metrics that need one."""
+        assert self.omega is not None
+        return self.omega
+
+    @cached_property
+    def orders(self) -> Array:
+        """All orders of the excitation: the engine's, and those of the name plate."""
+        known = [] if self.layout is None else self.layout.orders.tolist()
+        return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
+
+    def of(self, quantity: str) -> dict[str, Array]:
+        """Return the samples (N + 1,) of a quantity by subject, in the order of the source."""
+        return {subject: values for (kind, subject), values in self.signals.items() if kind == quantity}
+
+    def lacks(self, need: str) -> str:
+        """Say why a need is not met; empty where it is."""
+        return "" if _HEARD[need][0](self) else _HEARD[need][1]
+
+    def velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
+        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None if nothing tells it.
+
+        By an angle, a velocity or an acceleration, times a power of i o Omega: at one order that is exact. The
+        smoothest serves best, for impacts make spikes of an acceleration, steps of a velocity and kinks of an angle,
+        and the less of them aliases down to the orders. Drifts are no orders and are taken out: where angle and
+        velocity are both heard, such that both join end to end, else by least squares.
+        """
+        if subject not in self._kept:
+            self._kept[subject] = self._velocities_at(subject)
+        return self._kept[subject]
+
+    @cached_property
+    def _kept(self) -> dict[str, NDArray[np.complex128] | None]:
+        return {}
+
+    def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
+        heard = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
+        if heard["velocity"] is None:
+            heard["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
+        angle, velocity = heard["angle"], heard["velocity"]
+        if angle is not None and velocity is not None:
+            along = np.linspace(0.0, 1.0, angle.size)
+            bend = 0.5 * (velocity[-1] - velocity[0]) * self.duration * (along - 1.0)
+            joined = angle - (angle[-1] - angle[0] + bend) * along
+            return self.amplitudes(joined, 0) * (1j * self.orders * self.speed)
+        for quantity, signal in heard.items():
+            if signal is not None:
+                power = 1 - _DERIVATIVES[quantity]
+                return np.asarray(self.amplitudes(signal, 1 + power) * (1j * self.orders * self.speed) ** power)
+        return None
+
+    def amplitudes(self, samples: Array, trend: int) -> NDArray[np.complex128]:
+        """Return (o,) complex amplitudes of samples (N + 1,) at ``orders``, beside a polynomial of time."""
+        return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
+
+    def movers(self) -> list[str]:
+        """Return the subjects whose motion is heard: angles, velocities, speeds or accelerations, each once."""
+        heard = dict.fromkeys(subject for quantity, subject in self.signals if quantity in (*_DERIVATIVES, "speed"))
+        known = () if self.layout is None else self.layout.inertia_names
+        return [name for name in dict.fromkeys([*known, *heard]) if name in heard]
+
+
+_HEARD: dict[str, tuple[Any, str]] = {
+    "driveline": (lambda h: h.layout is not None, "needs inertias, radii and drag torques: give a model"),
+    "loose gears": (
+        lambda h: h.layout is not None and bool(loose_gears(h.layout)),
+        "needs a loose gear: a drag torque on a body whose only stiffness is its mesh, in a model that is given",
+    ),
+    "contacts": (
+        lambda h: h.layout is not None and bool({*h.layout.clearance_names} & {*h.of("deflection")}),
+        "needs the deflection of a clearance, and a model that knows its corners",
+    ),
+    "gaps": (
+        lambda h: h.motion is not None and bool(h.motion.layout.clearance.size),
+        "needs a clearance and the log of its crossings, which a simulated motion has",
+    ),
+    "energy": (
+        lambda h: h.motion is not None and h.motion.energy is not None,
+        "needs the energy audit of a simulated motion (audit=True)",
+    ),
+    "orders": (
+        lambda h: h.omega is not None and h.orders.size > 0,
+        "needs one reference speed and the orders of the excitation: give a model, or speed and orders",
+    ),
+    "engine orders": (
+        lambda h: h.omega is not None and h.engine_orders.size > 0,
+        "needs one reference speed and the engine's orders: give a model, or speed and orders",
+    ),
+    "acceleration": (lambda h: bool(h.of("acceleration")), "needs accelerations"),
+    "motions": (lambda h: bool(h.movers()), "needs angles, velocities or accelerations of bodies"),
+    "velocity": (lambda h: bool(h.of("velocity") or h.of("speed")), "needs velocities, or a speed"),
+    "force": (lambda h: bool(h.of("force")), "needs forces of elements"),
+}
+
+
+@dataclass(frozen=True)
+class Value:
+    """One result of a metric.
+
+    Attributes:
+        subject: name of the inertia, mesh, coupling or place it is about.
+        quantity: what the value is, in words.
+        value: the number; NaN where it does not exist.
+        unit: SI unit; "1" for pure numbers.
+        note: what the user must know about this value; may be empty.
+    """
+
+    subject: str
+    quantity: str
+    value: float
+    unit: str
+    note: str = ""
+
+
+class Metric(Protocol):
+    """A metric: what it is called, what it computes, from what, over which window and from where."""
+
+    @property
+    def name(self) -> str:
+        """Key in the table."""
+
+    @property
+    def title(self) -> str:
+        """Heading in reports."""
+
+    @property
+    def formula(self) -> str:
+        """What is computed."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of its main quantity."""
+
+    @property
+    def source(self) -> str:
+        """Where the formula comes from, or that it is a definition or folklore."""
+
+    @property
+    def window(self) -> str:
+        """Over what it is taken: samples or log."""
+
+    @property
+    def sampling(self) -> str:
+        """What sampling it asks for."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What must be heard."""
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return the values; only asked where every need is met."""
+
+
+def mean(samples: Array) -> float:
+    """Return the mean of samples (N + 1,) over the window, by the trapezoidal rule."""
+    return float(np.trapezoid(samples) / (samples.size - 1))
+
+
+def order_word(order: float) -> str:
+    """Name an order in a quantity."""
+    return f"order {order:g}"
+
+
+def about(name: str, impacts: Impacts, duration: float) -> str:
+    """Say what a sum over completed contacts of one clearance leaves out; empty for short ones that all ended.
+
+    Args:
+        name: of the clearance.
+        impacts: its impacts in the window.
+        duration: length of the window [s].
+    """
+    told = ["the motion ends within a contact, which does not count"] * bool(impacts.censored.any())
+    share = float(np.sum(impacts.duration)) / duration
+    if share > _LONG:
+        told.append(f"contacts take {100.0 * share:.3g} % of the time: other elements push meanwhile, uncounted")
+    return f"{name}: {'; '.join(told)}" if told else ""

@@ -1,0 +1,96 @@
+"""Where a gap spends its time, and whether its impacts change flanks.
+
+Shares of time on the drive side, on the coast side and free: from the event times of a simulated motion, else from the
+samples of a deflection, which are blind to what happens between two of them, and say so.
+
+An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
+gear that hammers one flank with an occasional hit of the other is told from one that crosses its backlash every time,
+which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
+
+Takes what is heard; gives five values a gap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.metrics.base import LOG, Heard, Value
+from gearrattle.signals import centre, find_impacts, is_gap, region_shares, steady
+from gearrattle.trajectory import Array, Layout, Trajectory
+
+
+@dataclass(frozen=True)
+class ContactSides:
+    """Shares of time by side, and impacts by whether they change flanks."""
+
+    name: str = "contact_sides"
+    title: str = "Sides of contact"
+    formula: str = "time on a side / time; impacts after a contact on the same, on the other flank / cycles"
+    unit: str = "1"
+    source: str = "definition; single- and double-sided impacts after Padmanabhan et al. 1995, sec. 6, impact by impact"
+    window: str = f"{LOG}; without one, the samples of the deflection"
+    sampling: str = "none with a log: exact to the events"
+    needs: tuple[str, ...] = ("contacts",)
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return shares and rates of every gap proper."""
+        layout, deflections, values = heard.plate, heard.of("deflection"), []
+        cycles = heard.duration / (heard.period or math.nan)
+        unknown = "" if math.isfinite(cycles) else "; no speed tells what a cycle is"
+        for k, name in enumerate(layout.clearance_names):
+            if not is_gap(layout, k) or name not in deflections:
+                continue
+            shares, (single, double) = (
+                _of_samples(layout, k, deflections[name]) if heard.motion is None else _of_log(heard.motion, k)
+            )
+            inner = centre(layout, k)
+            drive = sum(share for region, share in shares.items() if region > max(inner))
+            coast = sum(share for region, share in shares.items() if region < min(inner))
+            note = f"{name}: sides of contact from samples of the deflection" if heard.motion is None else ""
+            values += [
+                Value(name, "drive-side share", drive, "1", note),
+                Value(name, "coast-side share", coast, "1", note),
+                Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note),
+                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown),
+                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown),
+            ]
+        return values
+
+
+def _of_log(motion: Trajectory, clearance: int) -> tuple[dict[int, float], tuple[int, int]]:
+    """Shares of time by region, and how many impacts follow a contact on the same flank, and on the other one.
+
+    The first impact of all follows the side the motion begins on; from within the gap it counts as single-sided.
+    """
+    window, found = steady(motion), find_impacts(motion).of(clearance)
+    drive = found.drive
+    before = _before(drive, int(motion.initial_region[clearance]), centre(motion.layout, clearance))
+    inside = window.contains(found.time)
+    changes = int(np.sum(inside & (drive == before))), int(np.sum(inside & (drive != before)))
+    return region_shares(motion, clearance, window), changes
+
+
+def _of_samples(layout: Layout, clearance: int, deflection: Array) -> tuple[dict[int, float], tuple[int, int]]:
+    """The same from samples: an impact lies between two of them that pass from the centre into contact."""
+    first, inner = int(layout.region_of_first_piece[clearance]), centre(layout, clearance)
+    region = np.searchsorted(layout.corners[clearance], deflection, side="right") + first
+    labels = range(first, first + layout.stiffness_of_piece[clearance].size)
+    weight = np.ones(region.size)
+    weight[[0, -1]] = 0.5  # the trapezoidal rule
+    shares = {label: float(np.sum(weight[region == label])) / (region.size - 1) for label in labels}
+    closed = ~np.isin(region, sorted(inner))
+    sides = np.sign(np.where(region > max(inner), 1, -1) * closed)
+    begins = 1 + np.flatnonzero((sides[1:] != 0) & (sides[1:] != sides[:-1]))
+    drive = sides[begins] > 0
+    before = _before(drive, int(region[0]), inner)
+    return shares, (int(np.sum(drive == before)), int(np.sum(drive != before)))
+
+
+def _before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
+    """Whether the contact before each impact was on the drive side."""
+    first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
+    return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -1,0 +1,82 @@
+"""Energy that impacts take, and the work of contacts.
+
+From the log: what is gone of the relative kinetic energy between the begin and the end of each contact,
+
+    E = m (v^2 - v'^2) / 2,     rate = (1/t_w) sum of E over the completed contacts that begin in the window  [W]
+
+with m the weight of the two bodies along the deflection. At both ends of a contact the spring holds the same energy,
+so E is the work the contact takes, but for what other elements do during it. From the audit: the work of the element's
+damping and friction itself, by quadrature of its power on dense output, exact, but over the whole run.
+
+Takes what is heard; gives values for every gap proper, and for every element with a corner.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.metrics.base import LOG, PFEIFFER, Heard, Value, about
+from gearrattle.signals import find_impacts, is_gap, reduced_inertia, steady
+
+
+@dataclass(frozen=True)
+class ImpactEnergy:
+    """Relative kinetic energy that impacts take."""
+
+    name: str = "impact_energy"
+    title: str = "Energy of impacts"
+    formula: str = "sum of m (v^2 - v'^2) / 2 over completed contacts / time"
+    unit: str = "W"
+    source: str = PFEIFFER
+    window: str = LOG
+    sampling: str = "none: exact to the events"
+    needs: tuple[str, ...] = ("gaps",)
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return the rate, and the mean of an impact, of every gap."""
+        motion, layout = heard.log, heard.log.layout
+        window, values = steady(motion), []
+        for k, name in enumerate(layout.clearance_names):
+            if not is_gap(layout, k):
+                continue
+            mass = reduced_inertia(layout, int(layout.clearance[k]))
+            found = find_impacts(motion).of(k).within(window)
+            whole = ~found.censored
+            taken = 0.5 * mass * (found.velocity[whole] ** 2 - found.departure[whole] ** 2)
+            cut = about(name, found, window.duration)
+            none = "" if taken.size else f"{name}: no impact begins and ends in the window"
+            each = float(np.mean(taken)) if taken.size else math.nan
+            values += [
+                Value(name, "impact energy rate", float(np.sum(taken)) / window.duration, "W", cut),
+                Value(name, "mean energy of an impact", each, "J", none or cut),
+            ]
+        return values
+
+
+@dataclass(frozen=True)
+class ContactWork:
+    """Work of damping and friction in elements with a corner, from the energy audit."""
+
+    name: str = "contact_work"
+    title: str = "Work of contacts"
+    formula: str = "integral of (F - dU/d delta) delta' over the run / its time"
+    unit: str = "W"
+    source: str = "definition; the quadrature of the energy audit (gearrattle.system.energy)"
+    window: str = "the whole run, start-up included"
+    sampling: str = "none: quadrature on dense output"
+    needs: tuple[str, ...] = ("gaps", "energy")
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return the mean power that every element with a corner takes."""
+        motion, layout, audit = heard.log, heard.log.layout, heard.log.energy
+        assert audit is not None
+        time = float(motion.time[-1] - motion.time[0])
+        share = motion.discard / motion.cycles
+        note = f"work of contacts counts the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
+        return [
+            Value(name, "contact work rate", float(audit.element_loss[element]) / time, "W", note)
+            for name, element in zip(layout.clearance_names, layout.clearance.tolist(), strict=True)
+        ]

@@ -1,0 +1,65 @@
+"""Speed irregularity, and what every engine order makes of it.
+
+    irregularity = (n_max - n_min) / n_mean,        peak to peak of an order: 2 |V(o)|  [rad/s]
+
+of every body; the gearbox input is one of them. The mean speed is that of a channel that holds it, else the reference
+speed times the ratio of the gears between. The peak to peak of an order is twice its amplitude, by least squares.
+
+Takes what is heard; gives values for every body whose velocity, and every shaft whose speed is heard.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.metrics.base import SAMPLES, Heard, Value, mean, order_word
+from gearrattle.signals import peak_to_peak, speed_ratios
+from gearrattle.trajectory import Array
+
+
+@dataclass(frozen=True)
+class SpeedIrregularity:
+    """Relative speed range, and peak to peak by engine order."""
+
+    name: str = "irregularity"
+    title: str = "Speed irregularity"
+    formula: str = "(n_max - n_min) / n_mean; 2 |V(o)| at every engine order"
+    unit: str = "1"
+    source: str = "textbook definition (coefficient of fluctuation of speed, of flywheel design)"
+    window: str = SAMPLES
+    sampling: str = "peaks: as fine as the samples; orders below half the sampling rate"
+    needs: tuple[str, ...] = ("velocity",)
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return irregularity, speed range, and the range of every engine order."""
+        values = []
+        for name, signal, average in _speeds(heard):
+            width = float(peak_to_peak(signal))
+            known = average is not None and math.isfinite(average) and average > 0.0
+            note = "" if known else f"{name}: its mean speed is not known: give a model, or the speed"
+            values.append(Value(name, "irregularity", width / average if known and average else math.nan, "1", note))
+            values.append(Value(name, "peak-to-peak speed", width, "rad/s"))
+            if not heard.lacks("engine orders"):
+                known_at = heard.velocities_at(name)
+                found = heard.amplitudes(signal, 1) if known_at is None else known_at
+                amplitude = dict(zip(heard.orders.tolist(), np.abs(found).tolist(), strict=True))
+                for order in heard.engine_orders.tolist():
+                    swing = 2.0 * amplitude[order]
+                    note = "" if math.isfinite(swing) else "the samples cannot show this order"
+                    values.append(Value(name, f"peak-to-peak speed at {order_word(order)}", swing, "rad/s", note))
+        return values
+
+
+def _speeds(heard: Heard) -> Iterator[tuple[str, Array, float | None]]:
+    """Yield name, samples and mean speed of all that turns."""
+    for name, signal in heard.of("speed").items():
+        yield name, signal, mean(signal)
+    plate = heard.layout
+    ratios = {} if plate is None else dict(zip(plate.inertia_names, speed_ratios(plate).tolist(), strict=True))
+    for name, signal in heard.of("velocity").items():
+        known = heard.omega is not None and name in ratios
+        yield name, signal, ratios[name] * heard.speed if known else None

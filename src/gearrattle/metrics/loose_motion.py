@@ -1,0 +1,60 @@
+"""How a loose gear moves: rms and peak of its acceleration, in full band and above the engine's orders.
+
+The mean is taken out. Above the engine's orders: what is left of the window's discrete Fourier transform when all
+lines up to the highest order of the engine's torque are gone. Impacts live there; the torque cannot reach it directly.
+
+Takes what is heard; gives four values a loose gear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.metrics.base import SAMPLES, Heard, Value, mean
+from gearrattle.signals import loose_gears, rms
+from gearrattle.trajectory import Array
+
+
+@dataclass(frozen=True)
+class LooseMotion:
+    """Acceleration levels of loose gears."""
+
+    name: str = "loose_gear_motion"
+    title: str = "Motion of loose gears"
+    formula: str = "rms and max| | of theta_loose'' - mean; the same above the highest engine order"
+    unit: str = "rad/s^2"
+    source: str = "definition; the band above the engine's orders is common practice, without an origin known to us"
+    window: str = SAMPLES
+    sampling: str = "stiff contacts: samples well above their natural frequency"
+    needs: tuple[str, ...] = ("loose gears", "acceleration")
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return rms and peak of every loose gear."""
+        values, heards = [], heard.of("acceleration")
+        for gear in loose_gears(heard.plate):
+            name = heard.plate.inertia_names[gear.loose]
+            signal = heards.get(name)
+            full = None if signal is None else signal - mean(signal)
+            note = f"{name}: no acceleration is heard" if full is None else ""
+            values += _levels(name, "acceleration", full, note)
+            cannot = heard.lacks("engine orders")
+            above = None if full is None or cannot else _above(heard, full)
+            values += _levels(name, "acceleration above the engine orders", above, note or cannot)
+        return values
+
+
+def _levels(name: str, what: str, signal: Array | None, note: str) -> list[Value]:
+    level, peak = (math.nan, math.nan) if signal is None else (float(rms(signal)), float(np.max(np.abs(signal))))
+    return [Value(name, f"{kind} {what}", v, "rad/s^2", note) for kind, v in (("rms", level), ("peak", peak))]
+
+
+def _above(heard: Heard, signal: Array) -> Array:
+    """Return the samples without all lines up to the highest engine order."""
+    lines = np.fft.rfft(signal[:-1])
+    spacing = 2.0 * np.pi / (heard.speed * heard.duration)
+    lines[np.arange(lines.size) * spacing <= float(heard.engine_orders[-1]) + 0.5 * spacing] = 0.0
+    left = np.fft.irfft(lines, signal.size - 1)
+    return np.append(left, left[0])

@@ -1,0 +1,104 @@
+"""The map of a screening: which loose gear rattles at which speed and load.
+
+A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; a dark line parts them.
+Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
+
+Takes the Dataset of ``gearrattle.screen``; gives a Chart.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gearrattle.plots.axis_names import cell_ticks
+from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.plots.comparison import COLOURS
+from gearrattle.plots.maps import cells_of, edge_between
+from gearrattle.plots.numerals import numeral
+from gearrattle.plots.palette import INK
+from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_BOUNDS = (-12.0, -6.0, 0.0, 6.0, 12.0)  # dB
+_SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
+_DOTS = Key("rattles when simulated", INK)
+Measure = Literal["lift_ratio", "separation_ratio"]
+
+
+def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
+    """Draw a screening.
+
+    Args:
+        data: from ``gearrattle.screen``.
+        measure: by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
+    """
+    with np.errstate(divide="ignore"):
+        margin = 20.0 * np.log10(np.asarray(data[measure].values))
+    speeds, what = _speeds(data)
+    word = "lift-off" if measure == "lift_ratio" else "separation"
+    title = f"Screening by {word}"
+    said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
+    caption = f"Margin of every loose gear by the {said} in the linear driveline; above 0 dB it leaves its flank."
+    if data.sizes["load"] == 1:
+        return _curves(data, margin[:, 0, :], speeds, what, (title, caption))
+    edges = (-np.inf, *_BOUNDS, np.inf)
+    legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], _SHADES, strict=True))
+    across, up = [numeral(v, 4) for v in speeds], [numeral(float(v), 3) for v in data["load"].values]
+    panels = []
+    for k, gear in enumerate(data["gear"].values.tolist()):
+        found = margin[:, :, k].T
+        codes = np.searchsorted(_BOUNDS, found, "right")
+        lines = edge_between(found > 0.0, np.isfinite(found) | np.isinf(found))
+        panels.append(
+            Panel(
+                str(gear), "↑ load", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
+                x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10), lines=(*lines, *_dots(data, k)),
+                cells=cells_of(codes, (*legend, Key("no value"))),
+            )
+        )  # fmt: skip
+    dots = (_DOTS,) if "regime" in data else ()
+    return Chart(
+        "screening", title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
+        legend=(*legend, *dots),
+    )  # fmt: skip
+
+
+def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str]) -> Chart:
+    """Margins over speed, a line a gear; dots where a simulation rattles."""
+    lines, legend = [], []
+    for k, gear in enumerate(data["gear"].values.tolist()):
+        key = Key(str(gear), COLOURS[k % len(COLOURS)])
+        legend.append(key)
+        y = np.where(np.isfinite(margin[:, k]), margin[:, k], np.nan)
+        lines.append(Line(speeds, y, key.name, key.colour, width=1.6))
+        lines.append(Line(speeds, y, key.name, key.colour, "points", 5.0))
+        if "regime" in data:
+            rattles = np.asarray(data["regime"].values)[:, 0, k] > 0
+            lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
+    dots = (_DOTS,) if "regime" in data else ()
+    panel = Panel("Margin", "dB", what, tuple(lines), rules=(Rule(0.0, label="lifts off"),))
+    return Chart("screening", *words, (panel,), panel_height=260, legend=(*legend, *dots))
+
+
+def _speeds(data: xr.Dataset) -> tuple[Array, str]:
+    """Speeds as people say them, and the title of their axis."""
+    values = np.asarray(data["speed"].values, dtype=np.float64)
+    return (values * 30.0 / np.pi, "speed [rpm]") if data.attrs.get("units") == "SI" else (values, "speed")
+
+
+def _between(low: float, high: float) -> str:
+    if np.isinf(low):
+        return f"below {numeral(high)} dB"
+    return f"above {numeral(low)} dB" if np.isinf(high) else f"{numeral(low)} to {numeral(high)} dB"
+
+
+def _dots(data: xr.Dataset, gear: int) -> tuple[Line, ...]:
+    """A dot in every cell whose simulation rattles."""
+    if "regime" not in data:
+        return ()
+    speed, load = (each.astype(np.float64) for each in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0))
+    return (Line(speed, load, _DOTS.name, INK, "points", 5.0),)

@@ -1,0 +1,36 @@
+"""Rattle metrics in tables, one a metric, with definition, window and source.
+
+Takes Findings; gives Tables to the page.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from gearrattle.calls.measure import heard_of, rows_of
+from gearrattle.metrics import METRICS, Row
+from gearrattle.pipeline import Findings
+from gearrattle.report.tables import Table
+from gearrattle.report.verdict_tables import grid
+
+
+def metric_tables(findings: Findings) -> list[Table]:
+    """Return one table a metric that has values; what the others lack stands in one last table."""
+    metrics = {metric.name: metric for metric in METRICS}
+    made, lacking = [], []
+    for name, group in groupby(rows_of(heard_of(findings.run), units=findings.model.units), key=lambda row: row.metric):
+        rows, metric = list(group), metrics[name]
+        if not rows[0].subject:
+            lacking.append((metric.title, rows[0].note))
+            continue
+        note = (
+            f"Definition: {metric.formula}. Over {metric.window}. Sampling: {metric.sampling}. Source: {metric.source}."
+        )
+        made.append(grid(rows, metric.title, " ".join([note, *_remarks(rows)])))
+    if lacking:
+        made.append(Table(("metric", "why not"), tuple(lacking), frozenset({0, 1}), "Not measured"))
+    return made
+
+
+def _remarks(rows: list[Row]) -> list[str]:
+    return [f"{note[:1].upper()}{note[1:]}." for note in dict.fromkeys(row.note for row in rows if row.note)]

@@ -1,0 +1,212 @@
+"""``screen``: which loose gear rattles at which speed and load, for a whole gearbox, by the threshold.
+
+At every speed and load the driveline is linearised where it rests: loose gears lie on the flank their drag presses
+them to. In the steady response of that linear driveline
+
+    separation ratio = J (R_d/R_l) peak |theta_d''| / T,      margin = 20 log10 of it,
+    lift ratio = reach of the mesh's deflection towards its gap / its static depth in contact
+
+The first is of the engine's orders and takes the mesh for rigid (Singh, Xie, Comparin 1989, J. Sound Vib. 131,
+177-196); the second is of all orders and knows the mesh's stiffness, damping and transmission error. While no clearance
+of the driveline leaves its piece, the linear motion is an exact motion of the driveline, and the lift ratio exact with
+it. Where others do, a clutch between its stages, a spline in its lash, both are estimates, and ``inside`` says so.
+Nothing is integrated: a map takes milliseconds a case. With ``simulate`` every case is also run and judged, as a study.
+
+Takes a Model, speeds and loads; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.assembly import assemble, name_plate, refuse_motions, refuse_unsteady
+from gearrattle.calls.measure import engine_orders
+from gearrattle.calls.statics import named_equilibrium
+from gearrattle.errors import ModelError, Problem
+from gearrattle.linear.equilibrium import Equilibrium
+from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
+from gearrattle.model import Model
+from gearrattle.signals import LooseGear, loose_gears
+from gearrattle.studies.axes import Axis, axes_of
+from gearrattle.studies.study import study
+from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.trajectory import Array, Layout
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SPEED, LOAD, GEAR = "speed", "load", "gear"
+_PATH = "excitation.speed"
+Loads = Sequence[float] | Mapping[str, Sequence[Any]]
+
+
+def screen(
+    model: Model,
+    speeds: Sequence[float | str] | Mapping[str, Any],
+    loads: Loads | None = None,
+    *,
+    simulate: bool = False,
+    workers: int | None = None,
+) -> xr.Dataset:
+    """Map which loose gear rattles at which speed and load, by the threshold and, if asked, by simulation.
+
+    Args:
+        model: the driveline, with one loose gear at least: a drag torque on a body whose only stiffness is its mesh.
+        speeds: of the reference shaft, as in a model file or as a range ``{"from": ..., "to": ..., "count": ...}``.
+        loads: factors on the amplitudes of all torque harmonics; or by path of the model file equally many values,
+            which vary together; None: the model's own.
+        simulate: also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
+        workers: of the simulations, as in ``study``.
+
+    Returns:
+        A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
+        loose and driver). separation_ratio [1], margin [dB] and lift_ratio [1] are of every gear; inside tells whether
+        the linear motion is an exact one; with ``simulate`` there is regime, codes of ``flag_meanings``.
+
+    Raises:
+        ModelError: no loose gear, a value or path that is none, motions or records instead of harmonics.
+        ConvergenceError: not even one case could be simulated.
+    """
+    import xarray as xr
+
+    refuse_motions(model, "a screening")
+    speed, load, factors = _axes(model, speeds, loads)
+    base = model.with_(speed.at(0))
+    refuse_unsteady(base, "a screening")
+    plate = name_plate(base, assemble(base))
+    gears = loose_gears(plate)
+    if not gears:
+        rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
+        raise ModelError(Problem("inertia", ", ".join(plate.inertia_names), rule, "give drag_torque to a loose gear"))
+    ratio = np.full((len(speed), len(load) if load else 1, len(gears)), np.nan)
+    lift, inside = ratio.copy(), np.zeros(ratio.shape[:2], dtype=np.bool_)
+    for i in range(ratio.shape[0]):
+        for j in range(ratio.shape[1]):
+            case = model.with_({**speed.at(i), **(load.at(j) if load else {})})
+            ratio[i, j], lift[i, j], inside[i, j] = _threshold(case, gears)
+    dims = (SPEED, LOAD, GEAR)
+    with np.errstate(divide="ignore"):
+        margin = 20.0 * np.log10(ratio)
+    found = xr.Dataset(
+        {
+            "separation_ratio": (dims, ratio, {"units": "1"}),
+            "margin": (dims, margin, {"units": "dB"}),
+            "lift_ratio": (dims, lift, {"units": "1"}),
+            "inside": (dims[:2], inside, {"units": "1"}),
+        },
+        {**_coordinates(plate, gears), **_positions(model, speed, load, factors)},
+        {"title": f"screening of {model.name}", "units": model.units},
+    )
+    return _simulated(found, model, (speed, load), workers) if simulate else found
+
+
+def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | None, tuple[float, ...]]:
+    """Read speeds and loads; the factors, or the numbers of the loads."""
+    given: dict[str, Any] = {SPEED: {_PATH: speeds}}
+    factors: tuple[float, ...] = (1.0,)
+    if isinstance(loads, Mapping):
+        given[LOAD] = dict(loads)
+    elif loads is not None:
+        factors = tuple(float(factor) for factor in loads)
+        wrong = [factor for factor in factors if not 0.0 <= factor < np.inf]
+        if wrong or not factors:
+            told = ", ".join(map(str, wrong)) or "none"
+            raise ModelError(Problem("loads", told, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]"))
+        given[LOAD] = {path: [value * factor for factor in factors] for path, value in _amplitudes(model).items()}
+    axes = axes_of(given, model)
+    load = axes[1] if len(axes) > 1 else None
+    numbered = isinstance(loads, Mapping) and load is not None
+    return axes[0], load, tuple(float(i) for i in range(len(load))) if numbered and load else factors
+
+
+def _amplitudes(model: Model) -> dict[str, float]:
+    """Every amplitude of a torque's harmonics, by path [N m]."""
+    found: dict[str, float] = {}
+    for i, table in enumerate(model.to_tables().get("torque", ())):
+        plain = [h.get("amplitude") for h in table.get("harmonics", ())]
+        if "engine" in table or any(not isinstance(amplitude, int | float) for amplitude in plain):
+            rule = "factors scale amplitudes that are plain numbers"
+            what = "an engine, or amplitudes over speed"
+            remedy = 'give loads by path, for example {"torque.0.mean": [5.0, 10.0]}'
+            raise ModelError(Problem(f"torque.{i}", what, rule, remedy))
+        found |= {f"torque.{i}.harmonics.{j}.amplitude": float(amplitude) for j, amplitude in enumerate(plain)}
+    if not found:
+        rule = "factors need torque harmonics to scale"
+        raise ModelError(Problem("loads", "given", rule, "leave them out, or give loads by path"))
+    return found
+
+
+def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, bool]:
+    """Return (gears,) separation and lift ratios of one case, and whether the linear motion is an exact one."""
+    system = assemble(model)
+    rest, plate = named_equilibrium(model, system)[1], name_plate(model, system)
+    slope, damping = (
+        np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])
+        for name in ("stiffness", "damping")
+    )
+    rates, angles = turning_rates(system), steady_angles(system, slope, damping)
+    orders = rates / model.excitation.omega
+    engine = np.isclose(orders[:, None], engine_orders(model), rtol=1e-9, atol=0.0).any(axis=1)
+    swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
+    reach = steady_extremes(system, steady_deflections(system, slope, damping))
+    peak = np.maximum(*(np.abs(rest.acceleration + swing) for swing in swings))
+    ratio = [
+        float(plate.inertia[g.loose]) * g.reduction * float(peak[g.driver]) / float(plate.drag_torque[g.loose])
+        for g in gears
+    ]
+    lift = [_lift(system, rest, reach, g.mesh) for g in gears]
+    return np.array(ratio), np.array(lift), _inside(system, rest, reach)
+
+
+def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Array], mesh: int) -> float:
+    """How far a mesh swings towards its gap, over its depth in contact; infinite at rest within its gap."""
+    law, piece, at = system.laws[mesh], rest.pieces[mesh], float(rest.deflection[mesh])
+    if not law.corners.size:
+        return 0.0
+    if law.stiffness[piece] == 0.0:
+        return float("inf")
+    if piece == law.pieces - 1:
+        return float(-reach[0][mesh] / (at - law.corners[-1]))
+    return float(reach[1][mesh] / (law.corners[piece] - at))
+
+
+def _inside(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Array]) -> bool:
+    """Whether every element stays in the piece it rests in."""
+    for k, (law, piece) in enumerate(zip(system.laws, rest.pieces, strict=True)):
+        edges = np.concatenate([[-np.inf], law.corners, [np.inf]])
+        low, high = rest.deflection[k] + reach[0][k], rest.deflection[k] + reach[1][k]
+        if not (low > edges[piece] and high < edges[piece + 1]):
+            return False
+    return True
+
+
+def _coordinates(plate: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
+    return {
+        GEAR: [plate.element_names[gear.mesh] for gear in gears],
+        "loose": (GEAR, [plate.inertia_names[gear.loose] for gear in gears]),
+        "driver": (GEAR, [plate.inertia_names[gear.driver] for gear in gears]),
+    }
+
+
+def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[float, ...]) -> dict[str, Any]:
+    unit = "rad/s" if model.units == "SI" else "1"
+    found: dict[str, Any] = {
+        SPEED: (SPEED, np.array(speed.values[_PATH], dtype=np.float64), {"units": unit}),
+        LOAD: (LOAD, np.array(factors), {"units": "1"}),
+    }
+    return found | {path: (LOAD, list(values)) for path, values in (load.values if load else {}).items()}
+
+
+def _simulated(found: xr.Dataset, model: Model, axes: tuple[Axis, Axis | None], workers: int | None) -> xr.Dataset:
+    """Add the regime of every loose gear's mesh, from a study of the same cases."""
+    speed, load = axes
+    given: dict[str, Any] = {SPEED: {_PATH: list(speed.values[_PATH])}}
+    if load is not None:
+        given[LOAD] = {path: list(values) for path, values in load.values.items()}
+    done = study(model, given, ["regime"], workers=workers)
+    regime = done["regime"].sel(part=[str(name) for name in found[GEAR].values])
+    codes = np.asarray(regime.values).reshape(found["margin"].shape)
+    return found.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))
