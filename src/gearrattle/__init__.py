@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from gearrattle.criteria import Verdict
     from gearrattle.identification.fit import fit
     from gearrattle.identification.fitted import Fit
+    from gearrattle.identification.loop_fit import fit_loop
+    from gearrattle.identification.loop_result import LoopFit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
     from gearrattle.studies import (
@@ -97,6 +99,8 @@ _HOME = {
     "Advice": "advice",
     "fit": "identification.fit",
     "Fit": "identification.fitted",
+    "fit_loop": "identification.loop_fit",
+    "LoopFit": "identification.loop_result",
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
@@ -115,6 +119,7 @@ __all__ = [
     "Fit",
     "GasTorque",
     "GearRattleError",
+    "LoopFit",
     "Model",
     "ModelError",
     "Modes",
@@ -136,6 +141,7 @@ __all__ = [
     "criteria",
     "equilibrium",
     "fit",
+    "fit_loop",
     "gas_torque",
     "json_schema",
     "load",
