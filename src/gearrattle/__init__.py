@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from gearrattle.identification.loop_result import LoopFit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.results import Run, open_run
+    from gearrattle.sound.listen import Sound, listen
     from gearrattle.studies import (
         basins,
         bifurcation,
@@ -104,6 +105,8 @@ _HOME = {
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
+    "listen": "sound.listen",
+    "Sound": "sound.listen",
     "torque_angle": "calls.torque_angle",
     "TorqueAngle": "calls.torque_angle",
 }
@@ -127,6 +130,7 @@ __all__ = [
     "Problem",
     "Reduction",
     "Run",
+    "Sound",
     "Stiffness",
     "Stream",
     "TorqueAngle",
@@ -144,6 +148,7 @@ __all__ = [
     "fit_loop",
     "gas_torque",
     "json_schema",
+    "listen",
     "load",
     "loads",
     "modes",

@@ -31,6 +31,7 @@ COMMANDS = {
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
+    "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
     "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
 }
 """Every command: where its function is, and what it does."""
