@@ -140,6 +140,24 @@ def test_friction_that_the_samples_do_not_resolve_has_the_default_stick_stiffnes
     assert fit.stages[0].hysteresis == pytest.approx(4.0, abs=4 * fit.errors["stages.0.hysteresis"])
 
 
+def test_a_free_gap_and_a_linear_shaft_are_loops_too() -> None:
+    gap = {
+        "name": "damper", "preload": 0.0,
+        "stages": [{"stiffness": 0.0, "until": 3 * DEGREE, "hysteresis": 6.0, "stick_stiffness": 4000.0},
+                   {"stiffness": 900.0, "hysteresis": 6.0}],
+    }  # fmt: skip
+    fit = gr.fit_loop(sampled(gap, LOW, HIGH, noise=0.01, seed=6))
+    assert fit.stages[0].stiffness < 20.0
+    assert fit.stages[0].until == pytest.approx(3 * DEGREE, rel=0.02)
+    assert fit.stages[1].hysteresis == pytest.approx(6.0, rel=0.05)
+    assert model_of(fit.coupling).couplings[0].stages is not None
+    shaft = {"name": "damper", "preload": 1.0, "stages": [{"stiffness": 500.0}]}
+    fit = gr.fit_loop(sampled(shaft, LOW, HIGH, noise=0.01, seed=6))
+    assert (len(fit.stages), len(fit.coast_stages)) == (1, 1)
+    assert fit.stages[0].stiffness == pytest.approx(500.0, rel=0.01)
+    assert fit.stages[0].hysteresis < 4 * max(fit.errors["stages.0.hysteresis"], 0.05)
+
+
 def test_correlated_noise_widens_the_errors() -> None:
     deflection, torque = sampled(LAW, LOW, HIGH, noise=0.0, seed=0)
     white = np.random.default_rng(7).standard_normal(torque.size)
@@ -170,6 +188,33 @@ def test_what_is_no_loop_is_refused(deflection: np.ndarray, torque: np.ndarray, 
     with pytest.raises(gr.ModelError, match=words) as caught:
         gr.fit_loop((deflection, torque))
     assert len(caught.value.problems) == 1
+
+
+def test_draws_that_are_none_are_refused() -> None:
+    with pytest.raises(gr.ModelError, match="from 2"):
+        gr.fit_loop((ANGLE, ANGLE), bootstrap=1)
+
+
+def test_a_first_loading_cycles_of_unlike_ends_and_a_shaky_angle_are_borne() -> None:
+    """As from a rig: it starts at rest, its turns differ by some tenths of a degree, and the angle is noisy."""
+    random, legs, law = np.random.default_rng(8), [], model_of(LAW)
+    for low, high in ((LOW, HIGH), (LOW + 0.002, HIGH - 0.003), (LOW + 0.001, HIGH)):
+        drawn = gr.torque_angle(law, "damper", low, high)
+        up, down = slice(0, drawn.turn + 1), slice(drawn.turn, None)
+        for x, y in ((drawn.deflection[up], drawn.torque[up]), (drawn.deflection[down], drawn.torque[down])):
+            grid = np.linspace(x[0], x[-1], 2000)
+            order = slice(None, None, 1 if x[-1] > x[0] else -1)
+            legs.append((grid, np.interp(grid, x[order], y[order])))
+    first = np.linspace(0.0, LOW, 500)
+    deflection = np.concatenate([first, *(x for x, _ in legs)])
+    torque = np.concatenate([np.full(500, -40.0), *(y for _, y in legs)])
+    shaky = deflection + 0.01 * DEGREE * random.standard_normal(deflection.size)
+    fit = gr.fit_loop((shaky, torque + 0.01 * np.abs(torque).max() * random.standard_normal(torque.size)))
+    assert any("left out" in note for note in fit.notes)
+    for name, value in numbers(LAW).items():
+        limit = {"stiffness": 0.02, "until": 0.02, "hysteresis": 0.05}.get(name.rpartition(".")[2])
+        if limit is not None:
+            assert fit.values[name] == pytest.approx(value, rel=limit), name
 
 
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,13 +58,14 @@ def loop(
     import gearrattle
     from gearrattle.cli.columns import json_text
     from gearrattle.cli.model_output import check_output
+    from gearrattle.report.summary import plain
 
     check_output(output, data)
     _check_figure(figure)
     found = gearrattle.fit_loop(data, **reading.arguments())
     _save(found, output, figure)
     if json:
-        print(json_text({**found.to_dict(), "output": None if output is None else str(output)}))
+        print(json_text(plain({**found.to_dict(), "output": None if output is None else str(output)})))
         return
     print(found.report)
     for path in (output, figure):

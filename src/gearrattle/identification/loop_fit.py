@@ -61,8 +61,10 @@ def fit_loop(
 
     Raises:
         ModelError: a file that cannot be read, a unit missing, too few points, no reversal, a loop that is not
-            closed, ends on one side of zero, stages that are no number.
+            closed, ends on one side of zero, stages or draws that are no number.
     """
+    if not isinstance(bootstrap, int) or bootstrap < 0 or bootstrap == 1:
+        raise ModelError(Problem("bootstrap", repr(bootstrap), "must be 0, or a whole number from 2", "such as 200"))
     loop = read_loop(data, angle, torque)
     low, high = loop.ends
     if not low < 0.0 < high:
@@ -84,7 +86,9 @@ def _fitted(
     known = spread(samples, law, fixed)
     values = values_of(law, fixed)
     slopes = derivatives(law, fixed, known)
+    open_ = ~np.isfinite(np.diag(known.covariance))
     covariance = slopes @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes.T
+    covariance[np.diag_indices(len(values))] += np.where(np.any(slopes[:, open_] != 0.0, axis=1), np.inf, 0.0)
     checked: Mapping[str, float] = {}
     if draws[0] > 0:
         again = resampled(loop, law, search.without, *draws)
@@ -140,7 +144,8 @@ def _settle(search: Search, samples: Regression, found: Solved) -> tuple[Solved,
             soft = heights_of(found)[slider] < slope_of(found, slider) * found.shape.reach_of(slider, np.inf)
             if soft and _defaults(search, found, fixed | {slider}).left - found.left < _WORSE * variance:
                 open_[slider] = np.inf
-        worst = max(open_, key=lambda slider: open_[slider], default=None)
+        with_default = [slider for slider in open_ if slope_of(found, slider) > 0.0]
+        worst = max(with_default, key=lambda slider: open_[slider], default=None)
         if worst is None or open_[worst] <= _KNOWN:
             break
         fixed = fixed | {worst}

@@ -34,7 +34,7 @@ def values_of(found: Solved, fixed: frozenset[tuple[str, int]]) -> dict[str, flo
             values[f"{key}.{i}.hysteresis"] = 2.0 * total
             if i == 0 and heights.get(slider, 0.0) == 0.0:
                 slider = (CENTRE, 0)
-            told = slider not in fixed or slope == 0.0
+            told = slider not in fixed
             if heights.get(slider, 0.0) > 0.0 and told and slider in dict(shape.reach):
                 values[f"{key}.{i}.stick_stiffness"] = heights[slider] / dict(shape.reach)[slider]
     return values
