@@ -205,6 +205,13 @@ def test_bad_use_is_refused(run: gr.Run, options: dict[str, object], words: str)
         gr.listen(run, **options)
 
 
+def test_a_dimensionless_run_is_refused() -> None:
+    model = gr.load(EXAMPLES / "rattle_oscillator.toml")
+    assert model.units == "dimensionless"
+    with pytest.raises(gr.ModelError, match="no seconds"):
+        gr.listen(gr.simulate(model, cycles=4, discard=0))
+
+
 def test_recordings_without_sound_are_refused() -> None:
     record = Recording(np.arange(9.0), (Channel("v", "velocity", "hub", "rad/s", np.ones(9)),), "rig.csv")
     with pytest.raises(gr.ModelError, match="neither sound pressure nor a force"):

@@ -151,6 +151,10 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
 
 def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
     """Sound pressure of a run's impacts."""
+    if run.model.units == "dimensionless":
+        raise ModelError(
+            Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
+        )
     motion = run.trajectory
     known = motion.layout.clearance_names
     meshes = {mesh.name for mesh in run.model.meshes}
