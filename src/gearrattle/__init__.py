@@ -45,10 +45,13 @@ if TYPE_CHECKING:
     from gearrattle.criteria import Verdict
     from gearrattle.identification.fit import fit
     from gearrattle.identification.fitted import Fit
+    from gearrattle.identification.loop_fit import fit_loop
+    from gearrattle.identification.loop_result import LoopFit
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.readers import write
     from gearrattle.recording import Channel, Recording
     from gearrattle.results import Run, open_run
+    from gearrattle.sound.listen import Sound, listen
     from gearrattle.studies import (
         basins,
         bifurcation,
@@ -105,9 +108,13 @@ _HOME = {
     "Advice": "advice",
     "fit": "identification.fit",
     "Fit": "identification.fitted",
+    "fit_loop": "identification.loop_fit",
+    "LoopFit": "identification.loop_result",
     "stream": "calls.stream",
     "Stream": "calls.stream",
     "open_stream": "calls.store",
+    "listen": "sound.listen",
+    "Sound": "sound.listen",
     "torque_angle": "calls.torque_angle",
     "TorqueAngle": "calls.torque_angle",
     "read": "calls.read",
@@ -129,6 +136,7 @@ __all__ = [
     "Fit",
     "GasTorque",
     "GearRattleError",
+    "LoopFit",
     "Model",
     "ModelError",
     "Modes",
@@ -137,6 +145,7 @@ __all__ = [
     "Recording",
     "Reduction",
     "Run",
+    "Sound",
     "Stiffness",
     "Stream",
     "TorqueAngle",
@@ -152,8 +161,10 @@ __all__ = [
     "drive",
     "equilibrium",
     "fit",
+    "fit_loop",
     "gas_torque",
     "json_schema",
+    "listen",
     "load",
     "loads",
     "metrics",

@@ -24,6 +24,7 @@ COMMANDS = {
     "stiffness": ("gearrattle.cli.stiffness:stiffness", "Eigenvalues, R_lambda, and which fixed steps are stable."),
     "reduce": ("gearrattle.cli.reduce:reduce", "A smaller model for a band, and its error."),
     "fit": ("gearrattle.cli.fit:fit", "Parameters from measured modes and responses."),
+    "loop": ("gearrattle.cli.loop:loop", "Stages of a damper from its measured torque-angle loop."),
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
@@ -31,6 +32,7 @@ COMMANDS = {
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
+    "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
     "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
 }
 """Every command: where its function is, and what it does."""

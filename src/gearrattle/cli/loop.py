@@ -1,0 +1,126 @@
+"""``gearrattle loop``: stages, hysteresis and preload of a damper from its measured torque-angle loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    from gearrattle.identification.loop_result import LoopFit
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Reading:
+    """How the file is read, the fit done and the coupling named."""
+
+    stages: Annotated[str | None, Parameter(help="On each side: 3, or 3,2 (drive, coast); default: by BIC.")] = None
+    angle: Annotated[str, Parameter(help="Name of the angle's column.")] = "angle"
+    torque: Annotated[str, Parameter(help="Name of the torque's column.")] = "torque"
+    name: Annotated[str, Parameter(help="Of the coupling.")] = "damper"
+    between: Annotated[str, Parameter(help="The inertias it joins, parted by a comma.")] = "flywheel,hub"
+    bootstrap: Annotated[int, Parameter(help="Resample residuals so many times to check the errors.")] = 0
+    seed: Annotated[int, Parameter(help="Of the resampling.")] = 0
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the settings as keyword arguments of ``fit_loop``."""
+        return {**vars(self), "stages": _numbers(self.stages), "between": _pair(self.between)}
+
+
+_DEFAULTS = Reading()
+
+
+def loop(
+    data: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    figure: Path | None = None,
+    reading: Reading = _DEFAULTS,
+    json: Json = False,
+) -> None:
+    """Fit the stages of a coupling to a measured torque-angle loop, with standard errors.
+
+    Parameters
+    ----------
+    data
+        CSV file with a header that names the units, such as: angle [deg], torque [N*m]. One whole slow cycle at least.
+    output
+        File for the fitted [[coupling]], ending in .toml.
+    figure
+        File for the fitted law drawn over the loop, ending in .svg.
+    """
+    import gearrattle
+    from gearrattle.cli.columns import json_text
+    from gearrattle.cli.model_output import check_output
+    from gearrattle.report.summary import plain
+
+    check_output(output, data)
+    _check_figure(figure)
+    found = gearrattle.fit_loop(data, **reading.arguments())
+    _save(found, output, figure)
+    if json:
+        print(json_text(plain({**found.to_dict(), "output": None if output is None else str(output)})))
+        return
+    print(found.report)
+    for path in (output, figure):
+        if path is not None:
+            print(f"saved: {path}")
+
+
+def _save(found: LoopFit, output: Path | None, figure: Path | None) -> None:
+    """Write what is asked for, each file whole or not at all."""
+    from gearrattle.report.staging import Staging
+
+    for path, content in ((output, found.toml.encode("utf-8")), (figure, _drawn(found) if figure else b"")):
+        if path is not None:
+            with Staging(path.parent) as staging:
+                (staging.path / path.name).write_bytes(content)
+                staging.commit()
+
+
+def _drawn(found: LoopFit) -> bytes:
+    from gearrattle.plots import draw
+    from gearrattle.plots.loop import loop_chart
+
+    return draw(loop_chart(found), legend=True)
+
+
+def _check_figure(figure: Path | None) -> None:
+    from gearrattle.errors import ModelError, Problem
+
+    if figure is not None and figure.suffix != ".svg":
+        raise ModelError(Problem("--figure", f'"{figure}"', "must end in .svg"))
+
+
+def _numbers(text: str | None) -> int | tuple[int, int] | None:
+    """Return how many stages a text asks for."""
+    from gearrattle.errors import ModelError, Problem
+
+    if text is None:
+        return None
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2):
+        rule = "must be one whole number, or two parted by a comma: drive side and coast side"
+        raise ModelError(Problem("--stages", f'"{text}"', rule, "such as --stages 3,2"))
+    return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """Return the two names of a text."""
+    from gearrattle.errors import ModelError, Problem
+
+    first, comma, second = (part.strip() for part in text.partition(","))
+    if not (first and comma and second) or "," in second:
+        raise ModelError(
+            Problem("--between", f'"{text}"', "must be two names parted by a comma", "such as flywheel,hub")
+        )
+    return first, second

@@ -1,0 +1,194 @@
+"""``fit_loop``: a measured torque-angle loop becomes the stages of a coupling.
+
+The law is the package's own, a staged characteristic with Jenkins sliders (``assembly.friction``), so what is fitted is
+what a run will use: ``LoopFit.drawn`` is its loop by ``torque_angle``. Breaks, slopes, heights and the stretch before
+slip come from one least-squares fit over both branches (``loop_law``, ``loop_search``); the numbers of stages of the
+drive and of the coast side are chosen by BIC unless told. Where the samples behind a turn do not tell how stiff a
+slider sticks, the default of the model file stands, and a note says so.
+
+Takes a path or arrays; gives a frozen ``LoopFit``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.identification.loop_data import Loop, read_loop
+from gearrattle.identification.loop_errors import free_sliders, resampled, spread
+from gearrattle.identification.loop_law import CENTRE, COAST, DRIVE, Regression, Solved, heights_of, slope_of
+from gearrattle.identification.loop_result import FittedStage, LoopFit
+from gearrattle.identification.loop_search import MOST, Search, idle, select
+from gearrattle.identification.loop_values import derivatives, values_of
+
+Array = NDArray[np.float64]
+
+STICK = 20.0
+"""Stick stiffness over the stage's slope where the loop does not tell it: the default of the model file."""
+_WORSE = 12.0  # chi-square by which a slider softer than its stage must fit better than the default
+_KNOWN = 0.35  # standard error of the logarithm of a reach up to which it counts as told
+
+
+def fit_loop(
+    data: Any,
+    stages: int | tuple[int, int] | None = None,
+    *,
+    angle: str = "angle",
+    torque: str = "torque",
+    name: str = "damper",
+    between: tuple[str, str] = ("flywheel", "hub"),
+    bootstrap: int = 0,
+    seed: int = 0,
+) -> LoopFit:
+    """Fit stages, hysteresis and preload to a measured torque-angle loop.
+
+    Args:
+        data: path of a CSV file whose header names the units, such as ``angle [deg], torque [N*m]``, or a pair of
+            arrays of equal length: deflection [rad] and torque [N m], in the order measured. Slow enough that damping
+            plays no part; one whole cycle at least.
+        stages: how many on each side, or a pair, drive side and coast side; None: chosen by BIC, at most 6.
+        angle, torque: names of the file's columns.
+        name, between: of the coupling that is made.
+        bootstrap: how often blocks of residuals are resampled to check the standard errors; 0: never.
+        seed: of the resampling.
+
+    Returns:
+        The law with standard errors, ready for a model file.
+
+    Raises:
+        ModelError: a file that cannot be read, a unit missing, too few points, no reversal, a loop that is not
+            closed, ends on one side of zero, stages or draws that are no number.
+    """
+    if not isinstance(bootstrap, int) or bootstrap < 0 or bootstrap == 1:
+        raise ModelError(Problem("bootstrap", repr(bootstrap), "must be 0, or a whole number from 2", "such as 200"))
+    loop = read_loop(data, angle, torque)
+    low, high = loop.ends
+    if not low < 0.0 < high:
+        found = f"{np.degrees(low):.4g} to {np.degrees(high):.4g} deg"
+        rule = "the loop must reach to both sides of zero: drive and coast side are fitted apart"
+        raise ModelError(Problem(loop.source, found, rule, "shift the angle's zero to the damper's rest"))
+    return _fitted(loop, _numbers(stages), (name, between), (bootstrap, seed))
+
+
+def _fitted(
+    loop: Loop, stages: tuple[int, int] | None, coupling: tuple[str, tuple[str, str]], draws: tuple[int, int]
+) -> LoopFit:
+    """Search, settle what the samples tell, and put the findings together."""
+    chosen, steps = select(loop, stages)
+    search = Search(loop, fine=True)
+    search.without = frozenset(idle(chosen))
+    samples = Regression(loop, 0, search.regression.reach)
+    law, fixed = _settle(search, samples, chosen)
+    known = spread(samples, law, fixed)
+    values = values_of(law, fixed)
+    slopes = derivatives(law, fixed, known)
+    open_ = ~np.isfinite(np.diag(known.covariance))
+    covariance = slopes @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes.T
+    covariance[np.diag_indices(len(values))] += np.where(np.any(slopes[:, open_] != 0.0, axis=1), np.inf, 0.0)
+    checked: Mapping[str, float] = {}
+    if draws[0] > 0:
+        again = resampled(loop, law, search.without, *draws)
+        made = [values_of(_defaults(own, each, fixed), fixed) for own, each in again]
+        checked = {key: float(np.std([each.get(key, np.nan) for each in made], ddof=1)) for key in values}
+    return LoopFit(
+        name=coupling[0],
+        between=coupling[1],
+        stages=_stages(values, "stages"),
+        coast_stages=_stages(values, "coast_stages"),
+        preload=values["preload"],
+        values=values,
+        errors=dict(zip(values, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True)),
+        covariance=covariance,
+        bootstrap_errors=checked,
+        residual=float(np.sqrt(np.mean(known.residual**2))),
+        tau=known.tau,
+        measured=(loop.deflection, loop.torque),
+        residuals=known.residual,
+        source=loop.source,
+        steps=tuple(steps),
+        notes=(*loop.notes, *_told(law, fixed, loop)),
+    )
+
+
+def _numbers(stages: int | tuple[int, int] | None) -> tuple[int, int] | None:
+    if stages is None:
+        return None
+    pair = (stages, stages) if isinstance(stages, int) else stages
+    fine = isinstance(pair, tuple) and len(pair) == 2 and all(type(n) is int and 1 <= n <= MOST for n in pair)
+    if not fine or isinstance(stages, bool):
+        rule = f"must be a whole number from 1 to {MOST}, or a pair of them: drive side and coast side"
+        raise ModelError(Problem("stages", repr(stages), rule))
+    return pair
+
+
+def _settle(search: Search, samples: Regression, found: Solved) -> tuple[Solved, frozenset[tuple[str, int]]]:
+    """Give sliders whose stretch the samples do not tell that of the default; return the law and those sliders."""
+    fixed: frozenset[tuple[str, int]] = frozenset()
+    for slider in found.shape.sliders():
+        reach = found.shape.reach_of(slider, search.regression.reach)
+        found = found._replace(shape=found.shape.with_reach(slider, reach))
+    for _ in range(1 + sum(1 for _ in found.shape.sliders())):
+        search.without = search.without | frozenset(idle(found))
+        found = search.at(found.shape)
+        known = spread(samples, found, fixed)
+        first = len(found.labels) + len(found.shape.drive) + len(found.shape.coast)
+        open_ = {
+            slider: float(np.sqrt(known.covariance[first + j, first + j])) for j, slider in enumerate(known.sliders)
+        }
+        variance = float(known.residual @ known.residual) / known.residual.size * known.tau
+        for slider in open_:
+            soft = heights_of(found)[slider] < slope_of(found, slider) * found.shape.reach_of(slider, np.inf)
+            if soft and _defaults(search, found, fixed | {slider}).left - found.left < _WORSE * variance:
+                open_[slider] = np.inf
+        with_default = [slider for slider in open_ if slope_of(found, slider) > 0.0]
+        worst = max(with_default, key=lambda slider: open_[slider], default=None)
+        if worst is None or open_[worst] <= _KNOWN:
+            break
+        fixed = fixed | {worst}
+        found = _defaults(search, found, fixed)
+    return found, fixed
+
+
+def _defaults(search: Search, found: Solved, fixed: frozenset[tuple[str, int]]) -> Solved:
+    """Solve with the default stick stiffness of some sliders, whose reach then follows from their height."""
+    for _ in range(4):
+        shape, heights = found.shape, heights_of(found)
+        for slider in fixed:
+            slope = slope_of(found, slider)
+            if slope > 0.0 and heights.get(slider, 0.0) > 0.0:
+                shape = shape.with_reach(slider, heights[slider] / (STICK * slope))
+        found = search.at(shape)
+    return found
+
+
+def _stages(law: Mapping[str, float], key: str) -> tuple[FittedStage, ...]:
+    number = sum(1 for name in law if name.startswith(f"{key}.") and name.endswith(".stiffness"))
+    return tuple(
+        FittedStage(
+            law[f"{key}.{i}.stiffness"],
+            law.get(f"{key}.{i}.until"),
+            law[f"{key}.{i}.hysteresis"],
+            law.get(f"{key}.{i}.stick_stiffness"),
+        )
+        for i in range(number)
+    )
+
+
+def _told(found: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
+    notes = ["a slow loop says nothing of damping: it is left at 0"]
+    words = ["the centre" if side == CENTRE else f"{side} stage {index}" for side, index in sorted(fixed)]
+    if words:
+        rule = f"stick stiffness of {', '.join(words)}: the samples behind the turns do not tell it"
+        notes.append(f"{rule}; the default of {STICK:g} times the stage's slope stands")
+    if not free_sliders(found, frozenset()):
+        notes.append("no friction was found")
+    low, high = loop.ends
+    for side, end in ((DRIVE, high), (COAST, -low)):
+        beyond = end - max(found.shape.breaks(side), default=0.0)
+        if beyond < 0.05 * (high - low):
+            notes.append(f"the last {side} stage is told by {np.degrees(beyond):.3g} deg of the loop only")
+    return notes

@@ -1,0 +1,157 @@
+"""What the fit of a torque-angle loop found: stages with standard errors, as a coupling, as words, and drawn again.
+
+Takes findings of ``loop_fit``; gives words, TOML, JSON types and the loop of the fitted law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
+from gearrattle.model import loads
+from gearrattle.model.writing import toml_text
+
+Array = NDArray[np.float64]
+
+_DEGREE = math.pi / 180.0
+_UNITS = {"stiffness": "N m/deg", "until": "deg", "hysteresis": "N m", "stick_stiffness": "N m/deg", "preload": "N m"}
+_FACTORS = {"stiffness": _DEGREE, "until": 1.0 / _DEGREE, "stick_stiffness": _DEGREE}
+
+
+class FittedStage(NamedTuple):
+    """One stage, from the centre outward.
+
+    Attributes:
+        stiffness: slope [N m/rad].
+        until: where it ends, a positive magnitude [rad]; None for the last.
+        hysteresis: full height of the loop in it, in all [N m].
+        stick_stiffness: of its slider [N m/rad]; None: it has none of its own, or the default stands.
+    """
+
+    stiffness: float
+    until: float | None
+    hysteresis: float
+    stick_stiffness: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class LoopFit:
+    """A law fitted to a measured torque-angle loop.
+
+    Attributes:
+        name, between: of the coupling.
+        stages, coast_stages: from the centre outward, positive magnitudes.
+        preload: torque at zero deflection, without friction [N m].
+        values: every fitted number [SI] by its name in the coupling, such as "stages.1.stiffness".
+        errors: their standard errors, by name.
+        covariance: (V, V) of the values, in their order.
+        bootstrap_errors: standard errors by resampled blocks, by name; empty unless asked for.
+        residual: root mean square of measured less fitted torque [N m].
+        tau: integrated autocorrelation time of the residuals, in samples; 1 for white noise.
+        measured: deflection [rad] and torque [N m] of the samples used.
+        residuals: (N,) measured less fitted torque [N m].
+        source: where they came from.
+        steps: drive-side and coast-side stages tried, with their BIC.
+        notes: what the user must know.
+    """
+
+    name: str
+    between: tuple[str, str]
+    stages: tuple[FittedStage, ...]
+    coast_stages: tuple[FittedStage, ...]
+    preload: float
+    values: Mapping[str, float]
+    errors: Mapping[str, float]
+    covariance: Array
+    bootstrap_errors: Mapping[str, float]
+    residual: float
+    tau: float
+    measured: tuple[Array, Array]
+    residuals: Array
+    source: str
+    steps: tuple[tuple[int, int, float], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def hysteresis(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Full heights of the loop [N m], of the drive-side and of the coast-side stages."""
+        return tuple(s.hysteresis for s in self.stages), tuple(s.hysteresis for s in self.coast_stages)
+
+    @property
+    def full_scale(self) -> float:
+        """Largest magnitude of the measured torque [N m]."""
+        return float(np.abs(self.measured[1]).max())
+
+    @property
+    def coupling(self) -> dict[str, Any]:
+        """The table of a ``[[coupling]]``, numbers in SI."""
+        sides = {
+            key: [{k: v for k, v in stage._asdict().items() if v is not None} for stage in stages]
+            for key, stages in (("stages", self.stages), ("coast_stages", self.coast_stages))
+        }
+        return {"name": self.name, "between": list(self.between), **sides, "preload": self.preload}
+
+    @property
+    def toml(self) -> str:
+        """The ``[[coupling]]`` as text for a model file."""
+        return toml_text({"coupling": [self.coupling]}).lstrip("\n")
+
+    def drawn(self, low: float | None = None, high: float | None = None) -> TorqueAngle:
+        """The loop of the fitted law by ``torque_angle`` between two deflections [rad]; default: the measured ends."""
+        deflection = self.measured[0]
+        ends = float(deflection.min()) if low is None else low, float(deflection.max()) if high is None else high
+        tables = {
+            "schema": 1,
+            "name": "one coupling",
+            "units": "SI",
+            "inertia": [{"name": "body", "J": 1.0}],
+            "coupling": [{**self.coupling, "between": ["body", "ground"]}],
+            "excitation": {"speed": 1.0},
+        }
+        return torque_angle(loads(toml_text(tables)), self.name, *ends)
+
+    @property
+    def report(self) -> str:
+        """The whole in words."""
+        counts = f"{len(self.stages)} drive-side and {len(self.coast_stages)} coast-side stages"
+        rms = f"{self.residual:.4g} N m rms, {100.0 * self.residual / self.full_scale:.2g} % of full scale"
+        lines = [f"{self.source}: {counts} from {self.measured[0].size} samples; residual {rms}", ""]
+        head = ["", "value", "+- error", *(["bootstrap"] if self.bootstrap_errors else []), "unit"]
+        lines += _aligned([head, *(self._row(name) for name in self.values)])
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record in JSON types; values in SI."""
+        return {
+            "source": self.source,
+            "samples": int(self.measured[0].size),
+            "coupling": self.coupling,
+            "values": dict(self.values),
+            "errors": dict(self.errors),
+            "bootstrap_errors": dict(self.bootstrap_errors),
+            "covariance": self.covariance.tolist(),
+            "residual": self.residual,
+            "full_scale": self.full_scale,
+            "tau": self.tau,
+            "steps": [{"stages": d, "coast_stages": c, "bic": float(b)} for d, c, b in self.steps],
+            "notes": list(self.notes),
+        }
+
+    def _row(self, name: str) -> list[str]:
+        kind = name.rpartition(".")[2]
+        factor = _FACTORS.get(kind, 1.0)
+        given = [self.values[name], self.errors[name]]
+        given += [self.bootstrap_errors[name]] if self.bootstrap_errors else []
+        value, *errors = (each * factor for each in given)
+        return [name, f"{value:.5g}", *(f"{each:.2g}" for each in errors), _UNITS[kind]]
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]

@@ -1,0 +1,200 @@
+"""``listen``: runs or recordings as sound, all through one path and at one gain, so that A against B keeps its dB.
+
+    p(t) = sum of I_i h(t - t_i)
+
+over the impacts of the chosen elements, times and impulses as the solver found them: no sampling of the motion plays a
+part. The length of a contact is left out, so what lies above the reciprocal of a contact's duration is too strong.
+A recording's sound pressure is taken as it is, a force goes through the path.
+
+Takes runs or recordings; gives a frozen ``Sound``.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import did_you_mean, listed
+from gearrattle.recording import Recording
+from gearrattle.results import Run
+from gearrattle.signals import find_impacts
+from gearrattle.signals.windows import steady
+from gearrattle.sound.path import SoundPath, sound_path
+from gearrattle.sound.quality import Quality, quality
+from gearrattle.sound.resample import resampled
+from gearrattle.sound.train import impulse_train
+from gearrattle.sound.wave import wav_bytes
+
+Array = NDArray[np.float64]
+
+_HEADROOM = 0.5  # of full scale: the highest peak, unless a gain is given
+_REFERENCE = 2e-5  # Pa
+_LONGEST = 600.0  # seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Sound:
+    """One or more designs to listen to.
+
+    Attributes:
+        names: of the designs.
+        pressure: by design, (N,) sound pressure [Pa].
+        rate: samples a second [Hz].
+        gain: full scale per pascal, the same for all [1/Pa].
+        path: the way from impulse to pressure.
+        notes: what the user must know.
+    """
+
+    names: tuple[str, ...]
+    pressure: tuple[Array, ...]
+    rate: int
+    gain: float
+    path: SoundPath
+    notes: tuple[str, ...]
+
+    @property
+    def levels(self) -> dict[str, float]:
+        """Sound pressure level of each design over its whole length [dB re 20 uPa]; -inf for silence."""
+        with np.errstate(divide="ignore"):
+            means = [np.mean(each**2) for each in self.pressure]
+            return {name: float(10.0 * np.log10(m / _REFERENCE**2)) for name, m in zip(self.names, means, strict=True)}
+
+    def quality(self) -> dict[str, Quality]:
+        """Loudness, sharpness and roughness of each design; needs the extra ``sound``."""
+        return {name: quality(each, self.rate) for name, each in zip(self.names, self.pressure, strict=True)}
+
+    def wav(self, name: str, bits: int = 32) -> bytes:
+        """The WAV file of a design at the common gain; 24 bits (integers) or 32 (floating point)."""
+        return wav_bytes(self.gain * self.pressure[self.names.index(name)], self.rate, bits)
+
+    def save(self, folder: str | os.PathLike[str], bits: int = 32) -> tuple[Path, ...]:
+        """Write ``NAME.wav`` for each design into a folder, whole or not at all; return the paths."""
+        home = Path(folder)
+        home.mkdir(parents=True, exist_ok=True)
+        made = []
+        for name in self.names:
+            content = self.wav(name, bits)
+            with tempfile.NamedTemporaryFile(dir=home, suffix=".part", delete=False) as file:
+                file.write(content)
+            made.append(home / f"{name}.wav")
+            os.replace(file.name, made[-1])
+        return tuple(made)
+
+
+def listen(
+    runs: Run | Recording | Mapping[str, Run | Recording] | Sequence[Run | Recording],
+    path: Any = None,
+    *,
+    elements: Sequence[str] | None = None,
+    gain: float | None = None,
+    rate: int = 48_000,
+    scale: float = 1.0,
+) -> Sound:
+    """Turn impacts or measured signals into sound.
+
+    Args:
+        runs: a run or a recording, several, or several by name.
+        path: from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
+            and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
+        elements: whose impacts are heard; None: all gear meshes with backlash. An impulse of a coupling [N m s] counts
+            as one on a lever of 1 m.
+        gain: full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
+        rate: samples a second [Hz].
+        scale: what 1 in a WAV impulse response is worth [Pa/(N s)].
+
+    Returns:
+        Pressures, all through one path and at one gain. A run is heard from the end of its ``discard`` on.
+
+    Raises:
+        ModelError: no such element, a path that cannot be read, a run without impulses, a recording without sound
+            pressure or force.
+    """
+    if not (isinstance(rate, int) and 8_000 <= rate <= 384_000):
+        raise ModelError(Problem("rate", repr(rate), "must be a whole number of Hz from 8000 to 384000"))
+    if gain is not None and not (np.isfinite(gain) and gain > 0.0):
+        raise ModelError(Problem("gain", repr(gain), "must be a positive number"))
+    named = _named(runs)
+    way = sound_path(path, float(rate), scale)
+    notes = [f"path: {way.source}"]
+    if path is None:
+        notes.append("the path is assumed: compare designs by it, take no level from it")
+    pressure = []
+    for name, each in named.items():
+        made = _heard(each, way) if isinstance(each, Recording) else _impacts(name, each, way, elements)
+        pressure.append(made)
+    peak = max(float(np.abs(each).max(initial=0.0)) for each in pressure)
+    common = gain if gain is not None else (_HEADROOM / peak if peak > 0.0 else 1.0)
+    return Sound(tuple(named), tuple(pressure), rate, float(common), way, tuple(notes))
+
+
+def _named(runs: Any) -> dict[str, Run | Recording]:
+    if isinstance(runs, Run | Recording):
+        runs = [runs]
+    if not isinstance(runs, Mapping):
+        runs = {chr(ord("A") + i) if i < 26 else f"design-{i}": each for i, each in enumerate(runs)}
+    if not runs or not all(isinstance(each, Run | Recording) for each in runs.values()):
+        raise ModelError(Problem("runs", type(runs).__name__, "must be runs or recordings, at least one"))
+    wrong = [str(name) for name in runs if not str(name).replace("_", "").replace("-", "").replace(".", "").isalnum()]
+    if wrong:
+        rule = "a design's name becomes a file's: letters, digits, _, - and . only"
+        raise ModelError(Problem("runs", repr(wrong[0]), rule))
+    return {str(name): each for name, each in runs.items()}
+
+
+def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
+    """Sound pressure of a run's impacts."""
+    if run.model.units == "dimensionless":
+        raise ModelError(
+            Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
+        )
+    motion = run.trajectory
+    known = motion.layout.clearance_names
+    meshes = {mesh.name for mesh in run.model.meshes}
+    chosen = [each for each in known if each in meshes] if elements is None else list(elements)
+    for each in chosen:
+        if each not in known:
+            rule = f"there is no clearance of this name; there are {listed(known)}"
+            raise ModelError(Problem(f"{name}: elements", each, rule, did_you_mean(each, known)))
+    if not chosen:
+        rule = "no gear mesh has backlash: nothing of this run can be heard"
+        raise ModelError(Problem(f"{name}: elements", "", rule, f"name elements among {listed(known)}"))
+    window = steady(motion)
+    impacts = find_impacts(motion).within(window)
+    heard = np.isin(impacts.clearance, [known.index(each) for each in chosen])
+    if np.isnan(impacts.impulse[heard]).any():
+        rule = "its algorithm tells no impulses"
+        raise ModelError(Problem(name, motion.cost.algorithm, rule, 'simulate with algorithm = "exact"'))
+    seconds = window.end - window.start
+    if seconds > _LONGEST:
+        raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {_LONGEST:g} s", "cut it"))
+    samples = int(np.ceil(seconds * way.rate)) + 1
+    return _through(impulse_train(impacts.time[heard] - window.start, impacts.impulse[heard], way.rate, samples), way)
+
+
+def _heard(recording: Recording, way: SoundPath) -> Array:
+    """Sound pressure of a recording: its own, or that of its force."""
+    channel = recording.find("sound pressure") or recording.find("force")
+    if channel is None:
+        rule = "holds neither sound pressure nor a force"
+        raise ModelError(Problem(recording.source, ", ".join(recording.names), rule))
+    step = recording.interval
+    if step is None:
+        raise ModelError(Problem(recording.source, "uneven times", "must be sampled uniformly to be heard"))
+    values = resampled(channel.values, 1.0 / step, way.rate)
+    return values if channel.quantity == "sound pressure" else _through(values, way)
+
+
+def _through(force: Array, way: SoundPath) -> Array:
+    """(N,) pressure [Pa] of a force [N] by the path's response; it rings on after the last sample, which is kept."""
+    from scipy.signal import fftconvolve
+
+    whole = fftconvolve(force, way.response) / way.rate
+    return np.asarray(whole[way.lead :], dtype=np.float64)
