@@ -115,8 +115,8 @@ Written by `make inputs` on {datetime.now(UTC):%Y-%m-%d}; do not edit. {machine(
 others kept {load:.1f} of its cores busy before it began.
 
 The least of {ROUNDS} runs by `exact`, few samples, no audit, all regions built; the aim is a ratio of {FOUR:.0f}
-at most. {CYCLES} cycles, but for the run-up: that is set against steady runs at {SPEEDS} speeds spread evenly over it, as long
-together.
+at most. {CYCLES} cycles, but for the run-up: that is set against steady runs at {SPEEDS} speeds spread evenly over
+it, as long together.
 
 {table}
 """
