@@ -17,6 +17,7 @@ from gearrattle.plots.histories import accelerations, angles, speeds
 from gearrattle.plots.impacts import impacts
 from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.phase_plane import phase_plane
+from gearrattle.plots.run_ups import run_up_orders, run_up_spectra
 from gearrattle.plots.spectra import spectra
 from gearrattle.plots.static import draw
 from gearrattle.plots.torque_angle import torque_angles
@@ -32,6 +33,8 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     phase_plane,
     torque_angles,
     spectra,
+    run_up_spectra,
+    run_up_orders,
 )
 """Every figure of the report, in reading order."""
 
