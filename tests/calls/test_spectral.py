@@ -181,7 +181,7 @@ def test_a_waterfall_has_times_speeds_and_units() -> None:
     ridge = found.frequency.values[found.values.argmax(axis=1)]
     assert ridge == pytest.approx(2.0 * found.speed.values / (2.0 * np.pi), abs=10.0)
     assert found.attrs["units"] == "rad/s^2"
-    stepped = gr.waterfall(record(), "a", resolution="10 Hz", speed_step="50 rpm", orders=np.array([2.0]))
+    stepped = gr.waterfall(record(), "a", resolution="10 Hz", speed_step="50 rpm", orders=[2.0])
     assert stepped.dims == ("speed", "order")
     power = gr.waterfall(record(), "a", scaling="density", window="boxcar", overlap=0.0)
     assert float(power.integrate("frequency").mean()) == pytest.approx(2.0 + 0.005, rel=0.01)
@@ -218,13 +218,16 @@ REFUSED: list[tuple[Callable[[], Any], tuple[str, ...]]] = [
     (lambda: gr.order_map(record(), "n", speed="a"), ("acceleration", "the shaft needs")),
     (lambda: gr.order_map(stopping(), "a"), ("turns back", "3 s", "cut the record")),
     (lambda: gr.order_map(record(), "a", highest=60.0), ("highest order", "0.4", "at most")),
+    (lambda: gr.order_map(record(), "a", overlap=1.0 - 1e-9), ("larger than", "lower the overlap")),
+    (lambda: gr.order_map(record(speed=SPEED * np.where(TIME > 4.0, np.nan, 1.0)), "a"), ("rig.csv: n", "nan")),
+    (lambda: gr.waterfall(record(), "a", overlap=0.9999, resolution=1.0), ("larger than", "overlap")),
     (lambda: gr.order_map(record(), "a", turns=500), ("turns", "500")),
     (lambda: gr.order_map(record(), "a", turns=0), ("turns", "1 or more")),
     (lambda: gr.order_map(record(), "a", over="order"), ("over", "speed")),
     (lambda: gr.order_cuts(record(), "a", [2.0, 2.01]), ("told from each other", "turns=100")),
     (lambda: gr.order_cuts(record(), "a", []), ("orders",)),
     (lambda: gr.waterfall(record(), "a", scaling="power"), ("scaling", "density")),
-    (lambda: gr.waterfall(record(), "a", orders=np.array([500.0])), ("orders", "raise highest")),
+    (lambda: gr.waterfall(record(), "a", orders=[500.0]), ("orders", "raise highest")),
     (lambda: gr.waterfall(record(), "a", speed_step="0 rpm"), ("speed_step", "greater than zero")),
     (lambda: gr.psd(run_up(), "acceleration.hubb"), ("channel", "did you mean")),
     (lambda: gr.order_map(run_up(), "acceleration.hub", speed="1500 rpm"), ("sweep", "leave speed out")),

@@ -75,7 +75,7 @@ def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(("words", "said"), [
     (["a", "-o", "map.png"], ".svg or .nc"),
     (["b"], "a, n"),
-    (["a", "--spectra", "--turns", "4"], "maps of orders"),
+    (["a", "--spectra", "--highest", "4"], "maps of orders"),
     (["a", "--order", "2", "--highest", "9"], "maps"),
     (["a", "--highest", "90"], "at most"),
     (["a", "--speed", "x"], "no channel and no speed"),

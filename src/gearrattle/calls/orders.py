@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 TURNS = 8
 _USUAL = 100.0  # orders that a map shows where nobody says how many
 _FEWEST_PER_TURN = 16
+_MOST = 50_000_000  # values of a map
 _OVER = ("time", "speed")
 
 
@@ -72,6 +73,10 @@ def order_map(
     shown_orders = _highest(signal, shaft, highest)
     per_turn = max(_FEWEST_PER_TURN, int(np.ceil(shown_orders / PASSED - 1e-9)))
     per_turn += per_turn % 2
+    blocks = float(shaft.angle[-1] - shaft.angle[0]) / TURN / (turns * (1.0 - overlap))
+    if blocks * turns * shown_orders > _MOST:
+        rule = f"{blocks:.3g} blocks of {turns * shown_orders:.3g} orders make a map larger than {_MOST:.3g} values"
+        raise ModelError(Problem(signal.place, f"overlap {overlap:g}, {turns} turns", rule, "lower the overlap"))
     read = turned(signal.values, signal.interval, shaft.angle, shaft.speed, per_turn)
     if read.values.size < turns * per_turn:
         _long_enough(signal, shaft, turns + 2.0 / per_turn)

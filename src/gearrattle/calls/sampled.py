@@ -99,11 +99,7 @@ def sampled(source: Source, channel: str) -> Sampled:
     if found.values.size < FEWEST:
         rule = f"a spectrum needs {FEWEST} samples at least"
         raise ModelError(Problem(found.place, f"{found.values.size} samples", rule, "take a longer record"))
-    bad = ~np.isfinite(found.values)
-    if bad.any():
-        at = int(np.argmax(bad))
-        rule, remedy = "samples must be finite numbers", 'a mapping with gaps = "bridge" fills them'
-        raise ModelError(Problem(found.place, f"{found.values[at]} at sample {at}", rule, remedy))
+    _finite(found.place, found.values)
     return found
 
 
@@ -131,6 +127,7 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
         return Shaft(constant * time, np.full(count, constant), "the reference shaft" if speed is None else str(speed))
     found = _turning(source, speed)
     if isinstance(found, Channel):
+        _finite(f"{signal.source}: {found.name}", found.values)
         if found.quantity in ("shaft angle", "angle"):
             return Shaft(found.values, speed_of(found.values, signal.interval), found.name)
         return Shaft(angle_of(found.values, signal.interval), found.values, found.name)
@@ -178,6 +175,15 @@ def quantity(place: str, given: str | float, dimension: Dimension, dimensionless
     except PydanticCustomError as error:
         context = error.context or {}
         raise ModelError(Problem(place, shown(given), context["rule"], context["remedy"])) from None
+
+
+def _finite(place: str, values: Array) -> None:
+    """Refuse samples that are no numbers."""
+    bad = ~np.isfinite(values)
+    if bad.any():
+        at = int(np.argmax(bad))
+        rule, remedy = "samples must be finite numbers", 'a mapping with gaps = "bridge" fills them'
+        raise ModelError(Problem(place, f"{values[at]} at sample {at}", rule, remedy))
 
 
 def _of_run(run: Run, channel: str) -> Sampled:
@@ -248,8 +254,6 @@ def _turning(recording: Recording, speed: str | float | None) -> Channel | float
                 rule = f"is {found.quantity or 'of no known quantity'}; the shaft needs {listed(_TURNING)}"
                 remedy = "a mapping says what a channel is"
                 raise ModelError(Problem(f"{recording.source}: {found.name}", found.quantity, rule, remedy))
-            if not np.isfinite(found.values).all():
-                raise ModelError(Problem(f"{recording.source}: {found.name}", "nan", "samples must be finite numbers"))
             return found
         if not speed[:1].isdigit():
             rule = f"no channel and no speed; the channels are {listed(recording.names)}"

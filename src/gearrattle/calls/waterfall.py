@@ -5,6 +5,7 @@ Takes runs and recordings; gives labelled data over time or speed, and frequency
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from gearrattle.calls.sampled import Sampled, Source, quantity, required, sample
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
-from gearrattle.signals.order_tracking import TURN, Array
+from gearrattle.signals.order_tracking import TURN
 from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders
 from gearrattle.signals.waterfall import waterfall as spectra
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _PARTS = 40
-_MOST = 200_000_000  # values of a map
+_MOST = 50_000_000  # values of a map
 _SCALINGS = ("amplitude", "density")
 
 
@@ -38,7 +39,7 @@ def waterfall(
     scaling: str = "amplitude",
     highest: str | float | None = None,
     speed_step: str | float | None = None,
-    orders: Array | None = None,
+    orders: Sequence[float] | None = None,
 ) -> xr.DataArray:
     """Spectra of segments side by side.
 
@@ -53,7 +54,7 @@ def waterfall(
         highest: frequency up to which they are kept, "2 kHz" or a plain number [Hz]; None: half the rate.
         speed_step: rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: mean
             square amplitudes, mean densities.
-        orders: (o,) read along these orders instead of over frequency; NaN beyond the highest frequency.
+        orders: read along these orders instead of over frequency; NaN beyond the highest frequency.
 
     Returns:
         (time, frequency) or, gathered, (speed, frequency), or order instead of frequency, with units.
@@ -88,7 +89,7 @@ def waterfall(
     return _labelled(signal, rows, attributes, gathered=speed_step is not None, tracked=orders is not None)
 
 
-def _along(rows: Waterfall, orders: Array) -> Waterfall:
+def _along(rows: Waterfall, orders: Sequence[float]) -> Waterfall:
     """Read rows along orders, or refuse orders that no row shows."""
     wanted = np.asarray(orders, dtype=np.float64)
     if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted) & (wanted >= 0.0)):

@@ -30,7 +30,7 @@ def orders(
     *,
     speed: str | None = None,
     order: Annotated[Sequence[float], Parameter(negative="")] = (),
-    turns: int | None = None,
+    turns: int = 8,
     highest: float | None = None,
     spectra: Annotated[bool, Parameter(negative="")] = False,
     resolution: str | None = None,
@@ -53,7 +53,7 @@ def orders(
     order
         Follow this order, fitted over blocks. May be repeated. Default: a map of all.
     turns
-        Turns in a block; default: 8.
+        Turns in a block of a map of orders or a fit.
     highest
         Order up to which the map goes.
     spectra
@@ -71,7 +71,7 @@ def orders(
 
     if output is not None and (output.suffix not in _ENDINGS or output.is_dir()):
         raise ModelError(Problem("-o", f'"{output}"', "must be a file that ends in .svg or .nc"))
-    unfit = {"--order": bool(order), "--turns": turns is not None, "--highest": highest is not None}
+    unfit = {"--order": bool(order), "--highest": highest is not None}
     if spectra and any(unfit.values()):
         given = ", ".join(name for name, there in unfit.items() if there)
         raise ModelError(Problem("--spectra", given, "belongs to maps of orders", "leave one of them out"))
@@ -81,9 +81,9 @@ def orders(
     if spectra:
         told = _of_spectra(signal, channel, model, output, speed=speed, resolution=resolution, speed_step=speed_step)
     elif order:
-        told = _of_cuts(signal, channel, order, output, speed=speed, turns=turns or _MOST)
+        told = _of_cuts(signal, channel, order, output, speed=speed, turns=turns)
     else:
-        asked = {"speed": speed, "turns": turns or _MOST, "highest": highest, "speed_step": speed_step}
+        asked = {"speed": speed, "turns": turns, "highest": highest, "speed_step": speed_step}
         told = _of_map(signal, channel, output, **asked)
     _tell({**told, "output": None if output is None else str(output)}, si=_si(signal), json=json)
 
