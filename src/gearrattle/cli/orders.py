@@ -67,16 +67,8 @@ def orders(
     output
         File for the map: .svg (drawn) or .nc (its numbers).
     """
-    from gearrattle.errors import ModelError, Problem
-
-    if output is not None and (output.suffix not in _ENDINGS or output.is_dir()):
-        raise ModelError(Problem("-o", f'"{output}"', "must be a file that ends in .svg or .nc"))
-    unfit = {"--order": bool(order), "--highest": highest is not None}
-    if spectra and any(unfit.values()):
-        given = ", ".join(name for name, there in unfit.items() if there)
-        raise ModelError(Problem("--spectra", given, "belongs to maps of orders", "leave one of them out"))
-    if order and (speed_step is not None or highest is not None):
-        raise ModelError(Problem("--order", "--speed-step or --highest", "belongs to maps", "leave one of them out"))
+    unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
+    _check({name for name, given in unfit.items() if given}, spectra, output)
     signal = _opened(source)
     if spectra:
         told = _of_spectra(signal, channel, model, output, speed=speed, resolution=resolution, speed_step=speed_step)
@@ -86,6 +78,18 @@ def orders(
         asked = {"speed": speed, "turns": turns, "highest": highest, "speed_step": speed_step}
         told = _of_map(signal, channel, output, **asked)
     _tell({**told, "output": None if output is None else str(output)}, si=_si(signal), json=json)
+
+
+def _check(given: set[str], spectra: bool, output: Path | None) -> None:
+    """Refuse options that do not go together, and a file of another kind."""
+    from gearrattle.errors import ModelError, Problem
+
+    if output is not None and (output.suffix not in _ENDINGS or output.is_dir()):
+        raise ModelError(Problem("-o", f'"{output}"', "must be a file that ends in .svg or .nc"))
+    first = "--spectra" if spectra else "--order" if "--order" in given else ""
+    clash = sorted(given & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set()))
+    if clash:
+        raise ModelError(Problem(first, ", ".join(clash), "belongs to maps of orders", "leave one of them out"))
 
 
 def _opened(source: Path) -> Run | Recording:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gearrattle.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, SHADES, tint
+from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, PAPER, SHADES, tint
 from gearrattle.trajectory import Array
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
@@ -148,7 +148,8 @@ def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) ->
         layout["shapes"].append({"type": "line", **_span(rule.along, x_name, y_name, rule.at, rule.at), **look})
         if rule.label:
             layout["annotations"].append(_rule_label(rule, x_name, y_name))
-    layout["annotations"] += [_label(label, x_name, y_name) for label in panel.labels]
+    paper = {} if panel.heat is None else {"bgcolor": tint(PAPER, 0.75), "borderpad": 1}
+    layout["annotations"] += [_label(label, x_name, y_name) | paper for label in panel.labels]
 
 
 def _span(along: str, x_name: str, y_name: str, low: float | None, high: float | None) -> dict[str, Any]:
