@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost variants inputs advice forecast metrics scaling images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics scaling images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -52,6 +52,9 @@ peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs
 
 cost: $(VENV)/.package      ## what a step and a crossing cost: writes docs/reference/cost.md
 	$(PY) -m benchmarks.cost
+
+orders: $(VENV)/.package    ## spectra and orders of ten million samples: writes docs/reference/orders.md
+	$(PY) -m benchmarks.orders
 
 variants: $(VENV)/.package  ## variants of a driveline a second, on one thread and on two
 	$(PY) -m benchmarks.variants

@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from gearrattle.calls.campbell import Campbell, campbell
     from gearrattle.calls.condense import Condensed, condense
     from gearrattle.calls.contact_ratio import contact_ratio
+    from gearrattle.calls.densities import coherence, cross_psd, psd
     from gearrattle.calls.drive import drive
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.measure import metrics
+    from gearrattle.calls.orders import order_cuts, order_map
     from gearrattle.calls.read import read
     from gearrattle.calls.reduce import reduce
     from gearrattle.calls.reduction import Reduction
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.store import open_stream
     from gearrattle.calls.stream import Stream, stream
     from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
+    from gearrattle.calls.waterfall import waterfall
     from gearrattle.criteria import Verdict
     from gearrattle.identification.fit import fit
     from gearrattle.identification.fitted import Fit
@@ -120,6 +123,12 @@ _HOME = {
     "read": "calls.read",
     "write": "readers",
     "drive": "calls.drive",
+    "psd": "calls.densities",
+    "cross_psd": "calls.densities",
+    "coherence": "calls.densities",
+    "order_map": "calls.orders",
+    "order_cuts": "calls.orders",
+    "waterfall": "calls.waterfall",
     "Recording": "recording",
     "Channel": "recording",
 }
@@ -154,10 +163,12 @@ __all__ = [
     "basins",
     "bifurcation",
     "campbell",
+    "coherence",
     "compare",
     "condense",
     "contact_ratio",
     "criteria",
+    "cross_psd",
     "drive",
     "equilibrium",
     "fit",
@@ -174,6 +185,9 @@ __all__ = [
     "open_stream",
     "open_study",
     "optimize",
+    "order_cuts",
+    "order_map",
+    "psd",
     "rattle_probability",
     "read",
     "reduce",
@@ -186,6 +200,7 @@ __all__ = [
     "stream",
     "study",
     "torque_angle",
+    "waterfall",
     "write",
 ]
 

@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from gearrattle import report
+from gearrattle import load, report
+from gearrattle.pipeline import run as pipeline
 from tests import synthetic
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [
@@ -54,3 +57,15 @@ def test_it_prints(page: Path, tmp_path: Path) -> None:
         assert "Double-sided rattle" in words
         assert words.count("time / T [cycles]") == 6
         assert "density at its peak" in words
+
+
+def test_the_maps_of_a_run_up_come_alive(tmp_path: Path) -> None:
+    found = pipeline(load(EXAMPLES / "run_up.toml"), cycles=16)
+    done = browse(report.write(found, tmp_path / "report"), tmp_path / "profile", "--dump-dom")
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    drawn = re.search(r'<figure[^>]*data-key="run_up_spectra"[^>]*class="([^"]*)"', done.stdout)
+    assert drawn is not None
+    assert "drawn" in drawn[1]
+    bodies = len(found.run.trajectory.layout.inertia_names)
+    assert len(re.findall(r'class="hm"', done.stdout)) == bodies  # plotly's heat maps
+    assert done.stdout.count("data:image/png") >= bodies

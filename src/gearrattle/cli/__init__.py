@@ -30,6 +30,7 @@ COMMANDS = {
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
+    "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),

@@ -18,6 +18,7 @@ from gearrattle.plots.impacts import impacts
 from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.metrics import rattle_metrics
 from gearrattle.plots.phase_plane import phase_plane
+from gearrattle.plots.run_ups import run_up_orders, run_up_spectra
 from gearrattle.plots.spectra import spectra
 from gearrattle.plots.static import draw
 from gearrattle.plots.torque_angle import torque_angles
@@ -34,6 +35,8 @@ FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
     torque_angles,
     spectra,
     rattle_metrics,
+    run_up_spectra,
+    run_up_orders,
 )
 """Every figure of the report, in reading order."""
 

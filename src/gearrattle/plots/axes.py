@@ -60,12 +60,14 @@ class Axis:
 def limits(panel: Panel) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the limits of both axes: the panel's own, or those of what it holds with a margin above and below."""
     x = [line.x for line in panel.lines] + [bars.edges for bars in panel.bars]
+    x += [np.array(panel.heat.x_range)] if panel.heat else []
     x += [edge for cells in panel.cells for edge in (cells.left, cells.right)]
     y = [line.y for line in panel.lines]
     y += [edge for cells in panel.cells for edge in (cells.low, cells.high)]
     y += [bars.heights + (0.0 if bars.base is None else bars.base) for bars in panel.bars]
     floor = 0.0 if panel.bars else None
-    return panel.x_range or _fit(x, None, 0.0), panel.y_range or _fit(y, floor, 0.06)
+    heat = panel.heat.y_range if panel.heat else None
+    return panel.x_range or _fit(x, None, 0.0), panel.y_range or heat or _fit(y, floor, 0.06)
 
 
 def _fit(values: list[Array], floor: float | None, margin: float) -> tuple[float, float]:

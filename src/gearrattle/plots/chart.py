@@ -79,6 +79,25 @@ class Cells:
 
 
 @dataclass(frozen=True)
+class Heat:
+    """A map of numbers over equal cells, in shades from ``low`` to ``high`` (``palette.shade``).
+
+    Attributes:
+        x_range, y_range: outer edges of the map, in the units of the axes.
+        values: (rows, columns), the first row lowest; NaN leaves a cell empty.
+        low, high: what the ends of the shades stand for; beyond them the end's shade is drawn.
+        name: what the numbers are, with their unit, for hovering.
+    """
+
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+    values: Array
+    low: float
+    high: float
+    name: str
+
+
+@dataclass(frozen=True)
 class Band:
     """A shaded strip across a panel, between ``low`` and ``high`` on the axis ``along``; None reaches the edge."""
 
@@ -126,7 +145,8 @@ class Panel:
         title: what is drawn, e.g. the name of the body.
         unit: unit of the upright axis, printed after the title.
         x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
-        lines, bars, cells, bands, rules, labels: what it holds, drawn from bands and cells to lines and labels.
+        heat, lines, bars, cells, bands, rules, labels: what it holds, drawn from the heat, bands and cells to lines and
+            labels.
         x_range, y_range: limits; None fits the data.
         x_log, y_log: whether the level, the upright axis is logarithmic.
         x_ticks, y_ticks: where the axes are labelled, and how; empty: at round values.
@@ -149,6 +169,7 @@ class Panel:
     x_ticks: tuple[tuple[float, str], ...] = ()
     y_ticks: tuple[tuple[float, str], ...] = ()
     note: str = ""
+    heat: Heat | None = None
 
 
 @dataclass(frozen=True)

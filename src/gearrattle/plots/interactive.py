@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.plots.chart import Bars, Cells, Chart, Label, Line, Panel, Rule
+from gearrattle.plots.chart import Bars, Cells, Chart, Heat, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, tint
+from gearrattle.plots.palette import ACCENT, CENTRE, FAINT, INK, MUTED, PAPER, SHADES, tint
 from gearrattle.trajectory import Array
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
@@ -56,6 +56,7 @@ def plotly_figure(chart: Chart) -> dict[str, Any]:
     for index, panel in enumerate(chart.panels):
         _lay_out(layout, chart, index, inner, gap)
         _decorate(layout, panel, _axis("x", index), _axis("y", index))
+        data += [_heat(panel.heat, index)] if panel.heat else []
         data += [_cells(cells, index) for cells in panel.cells]
         data += [_bars(bars, index) for bars in panel.bars]
         data += [_line(line, index) for line in panel.lines]
@@ -147,7 +148,8 @@ def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) ->
         layout["shapes"].append({"type": "line", **_span(rule.along, x_name, y_name, rule.at, rule.at), **look})
         if rule.label:
             layout["annotations"].append(_rule_label(rule, x_name, y_name))
-    layout["annotations"] += [_label(label, x_name, y_name) for label in panel.labels]
+    paper = {} if panel.heat is None else {"bgcolor": tint(PAPER, 0.75), "borderpad": 1}
+    layout["annotations"] += [_label(label, x_name, y_name) | paper for label in panel.labels]
 
 
 def _span(along: str, x_name: str, y_name: str, low: float | None, high: float | None) -> dict[str, Any]:
@@ -212,6 +214,30 @@ def _bars(bars: Bars, index: int) -> dict[str, Any]:
         "xaxis": _axis("x", index),
         "yaxis": _axis("y", index),
         "hovertemplate": "%{x:.3~g}: %{y:.3~g}<extra>" + bars.name + "</extra>",
+    }
+
+
+def _heat(heat: Heat, index: int) -> dict[str, Any]:
+    """Write a map of numbers; cells are named by their middles."""
+    rows, columns = heat.values.shape
+    (left, right), (low, high) = heat.x_range, heat.y_range
+    width, height = (right - left) / columns, (high - low) / rows
+    return {
+        "type": "heatmap",
+        "name": heat.name,
+        "z": {**_packed(heat.values, "f4"), "shape": f"{rows}, {columns}"},
+        "x0": left + 0.5 * width,
+        "dx": width,
+        "y0": low + 0.5 * height,
+        "dy": height,
+        "zmin": heat.low,
+        "zmax": heat.high,
+        "colorscale": [[k / (len(SHADES) - 1), colour] for k, colour in enumerate(SHADES)],
+        "showscale": False,
+        "hoverongaps": False,
+        "xaxis": _axis("x", index),
+        "yaxis": _axis("y", index),
+        "hovertemplate": "%{x:.4~g}, %{y:.4~g}: %{z:.3~g}<extra>" + heat.name + "</extra>",
     }
 
 

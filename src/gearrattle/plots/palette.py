@@ -30,6 +30,22 @@ REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
 """Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
 
 
+SHADES = (
+    "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+)  # fmt: skip
+"""Equal steps of a map from its lowest to its highest number: cividis, whose lightness rises evenly for every form of
+colour vision (J. R. Nunez, C. R. Anderton, R. S. Renslow 2018, PLoS ONE 13, e0199239)."""
+
+
+def shade(share: float) -> str:
+    """Return the colour of a share from 0 to 1 of a map's range, straight between ``SHADES``."""
+    place = min(max(share, 0.0), 1.0) * (len(SHADES) - 1)
+    first = min(int(place), len(SHADES) - 2)
+    part = place - first
+    pairs = ((int(SHADES[first][k : k + 2], 16), int(SHADES[first + 1][k : k + 2], 16)) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(a + part * (b - a)):02x}" for a, b in pairs)
+
+
 def tint(colour: str, opacity: float) -> str:
     """Return a colour ``"#rrggbb"`` as a CSS ``rgba`` of the given opacity between 0 and 1."""
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))

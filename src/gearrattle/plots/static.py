@@ -16,6 +16,7 @@ from gearrattle.plots.axes import Axis, limits
 from gearrattle.plots.chart import Band, Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import FAINT, INK, MUTED, PAPER
+from gearrattle.plots.raster import raster
 from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
@@ -72,8 +73,10 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float, *
     x, y = Axis(*x_limits, 0.0, width, panel.x_log), Axis(*y_limits, height, 0.0, panel.y_log)
     x_ticks = panel.x_ticks or tuple((v, numeral(v, 6)) for v in x.ticks())
     y_ticks = panel.y_ticks or tuple((v, numeral(v)) for v in y.ticks())
-    inside = [_band(band, x, y) for band in panel.bands]
-    inside += [f'<path d="M0 {y.at(np.array(v)):.1f}h{width:.1f}" stroke="{FAINT}"/>' for v, _ in y_ticks]
+    inside = [raster(panel.heat, x, y)] if panel.heat else []
+    inside += [_band(band, x, y) for band in panel.bands]
+    if not panel.heat:
+        inside += [f'<path d="M0 {y.at(np.array(v)):.1f}h{width:.1f}" stroke="{FAINT}"/>' for v, _ in y_ticks]
     inside += [_cells(cells, x, y) for cells in panel.cells]
     inside += [_rule(rule, x, y) for rule in panel.rules]
     inside += [_bars(bars, x, y) for bars in panel.bars]

@@ -1,0 +1,41 @@
+"""Orders of a run-up, simulated and as a rig would measure them: the same numbers by two routes.
+
+The five-speed transmission runs up from 800 to 3000 rpm. Its flywheel sees torques of orders 2, 4 and 6 only, so their
+orders are known in advance: J times the acceleration's amplitude is nearly the torque's, as the damper is soft.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import gearrattle as gr
+
+root = next(p for p in Path(__file__).resolve().parents if (p / "examples").is_dir())
+model = gr.load(root / "examples" / "run_up.toml")
+run = gr.simulate(model)
+
+cuts = gr.order_cuts(run, "acceleration.flywheel", [2, 4, 6], turns=4, over="speed")
+rpm = cuts.speed * 30.0 / np.pi
+torque = 0.15 * cuts.amplitude.sel(order=2)
+given = np.interp(rpm, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0])
+for n, found, wanted in list(zip(rpm.values, torque.values, given, strict=True))[::6]:
+    print(f"{n:6.0f} rpm: order 2 of the inertia torque {found:5.2f} N m, of the applied torque {wanted:5.2f} N m")
+assert float(abs(torque / given - 1.0).max()) < 0.02
+
+# The same motion as a rig's record: an acceleration and a speed, resampled over the shaft's angle.
+time = run.trajectory.time
+record = gr.Recording(
+    time,
+    (
+        gr.Channel("a", "acceleration", "flywheel", "rad/s^2", run.trajectory.acceleration[:, 0]),
+        gr.Channel("n", "speed", "", "rad/s", run.speed),
+    ),
+    "rig",
+)
+found = gr.order_map(record, "acceleration.flywheel", turns=4, over="speed")
+same = found.amplitude.sel(order=[2.0, 4.0]).interp(speed=cuts.speed.values[1:-1])
+assert float(abs(same.values / cuts.amplitude.sel(order=[2.0, 4.0]).values[1:-1] - 1.0).max()) < 0.02
+
+spectra = gr.waterfall(run, "acceleration.fifth_gear", speed_step="100 rpm")
+print(f"waterfall of a rattling gear: {dict(spectra.sizes)}, bins of {spectra.attrs['resolution']:.3g} Hz")
+print(spectra.attrs["notes"])
