@@ -59,6 +59,7 @@ if TYPE_CHECKING:
         sensitivities,
         study,
     )
+    from gearrattle.validation import Validation, validate
 
 _HOME = {
     "Model": "model",
@@ -100,6 +101,8 @@ _HOME = {
     "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
+    "validate": "validation",
+    "Validation": "validation",
     "Fit": "identification.fitted",
     "stream": "calls.stream",
     "Stream": "calls.stream",
@@ -136,6 +139,7 @@ __all__ = [
     "Stiffness",
     "Stream",
     "TorqueAngle",
+    "Validation",
     "Verdict",
     "advise",
     "basins",
@@ -169,6 +173,7 @@ __all__ = [
     "stream",
     "study",
     "torque_angle",
+    "validate",
     "write",
 ]
 
