@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gearrattle.signals.conditioning import resample
 from gearrattle.trajectory import Array
 from gearrattle.validation.cycles import Cycles, Setting, Source, cut
 from gearrattle.validation.levels import levels_of, log_errors
@@ -66,14 +67,12 @@ def between_samples(source: Source, cycles: Cycles, setting: Setting) -> Array:
 
 def _finer(source: Source, cycles: Cycles, setting: Setting, end: float) -> Cycles:
     """Cut a record on a finer grid within the band of the coarse one."""
-    from gearrattle.signals.conditioning import resample
-
     count = int(np.floor((end - cycles.start) / cycles.period))
     grid = cycles.start + cycles.period * np.arange(count * setting.samples) / setting.samples
     grid = np.clip(grid, source.first, source.last)
     rate = cycles.rate
-    columns = [resample(values, source.interval, source.first, grid, rate) for values in source.values.T]
-    values = np.stack([column - column.mean() for column in columns], axis=1).reshape(count, setting.samples, -1)
+    found = resample(source.values, source.interval, source.first, grid, rate)
+    values = (found - found.mean(axis=0)).reshape(count, setting.samples, -1)
     return Cycles(values, values, cycles.start, cycles.period)
 
 

@@ -22,13 +22,14 @@ from gearrattle.validation.cycles import Cycles, Setting, Source, cut, samples_f
 from gearrattle.validation.impacts import compare_impacts
 from gearrattle.validation.pairing import Pairing, paired
 from gearrattle.validation.parameters import standard_errors, uncertainty
-from gearrattle.validation.record import Clock, Pair, Validation
+from gearrattle.validation.record import Clock, Level, Pair, Validation
 from gearrattle.validation.scatter import Draws, draws
 from gearrattle.validation.simulated import recorded
 from gearrattle.validation.verdict import findings_of, verdict_of
 from gearrattle.validation.wanted import Wanted
 
 _ROUNDS = 4
+_FOLDED = 5.0  # %: more is told
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
 
@@ -253,6 +254,17 @@ def _notes(matter: _Matter, told: Clock, pairs: tuple[Pair, ...]) -> list[str]:
     inverted = [pair.name for pair in pairs if pair.agreement < -0.5]
     if inverted:
         notes.append(f"{listed(inverted)}: the mean cycle is that of the simulation with its sign turned")
+    folded = [pair.name for pair in pairs if any(_grid(level) > _FOLDED for level in pair.levels)]
+    if folded:
+        notes.append(
+            f"{listed(folded)}: the run's output grid is too coarse, on half of it levels change by more than "
+            f"{_FOLDED:g} %; raise samples_per_cycle"
+        )
     if told.rival > 0.95 * told.agreement:
         notes.append(f"clock: a delay elsewhere agrees nearly as well ({told.rival:.4g})")
     return notes
+
+
+def _grid(level: Level) -> float:
+    """What the output grid adds to the uncertainty of a level [%]."""
+    return next(each.value for each in level.budget if each.source == "output grid")

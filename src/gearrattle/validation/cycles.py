@@ -157,8 +157,7 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
     grid = np.clip(begin + step * (np.arange(total) - before), source.first, source.last)
     used = slice(before, before + count * setting.samples)
     kept, treated = [], []
-    for values in source.values.T:
-        near = resample(values, source.interval, source.first, grid, 1.0 / step)
+    for near in resample(source.values, source.interval, source.first, grid, 1.0 / step).T:
         kept.append(near[used])
         band = filtered(near, 1.0 / step, "highpass", (setting.lowest,), _HIGH_PASS) if setting.lowest else near
         treated.append(_levelled(grid[used], band[used], setting.trend))
