@@ -35,22 +35,23 @@ def sigma_chart(found: Validation) -> Chart:
     at = np.arange(len(rows), dtype=np.float64)
     sigma, low, high = (np.array([getattr(level, key) for _, level in rows]) for key in ("sigma", "low", "high"))
     expanded = np.nan_to_num(np.array([level.expanded for _, level in rows]))
-    most = 1.15 * max(1e-9, float(np.nanmax(np.abs([*low, *high, *expanded]), initial=0.0)))
-    most = min(most, 1.15 * max(1e-9, 3.0 * float(np.nanmax(np.abs(sigma), initial=0.0)), 110.0))
+    widest = float(np.nanmax(np.abs([*low, *high]), initial=1e-9))
+    most = 1.15 * max(widest, min(2.0 * widest, float(expanded.max(initial=0.0))))
+    grey = np.minimum(expanded, most)
     off = np.array([not level.by_chance for _, level in rows])
     lines = [_bars(low, high, at, "95 % interval", INK)]
     for colour, chosen, name in ((DRIVE, ~off, "within chance"), (COAST, off, "more than chance")):
         lines.append(Line(sigma[chosen], at[chosen], name, colour, mark="points", width=8.0))
     panel = Panel(
         "sigma", "%", "(measured − simulated) / measured, %", tuple(lines),
-        cells=(Cells(-expanded, expanded, at - 0.34, at + 0.34, "error budget", "#e6ebf0"),),
+        cells=(Cells(-grey, grey, at - 0.34, at + 0.34, "error budget", "#e6ebf0"),),
         rules=(Rule(0.0, "x", CENTRE, dashed=False),), x_range=(-most, most), y_range=(-0.6, len(rows) - 0.4),
         y_ticks=tuple((float(k), "") for k in at),
     )  # fmt: skip
     panel = _named(panel, [name for name, _ in rows])
     caption = (
         "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
-        "from the scatter of the cycles; grey: what the error budget allows."
+        "from the scatter of the cycles; grey: what the error budget allows, cut at the edge."
     )
     legend = (Key("within chance", DRIVE), Key("more than chance", COAST), Key("error budget", "#e6ebf0"))
     return Chart("sigma", "Levels", caption, (panel,), panel_height=_ROW * len(rows) + 14, legend=legend)
@@ -159,7 +160,9 @@ def _grid(found: Validation, words: tuple[str, str, str], draw: Callable[[Valida
 
 
 def _left(count: int, drawn: int) -> str:
-    return f" {count - drawn} more channels are not drawn." if count > drawn else ""
+    if count <= drawn:
+        return ""
+    return f" {count - drawn} more {'channel is' if count == drawn + 1 else 'channels are'} not drawn."
 
 
 def _cycle(_found: Validation, pair: Pair) -> Panel:
@@ -195,7 +198,7 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
         lines.append(_upright(low, high, at, colour))
         lines.append(Line(at, factor * np.maximum(size, floor), name, colour, mark="points", width=6.5))
     every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
-    bottom, top = 10.0 ** np.floor(np.log10(every.min())), 10.0 ** np.ceil(np.log10(every.max()))
+    bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
     return Panel(
         pair.name, unit, "order", tuple(lines), y_log=True, y_range=(float(bottom), float(max(top, 10.0 * bottom))),
         x_range=(0.0, 1.05 * float(order[-1]) + away),

@@ -17,7 +17,7 @@ def levels_table(found: Validation) -> Table:
     head = ("channel", "level", "unit", "measured", "simulated", "sigma, %", "95 % interval", "budget, %", "verdict")
     rows = tuple(
         (
-            pair.name, level.measure, pair.unit, numeral(level.measured), numeral(level.simulated),
+            pair.name, _unbroken(level.measure), pair.unit, numeral(level.measured), numeral(level.simulated),
             numeral(level.sigma, 3), _span(level.low, level.high), f"± {numeral(level.expanded, 3)}", _verdict(level),
         )
         for pair in found.pairs
@@ -47,7 +47,7 @@ def budget_table(found: Validation) -> Table:
     head = ("channel", "level", *sources, "expanded", "sigma", "remainder")
     rows = tuple(
         (
-            pair.name, level.measure, *(_percent(each.value) for each in level.budget),
+            pair.name, _unbroken(level.measure), *(_percent(each.value) for each in level.budget),
             *(_percent(value) for value in (level.expanded, level.sigma, level.remainder)),
         )
         for pair in found.pairs
@@ -121,6 +121,10 @@ def setting_table(found: Validation) -> Table:
         ("simulated, not measured", ", ".join(found.unmatched_simulated) or "–"),
     ]
     return Table(("", ""), tuple(rows), frozenset({0, 1}))
+
+
+def _unbroken(words: str) -> str:
+    return words.replace("-", "\u2011")
 
 
 def _percent(value: float) -> str:

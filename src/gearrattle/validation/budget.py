@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.signals.conditioning import resample
 from gearrattle.trajectory import Array
-from gearrattle.validation.cycles import Cycles, Setting, Source, cut
+from gearrattle.validation.cycles import FEWEST_SAMPLES, Cycles, Setting, Source, cut
 from gearrattle.validation.levels import levels_of, log_errors
 from gearrattle.validation.record import Contribution, Level
 from gearrattle.validation.scatter import Draws, factor
@@ -83,7 +83,7 @@ def half_grid(source: Source, cycles: Cycles, setting: Setting, bounds: tuple[fl
     """
     thin = source.thinned()
     part = replace(setting, samples=min(setting.samples, int(cycles.period / thin.interval + 1e-6)))
-    if part.samples < 8:
+    if part.samples < FEWEST_SAMPLES:
         return np.full((2, source.values.shape[1]), np.nan)
     ends = max(bounds[0], cycles.start), bounds[1]
     whole, half = (cut(each, cycles.period, part, ends, whole_start=True) for each in (source, thin))
@@ -135,7 +135,9 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
     reach = float(factor((relative[0], relative[1]), known.freedoms)) * float(np.hypot(scatter[0], scatter[1]))
     expanded = float(np.hypot(reach, NORMAL * np.sqrt(np.sum(np.square(others)))))
     beyond = max(0.0, abs(level.sigma) - expanded) if np.isfinite(level.sigma) else float("nan")
-    return replace(level, budget=tuple(rows), expanded=expanded, remainder=float(np.copysign(beyond, level.sigma)))
+    return replace(
+        level, budget=tuple(rows), expanded=expanded, remainder=float(np.copysign(beyond, level.sigma)) + 0.0
+    )
 
 
 def _noise(level: Level, noise: float, samples: int) -> Contribution:

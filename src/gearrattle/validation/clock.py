@@ -23,7 +23,8 @@ from gearrattle.trajectory import Array
 LEAST = 0.5
 """A correlation below it sets no clock."""
 _FINER = 16  # grid points of a delay on the shortest wave
-_TURNED = 0.1  # rad over the whole record: less is no other speed
+_TURNED = 0.01  # rad over the whole record: less is no other speed
+_SURE = 5.0  # standard errors
 _SHARE = 0.05  # of the power, that a line needs to tell the speed
 
 Complex = NDArray[np.complex128]
@@ -87,17 +88,18 @@ def step(cross: Complex, delay: float, period: float) -> Array:
     return np.asarray(np.where(bend > 0.0, slope / np.where(bend > 0.0, bend, 1.0), 0.0))
 
 
-def period_by_clock(amplitudes: Complex, power: float, period: float) -> float:
+def period_by_clock(amplitudes: Complex, power: float, period: float, *, refine: bool = False) -> float:
     """Return how long a cycle is by the clock of a record.
 
     Args:
         amplitudes: (N, K) lines of every cycle of a channel, cut at ``period``.
         power: mean square of the channel.
         period: assumed [s].
+        refine: whether it is known already that the record has its own.
 
     Returns:
         ``period`` itself where no line tells another one: less than 5 % of the power in any, a turn of less than a
-        tenth of a radian over the record, or one within three times its standard error.
+        hundredth of a radian over the record, or one within five times its standard error.
     """
     count = len(amplitudes)
     line = int(np.argmax(np.mean(np.abs(amplitudes) ** 2, axis=0)))
@@ -112,6 +114,6 @@ def period_by_clock(amplitudes: Complex, power: float, period: float) -> float:
     fine = float(at @ left / (at @ at))
     error = float(np.sqrt(np.sum((left - left.mean() - fine * at) ** 2) / max(count - 2, 1) / (at @ at)))
     turn += fine
-    if abs(turn) * count < _TURNED or abs(turn) < 3.0 * error:
+    if not refine and (abs(turn) * count < _TURNED or abs(turn) < _SURE * error):
         return period
     return period / (1.0 + turn / (2.0 * np.pi * (line + 1)))

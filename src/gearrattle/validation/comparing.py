@@ -29,6 +29,7 @@ from gearrattle.validation.verdict import findings_of, verdict_of
 from gearrattle.validation.wanted import Wanted
 
 _ROUNDS = 4
+_AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
 _FOLDED = 5.0  # %: more is told
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
@@ -98,7 +99,7 @@ def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tu
     period = run.trajectory.layout.period
     low, high = wanted.band
     setting = Setting(samples_for((measured, simulated), period, high), low, wanted.trend)
-    top = PASSED * setting.samples / period if high is None else high
+    top = PASSED * setting.samples / period
     if not low < top:
         raise ModelError(Problem("band", f"from {low:g} Hz", f"must begin below {top:.6g} Hz, where it ends"))
     steady = run.trajectory.discard * period, simulated.last
@@ -132,7 +133,7 @@ def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -
         power = np.mean(cycles.values**2, axis=(0, 1))
         strongest = np.max(np.mean(np.abs(found) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
         c = int(np.argmax(strongest))
-        by_own = clock.period_by_clock(found[:, :, c], float(power[c]), cycles.period)
+        by_own = clock.period_by_clock(found[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period)
         if by_own == cycles.period:
             break
         cycles = cut(source, by_own, setting, bounds, whole_start=False)
@@ -161,12 +162,14 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     for c in [names.index(wanted.clock_by)] if wanted.clock_by else range(len(names)):
         used = clock.chosen_lines(x[:, c], z[:, c], wanted.clock)
         tried.append((clock.delay_of(x[:, c], z[:, c], period, used), c, used))
-    best, c, used = max(tried, key=lambda each: each[0].agreement)
+    highest = max(each[0].agreement for each in tried)
+    near = [each for each in tried if each[0].agreement >= highest - _AS_GOOD]
+    timed = [(orders.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
+    each, best, c = min(timed, key=lambda one: float(np.std(one[0])))
     if best.agreement < clock.LEAST and wanted.clock == "cycle":
         rule = f"the mean cycles do not agree at any delay: a correlation of {clock.LEAST:g} is needed"
         remedy = 'check sign, unit and speed; clock = "none" if the clocks are one: phases then mean nothing else'
         raise ModelError(Problem(f"clock: {names[c]}", f"a correlation of {best.agreement:.3g}", rule, remedy))
-    each = orders.delays(own[1], own[0], c, used, (best.delay, period))
     error = float(np.hypot(*(one.error(each) for one in drawn)) / np.sqrt(2.0))
     told = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
     return told, (orders.moved(own[0], best.delay, each, period), own[1])

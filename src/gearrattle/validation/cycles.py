@@ -21,9 +21,11 @@ from gearrattle.trajectory import Array
 
 FEWEST = 8
 """Cycles: with fewer, scatter cannot be told. The paper's levels are of a span of eight."""
+FEWEST_SAMPLES = 4
 _KERNEL = 30.0  # samples at the new rate that the windowed sinc reaches to either side
 _SETTLED = 1.5  # periods of a high pass after which its start is forgotten
 _HIGH_PASS = 4
+_ROUNDING = 1e-12  # of a signal: what is left without its trend, if no more, is none
 
 
 @dataclass(frozen=True)
@@ -170,11 +172,16 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
 def _levelled(time: Array, values: Array, trend: str) -> Array:
     if trend == "none":
         return values
-    return detrended(time, values, 0 if trend == "mean" else 1)
+    left = detrended(time, values, 0 if trend == "mean" else 1)
+    rest = float(np.max(np.abs(left))) <= _ROUNDING * float(np.max(np.abs(values)))
+    return np.zeros(left.size) if rest else left
 
 
 def samples_for(sources: tuple[Source, Source], period: float, highest: float | None) -> int:
     """Return how many samples a cycle gets: as many as both records have, or what a highest frequency needs.
+
+    The band then ends at 0.4 of these over the period, which is at the highest frequency or, as their number is whole,
+    somewhat above it.
 
     Raises:
         ModelError: a record too coarse for eight samples in a cycle, or for the frequency wanted.
@@ -186,7 +193,7 @@ def samples_for(sources: tuple[Source, Source], period: float, highest: float | 
         raise ModelError(Problem(coarser.name, found, "at least 8 samples in a cycle are needed"))
     if highest is None:
         return most
-    wanted = max(8, int(np.ceil(highest * period / PASSED - 1e-9)))
+    wanted = max(FEWEST_SAMPLES, int(np.ceil(highest * period / PASSED - 1e-9)))
     if wanted > most:
         top = PASSED * most / period
         rule = f"must be at most {top:.6g} Hz, 0.4 of the rate of {coarser.name}"

@@ -23,6 +23,7 @@ from gearrattle.validation.cycles import Cycles
 from gearrattle.validation.record import Band
 
 _LONGEST, _SEGMENTS = 8, 4
+_ROUNDING = 1e-12  # of the power: a band with less on both sides is left out
 _HANN = (1.0, 4.0 / 9.0, 1.0 / 36.0)  # squared correlations of bins 0, 1, 2 apart
 
 
@@ -71,6 +72,7 @@ def compare_bands(spectra: tuple[Spectrum, Spectrum], band: tuple[float, float])
     first = max(band[0], 0.75 * float(frequency[1]))
     edges = first * 2.0 ** (np.arange(int(np.ceil(3.0 * np.log2(band[1] / first))) + 1) / 3.0)
     edges[-1] = band[1] * (1.0 + 1e-9)
+    whole = [each.density[frequency <= band[1]].sum(axis=0) for each in spectra]
     found: list[list[Band]] = [[] for _ in range(measured.density.shape[1])]
     for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         inside = (frequency >= low) & (frequency < high)
@@ -79,10 +81,13 @@ def compare_bands(spectra: tuple[Spectrum, Spectrum], band: tuple[float, float])
         for c, rows in enumerate(found):
             one, other = measured.density[inside, c], simulated.density[inside, c]
             power = float(one.sum()), float(other.sum())
-            if min(power) <= 0.0:
+            share = max(
+                part / float(all_of[c]) if all_of[c] > 0.0 else 0.0 for part, all_of in zip(power, whole, strict=True)
+            )
+            if min(power) <= 0.0 or share < _ROUNDING:
                 continue
             n = averages(one, measured.segments), averages(other, simulated.segments)
             ratio = power[0] / power[1]
             middle, least, most = (float(10.0 * np.log10(each)) for each in (ratio, *limits(ratio, *n)))
-            rows.append(Band(low, min(high, band[1]), middle, least, most, *n))
+            rows.append(Band(low, min(high, band[1]), middle, least, most, *n, share))
     return [tuple(rows) for rows in found]

@@ -78,7 +78,7 @@ def compare_impacts(
     found = []
     for k, name in enumerate(names):
         exact = np.histogram(impacts.of(k).time, edges)[0].astype(np.float64)
-        error = float(draws[1].error(draws[1].means(exact)))
+        error = float(draws[1].error(draws[1].means(exact))) if np.ptp(exact) else 0.0
         if name not in counted:
             nan = float("nan")
             measurable = any(subject == name for _, subject in countable.values())
@@ -93,7 +93,7 @@ def compare_impacts(
         apart = float(one.mean() - other.mean())
         words = (
             f"passings of {threshold:g} {channels[i].unit} by |{channels[i].name}|, counted again after a fall of "
-            f"{FALLEN_BACK:.0%}, in both"
+            f"{100.0 * FALLEN_BACK:g} %, in both"
         )
         rates = float(exact.mean()), error, channels[i].name, threshold, float(one.mean()), float(other.mean())
         found.append(Impacts(name, *rates, apart - reach, apart + reach, words))

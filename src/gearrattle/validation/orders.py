@@ -24,6 +24,7 @@ MOST = 12
 """Orders told of a channel: the strongest."""
 _PRESENT = 3.0  # standard errors
 _SMALL = 0.01  # of the strongest line
+_ROUNDING = 1e-9  # of the strongest line: less is none
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,8 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     found = []
     for c in range(measured.mean.shape[1]):
         one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
-        there = one > _PRESENT * errors[0][:, c], other > _PRESENT * errors[1][:, c]
+        floor = _ROUNDING * max(float(one.max(initial=0.0)), float(other.max(initial=0.0)))
+        there = one > _PRESENT * errors[0][:, c] + floor, other > _PRESENT * errors[1][:, c] + floor
         size = np.maximum(np.where(there[0], one, 0.0), np.where(there[1], other, 0.0))
         strongest = np.argsort(-size, kind="stable")[:MOST]
         rows = []

@@ -111,6 +111,7 @@ class Band(Record):
         decibels: 10 lg of measured over simulated power.
         least, most: 95 % limits of that by the F distribution [dB].
         averages_measured, averages_simulated: equivalent numbers of independent averages behind each.
+        share: of the channel's power that lies in the band, measured or simulated, whichever is more.
     """
 
     low: float
@@ -120,6 +121,7 @@ class Band(Record):
     most: float
     averages_measured: float
     averages_simulated: float
+    share: float
 
     @property
     def by_chance(self) -> bool:

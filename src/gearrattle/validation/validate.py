@@ -50,11 +50,12 @@ def validate(
         measurement: a recording, or whatever ``read`` takes.
         match: simulated channels by measured ones, {"a3": "acceleration.hub"}; others go by quantity and subject.
         start, end: part of the measured record that counts, by its clock [s]; default: all of it.
-        band: lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate.
+        band: lowest and highest frequency [Hz]; 0 and None: no high pass, and up to 0.4 of the coarser rate. The
+            highest is rounded up to whole samples a cycle; ``Validation.band`` tells it.
         trend: "mean" or "linear" is taken away from both, "none" from neither.
         clock: how the clocks are made one: "cycle" (correlation of the mean cycles), "phase" (that of the strongest
             order), "none", or the delay to be added to the measured times [s].
-        clock_by: measured channel that sets the clock; default: the one that agrees best.
+        clock_by: measured channel that sets the clock; default: of those that agree best the one that scatters least.
         thresholds: of the force or deflection of clearances, where impacts are counted, by clearance or channel [SI].
         noise: rms of the measuring noise by measured channel, in its SI unit.
         calibration: standard uncertainty of the calibration [%], of all or by measured channel.

@@ -11,6 +11,8 @@ import numpy as np
 
 from gearrattle.validation.record import Clock, Impacts, Level, Order, Pair
 
+_LOUD = 1e-3  # share of a channel's power from which on a band is named
+
 
 def verdict_of(pairs: Sequence[Pair]) -> str:
     """Return one sentence on all channels."""
@@ -56,9 +58,14 @@ def _of_pair(pair: Pair) -> Iterator[str]:
         yield f"{pair.name}: order {order.order:g} is simulated and lost in the measured scatter."
     outside = [band for band in pair.bands if not band.by_chance]
     if outside:
-        band = max(outside, key=lambda each: abs(each.decibels))
+        loud = [band for band in outside if band.share >= _LOUD]
+        words = f"{pair.name}: {len(outside)} of {len(pair.bands)} bands lie outside their limits"
+        if not loud:
+            yield f"{words}, none of them with {100.0 * _LOUD:g} % of its power."
+            return
+        band = max(loud, key=lambda each: abs(each.decibels))
         yield (
-            f"{pair.name}: {len(outside)} of {len(pair.bands)} bands lie outside their limits, most that of "
+            f"{words}, {len(loud)} of them with {100.0 * _LOUD:g} % of its power or more, most "
             f"{band.low:.4g} to {band.high:.4g} Hz: {band.decibels:+.2g} dB measured over simulated."
         )
 
