@@ -142,7 +142,7 @@ def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -
 
 def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
     generator = np.random.default_rng(seed)
-    first, second = (draws(levels.mean_squares(each), generator) for each in cycles)
+    first, second = (draws(levels.mean_squares(each), generator, lines=orders.strong(each)) for each in cycles)
     return first, second
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.signals import Spectrum
 from gearrattle.trajectory import Array
 from gearrattle.validation.cycles import Cycles
+from gearrattle.validation.densities import Segments
 from gearrattle.validation.record import Curves
 
 
-def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Spectrum, Spectrum], delay: float) -> list[Curves]:
+def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments], delay: float) -> list[Curves]:
     """Return the curves of every channel.
 
     Args:

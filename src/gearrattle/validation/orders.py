@@ -23,6 +23,7 @@ from gearrattle.validation.scatter import Draws, factor
 MOST = 12
 """Orders told of a channel: the strongest."""
 _PRESENT = 3.0  # standard errors
+_STRONG = 3
 _SMALL = 0.01  # of the strongest line
 _ROUNDING = 1e-9  # of the strongest line: less is none
 
@@ -55,6 +56,17 @@ class Lines:
         size = np.abs(self.mean)
         direction = np.where(size > 0.0, self.mean / np.where(size > 0.0, size, 1.0), 1.0)
         return np.asarray((self.replicates - self.mean) * np.conj(direction))
+
+
+def strong(cycles: Cycles) -> Array:
+    """(N, L) size of the three strongest lines of every channel in every cycle, along their mean direction."""
+    each = cycles.amplitudes()
+    mean = each.mean(axis=0)
+    found = []
+    for c in range(mean.shape[1]):
+        k = np.argsort(-np.abs(mean[:, c]), kind="stable")[:_STRONG]
+        found.append((each[:, k, c] * np.exp(-1j * np.angle(mean[k, c]))).real)
+    return np.concatenate(found, axis=1)
 
 
 def lines_of(cycles: Cycles, drawn: Draws) -> Lines:

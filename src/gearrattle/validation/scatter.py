@@ -2,7 +2,7 @@
 
 Cycles of a vibration resemble their neighbours, so they are drawn in blocks that wrap around (D. N. Politis,
 J. P. Romano 1992, in LePage & Billard, Exploring the Limits of Bootstrap, 263-270). A block is as long as the cycles'
-levels are correlated, and no shorter than N^(1/3). Block means of N cycles scatter too little by the factor
+levels and the sizes of their strong lines are correlated, and no shorter than N^(1/3). Block means of N cycles scatter too little by the factor
 1 - L/N; standard errors are widened by it, and intervals take Student's t with N/L - 1 degrees of freedom, combined
 over two records after Welch and Satterthwaite (B. L. Welch 1947, Biometrika 34, 28-35).
 
@@ -51,34 +51,45 @@ class Draws:
         return np.asarray(widened * np.std(replicates, axis=0))
 
 
-def block_length(levels: Array) -> int:
-    """Return how many cycles make a block.
+def block_length(levels: Array, lines: Array | None = None) -> int:
+    """Return how many cycles make a block: until levels, and lines on average, are correlated no longer.
 
     Args:
         levels: (N, C) a level of every cycle and channel.
+        lines: (N, L) sizes of strong lines in every cycle.
     """
     count = len(levels)
     longest, length = max(1, count // 4), int(np.ceil(count ** (1.0 / 3.0)))
-    away = levels - levels.mean(axis=0)
-    power = np.sum(away**2, axis=0)
-    moving = power > 1e-18 * count * np.max(levels, axis=0) ** 2
     for lag in range(length, longest):
-        related = np.sum(away[lag:] * away[:-lag], axis=0)[moving] / power[moving]
-        if not np.any(related > 2.0 / np.sqrt(count)):
+        by_level = _related(levels, lag)
+        by_line = _related(lines, lag) if lines is not None else np.zeros(0)
+        one, many = np.any(by_level > 2.0 / np.sqrt(count)), by_line.sum() > by_line.size / np.sqrt(count)
+        if not (one or many):
             break
         length = lag + 1
     return min(length, longest)
 
 
-def draws(levels: Array, generator: np.random.Generator, replicates: int = REPLICATES) -> Draws:
+def _related(values: Array, lag: int) -> Array:
+    """Correlation of every column that moves with itself so many cycles later."""
+    away = values - values.mean(axis=0)
+    power = np.sum(away**2, axis=0)
+    moving = power > 1e-18 * len(values) * np.max(np.abs(values), axis=0) ** 2
+    return np.asarray(np.sum(away[lag:] * away[:-lag], axis=0)[moving] / power[moving])
+
+
+def draws(
+    levels: Array, generator: np.random.Generator, replicates: int = REPLICATES, *, lines: Array | None = None
+) -> Draws:
     """Return replicates for a record.
 
     Args:
         levels: (N, C) a level of every cycle and channel, from which the block is chosen; N >= 8.
         generator: of random numbers.
         replicates: R.
+        lines: (N, L) sizes of strong lines in every cycle, likewise.
     """
-    count, block = len(levels), block_length(levels)
+    count, block = len(levels), block_length(levels, lines)
     starts = generator.integers(0, count, (replicates, -(-count // block)))
     drawn = ((starts[:, :, None] + np.arange(block)) % count).reshape(replicates, -1)[:, :count]
     weights = np.zeros((replicates, count))
