@@ -2,9 +2,9 @@
 
 Cycles of a vibration resemble their neighbours, so they are drawn in blocks that wrap around (D. N. Politis,
 J. P. Romano 1992, in LePage & Billard, Exploring the Limits of Bootstrap, 263-270). A block is as long as the cycles'
-levels and the sizes of their strong lines are correlated, and no shorter than N^(1/3). Block means of N cycles scatter too little by the factor
-1 - L/N; standard errors are widened by it, and intervals take Student's t with N/L - 1 degrees of freedom, combined
-over two records after Welch and Satterthwaite (B. L. Welch 1947, Biometrika 34, 28-35).
+levels and the sizes of their strong lines are correlated, and no shorter than N^(1/3). Block means of N cycles scatter
+too little by the factor 1 - L/N; standard errors are widened by it, and intervals take Student's t with N/L - 1 degrees
+of freedom, combined over two records after Welch and Satterthwaite (B. L. Welch 1947, Biometrika 34, 28-35).
 
 Takes cycles; gives weights, standard errors and factors.
 """
