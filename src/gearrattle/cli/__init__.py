@@ -29,7 +29,7 @@ COMMANDS = {
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
     "validate": (
         "gearrattle.cli.validate:validate",
-        "A simulated motion against a measured one, and what explains it.",
+        "A simulated motion against a measured one.",
     ),
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
