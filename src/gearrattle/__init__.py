@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         sensitivities,
         study,
     )
+    from gearrattle.validation import Validation, validate
 
 _HOME = {
     "Model": "model",
@@ -110,6 +111,8 @@ _HOME = {
     "sensitivities": "studies",
     "Advice": "advice",
     "fit": "identification.fit",
+    "validate": "validation",
+    "Validation": "validation",
     "Fit": "identification.fitted",
     "fit_loop": "identification.loop_fit",
     "LoopFit": "identification.loop_result",
@@ -158,6 +161,7 @@ __all__ = [
     "Stiffness",
     "Stream",
     "TorqueAngle",
+    "Validation",
     "Verdict",
     "advise",
     "basins",
@@ -200,6 +204,7 @@ __all__ = [
     "stream",
     "study",
     "torque_angle",
+    "validate",
     "waterfall",
     "write",
 ]

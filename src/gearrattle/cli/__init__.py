@@ -28,6 +28,10 @@ COMMANDS = {
     "simulate": ("gearrattle.cli.simulate:simulate", "The motion alone, saved as netCDF-4 or CSV."),
     "stream": ("gearrattle.cli.stream:stream", "A long motion in chunks; stop it and go on."),
     "compare": ("gearrattle.cli.compare:compare", "Algorithms side by side, judged by the exact solution."),
+    "validate": (
+        "gearrattle.cli.validate:validate",
+        "A simulated motion against a measured one.",
+    ),
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),

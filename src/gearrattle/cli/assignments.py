@@ -1,6 +1,6 @@
-"""Options of the form NAME=NUMBER or NAME=NUMBER,NUMBER,..., which may be repeated.
+"""Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,... or NAME=WORD, which may be repeated.
 
-Takes words; gives numbers by name.
+Takes words; gives numbers and words by name.
 """
 
 from __future__ import annotations
@@ -34,6 +34,19 @@ def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
         ModelError: a word of another form.
     """
     return {name: [_number(option, each) for each in text.split(",")] for name, text in _pairs(option, given)}
+
+
+def words(option: str, given: Sequence[str]) -> dict[str, str]:
+    """Return the words by name.
+
+    Args:
+        option: its name, for messages.
+        given: words of the form NAME=WORD.
+
+    Raises:
+        ModelError: a word of another form.
+    """
+    return dict(_pairs(option, given))
 
 
 def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:

@@ -9,11 +9,7 @@ from __future__ import annotations
 
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
-
-
-def sigma(experiment: float, simulation: float) -> float:
-    """Relative error of a simulation [%]."""
-    return 100.0 * (experiment - simulation) / experiment
+from gearrattle.validation import of_printed
 
 
 def section() -> Section:
@@ -31,11 +27,11 @@ def section() -> Section:
 
 def _row(line: tuple[int, str, int, int, str]) -> Row:
     case, quantity, experiment, simulation, text = line
-    ours = sigma(experiment, simulation)
+    found = of_printed(experiment, simulation)
+    ours = found.sigma
     places = len(text.partition(".")[2])
     item, paper = f"Table 5, sigma, case {case}, {quantity}", f"{text} % of {experiment} and {simulation}"
     if round(ours, places) == float(text):
         return row(item, paper, f"{ours:.{places}f} %", REPRODUCED, sigma=ours)
-    ends = [sigma(experiment + a, simulation - a) for a in (-0.5, 0.5)]
-    why = f"of the printed integers; unrounded ones allow {max(ends):.2f} to {min(ends):.2f} %"
+    why = f"of the printed integers; unrounded ones allow {found.high:.2f} to {found.low:.2f} %"
     return row(item, paper, f"{ours:.{places}f} %", DIFFERS, why, sigma=ours)

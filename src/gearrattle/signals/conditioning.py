@@ -38,14 +38,14 @@ def resample(values: Array, interval: float, first: float, wanted: Array, rate: 
     """Return a signal at other times, with nothing folded back.
 
     Args:
-        values: (N,) uniform samples, N >= 2.
+        values: (N,) or (N, C) uniform samples, N >= 2.
         interval: between them [s].
         first: time of the first [s].
         wanted: (M,) times within the record [s].
         rate: the new rate; what lies above half of it is removed [Hz].
 
     Returns:
-        (M,) in the unit of the signal.
+        (M,) or (M, C) in the unit of the signal.
     """
     from scipy.special import i0
 
@@ -56,7 +56,8 @@ def resample(values: Array, interval: float, first: float, wanted: Array, rate: 
     beta = 0.1102 * (_DESIGN - 8.7)
     position = (wanted - first) / interval + side
     offsets = np.arange(-side, side + 1)
-    result = np.empty(wanted.size)
+    result = np.empty((wanted.size, *values.shape[1:]))
+    columns = [(padded, result)] if values.ndim == 1 else list(zip(padded.T, result.T, strict=True))
     step = max(1, _MOST_AT_ONCE // offsets.size)
     for begin in range(0, wanted.size, step):
         at = position[begin : begin + step]
@@ -65,7 +66,9 @@ def resample(values: Array, interval: float, first: float, wanted: Array, rate: 
         away = at[:, None] - index
         window = i0(beta * np.sqrt(np.clip(1.0 - (away / reach) ** 2, 0.0, None))) * (np.abs(away) < reach)
         kernel = np.sinc(2.0 * 0.5 * (PASSED + STOPPED) * lower * interval * away) * window
-        result[begin : begin + step] = np.sum(kernel * padded[index], axis=1) / np.sum(kernel, axis=1)
+        weight = np.sum(kernel, axis=1)
+        for column, made in columns:
+            made[begin : begin + step] = np.sum(kernel * column[index], axis=1) / weight
     return result
 
 
@@ -74,7 +77,8 @@ def _continued(values: Array, side: int) -> Array:
     own = min(side, values.size - 1)
     left = 2.0 * values[0] - values[own:0:-1]
     right = 2.0 * values[-1] - values[-2 : -2 - own : -1]
-    return np.pad(np.concatenate([left, values, right]), side - own, mode="edge")
+    beyond = [(side - own, side - own), *[(0, 0)] * (values.ndim - 1)]
+    return np.pad(np.concatenate([left, values, right]), beyond, mode="edge")
 
 
 def evened(time: Array, values: Array) -> tuple[float, Array]:

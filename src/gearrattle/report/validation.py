@@ -1,0 +1,70 @@
+"""A validation as one page: the verdict first, then levels, budget, mean cycles, orders, spectra and impacts.
+
+``fill_validation`` writes report.html, summary.json and figures/ into a folder. The page has no script and loads
+nothing.
+
+Takes a Validation.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.plots.static import draw
+from gearrattle.plots.validation import validation_charts
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.validation_tables import (
+    budget_table,
+    impacts_table,
+    levels_table,
+    orders_table,
+    setting_table,
+    ways_table,
+)
+from gearrattle.validation import Validation
+
+_HERE = Path(__file__).parent
+
+
+def validation_content(found: Validation) -> dict[str, Any]:
+    """Return everything for machines, in JSON types."""
+    return {**found.to_dict(), "versions": versions(), "created": now()}
+
+
+def fill_validation(found: Validation, folder: Path) -> None:
+    """Write all files into an existing folder."""
+    drawn = [(chart, draw(chart)) for chart in validation_charts(found)]
+    (folder / "figures").mkdir()
+    for chart, svg in drawn:
+        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    figures = {
+        chart.key: (chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn
+    }
+    tables = {
+        "sigma": [levels_table(found)],
+        "budget": [budget_table(found), ways_table(found)],
+        "orders": [orders_table(pair) for pair in found.pairs if pair.orders],
+    }
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("validation.html.j2").render(
+        title=f"{found.model} against {Path(found.source).name}",
+        found=found,
+        figures=figures,
+        tables=tables,
+        impacts=impacts_table(found),
+        setting=setting_table(found),
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+    )
+    (folder / "report.html").write_text(page, encoding="utf-8")
+    text = json.dumps(validation_content(found), indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,36 @@
+"""A simulated motion against a measured one: what agrees within chance, what does not, and where the rest may lie.
+
+The paper's Table 5 for any pair of a model or run and a record. Beyond the predictability horizon, and with a start
+that nobody measured, two motions can only be compared by what they have on average: levels, orders of the mean cycle,
+spectra, rates of impacts. Each is given with the interval that the scatter from cycle to cycle leaves.
+
+Takes runs and recordings; gives a Validation to plots, reports and commands.
+"""
+
+from gearrattle.validation.record import (
+    Band,
+    Clock,
+    Contribution,
+    Impacts,
+    Level,
+    Order,
+    Pair,
+    Validation,
+)
+from gearrattle.validation.sigma import Printed, of_printed, sigma
+from gearrattle.validation.validate import validate
+
+__all__ = [
+    "Band",
+    "Clock",
+    "Contribution",
+    "Impacts",
+    "Level",
+    "Order",
+    "Pair",
+    "Printed",
+    "Validation",
+    "of_printed",
+    "sigma",
+    "validate",
+]

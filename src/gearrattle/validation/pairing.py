@@ -1,0 +1,92 @@
+"""Which measured channel is which simulated one: by quantity and subject, or by names handed in.
+
+Takes two Recordings; gives pairs of channels and what has no partner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import listed
+from gearrattle.recording import Channel, Recording
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """Channels with partners, and without.
+
+    Attributes:
+        measured, simulated: of pair i.
+        measured_alone, simulated_alone: names; a simulated one is told only where nothing else of its subject or
+            quantity was measured either.
+        notes: on channels left out.
+    """
+
+    measured: tuple[Channel, ...]
+    simulated: tuple[Channel, ...]
+    measured_alone: tuple[str, ...]
+    simulated_alone: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) -> Pairing:
+    """Return the pairs.
+
+    Args:
+        measured, simulated: recordings in SI.
+        match: simulated names by measured names, before anything else.
+
+    Raises:
+        ModelError: a name that is not there, no pair at all, units that differ.
+    """
+    problems = [
+        Problem("match", name, f"is no channel of {recording.source}; there are {listed(recording.names)}")
+        for recording, names in ((measured, match.keys()), (simulated, match.values()))
+        for name in names
+        if name not in recording.names
+    ]
+    if problems:
+        raise ModelError(problems)
+    found: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
+    notes = []
+    for channel in measured.channels:
+        if channel.name in match or not (channel.quantity and channel.subject):
+            continue
+        partner = simulated.find(channel.quantity, channel.subject)
+        if partner is None:
+            continue
+        taken = [one.name for one, other in found if other is partner]
+        if taken:
+            notes.append(f"{channel.name}: {partner.name} is compared with {taken[0]} already; left out")
+            continue
+        found.append((channel, partner))
+    if not found:
+        raise ModelError(_nothing(measured, simulated))
+    wrong = [_unit(one, other, measured.source) for one, other in found if one.unit != other.unit]
+    if wrong:
+        raise ModelError(wrong)
+    with_partner = {one.name for one, _ in found}, {other.name for _, other in found}
+    alone = tuple(name for name in measured.names if name not in with_partner[0])
+    other_alone = tuple(name for name in simulated.names if name not in with_partner[1])
+    ones, others = zip(*found, strict=True)
+    return Pairing(ones, others, alone, other_alone, tuple(notes))
+
+
+def _nothing(measured: Recording, simulated: Recording) -> Problem:
+    told = [
+        f"{c.name} ({c.quantity or 'quantity unknown'} of {c.subject or 'an unknown subject'})"
+        for c in measured.channels
+    ]
+    rule = f"has no channel in common with the simulation, which has {listed(simulated.names)}"
+    remedy = "name partners with match, or write a mapping that says quantity and of"
+    return Problem(measured.source, ", ".join(told[:6]) + (", ..." if len(told) > 6 else ""), rule, remedy)
+
+
+def _unit(one: Channel, other: Channel, source: str) -> Problem:
+    if other.unit == "1":
+        remedy = "the model has no units: gr.nondimensionalize(...).restore(run) gives them back"
+    else:
+        remedy = "a mapping names quantity, unit and scale"
+    return Problem(f"{source}: {one.name}", f'unit "{one.unit}"', f'{other.name} has "{other.unit}"', remedy)

@@ -1,0 +1,97 @@
+"""``gearrattle validate``: the table, the page, JSON, wrong input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import gearrattle as gr
+from gearrattle.cli import main
+from gearrattle.plots import plotly_figure
+from gearrattle.plots.validation import validation_charts
+from tests.validation import made
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, str]:
+    monkeypatch.chdir(tmp_path)
+    Path("wheel.toml").write_text(made.MODEL, encoding="utf-8")
+    gr.write(made.record(gain=1.1, delay=0.0123), "rig.h5")
+    return "wheel.toml", "rig.h5"
+
+
+def test_the_table_and_the_verdict(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", *files]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:2] == ["channel", "level"]
+    assert lines[2].split()[:5] == ["a", "rms", "4.189", "3.808", "rad/s^2"]
+    assert lines[2].split()[5] == "9.09"
+    assert "look first at a" in lines[3]
+    assert sorted(path.name for path in Path().iterdir()) == ["rig.h5", "wheel.toml"]
+
+
+def test_the_page_needs_nothing_else(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", *files, "-o", "out", "--calibration", "2", "--noise", "a=0.01"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "page: out/report.html"
+    page = Path("out/report.html").read_text(encoding="utf-8")
+    for words in ("Verdict", "Levels", "Error budget", "Mean cycles", "Orders", "Spectra", "Power in bands", "rig.h5"):
+        assert words in page
+    assert "http:" not in page
+    assert "https:" not in page
+    assert "<script" not in page
+    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    level = told["pairs"][0]["levels"][1]
+    assert level["sigma"] == pytest.approx(100.0 / 11.0, rel=1e-3)
+    budget = {each["source"]: each["value"] for each in level["budget"]}
+    assert budget["calibration"] == pytest.approx(2.0 / 1.1, rel=1e-3)  # of the simulated level, in % of the measured
+    figures = {path.stem for path in Path("out/figures").iterdir()}
+    assert figures == {"sigma", "budget", "cycles", "orders", "spectra", "bands"}
+
+
+def test_json_and_a_saved_run_and_a_mapping(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    made.run().save("wheel.nc")
+    Path("measurement.toml").write_text(
+        'schema = 1\nfile = "rig.h5"\n[[channel]]\nname = "b"\nsource = "a"\nquantity = "acceleration"\nof = "wheel"\n',
+        encoding="utf-8",
+    )
+    assert main(["validate", "wheel.nc", "measurement.toml", "--json", "--clock", "phase"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["clock"]["delay"] == pytest.approx(0.0123, abs=1e-8)
+    assert told["pairs"][0]["name"] == "b"
+
+
+def test_figures_are_drawn_by_both_renderers() -> None:
+    found = gr.validate(made.run(), made.record(gain=1.1))
+    charts = validation_charts(found)
+    assert [chart.key for chart in charts] == ["sigma", "budget", "cycles", "orders", "spectra", "bands"]
+    for chart in charts:
+        assert json.dumps(plotly_figure(chart), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--match", "a"), '--match: found "a"; must be NAME=VALUE'),
+        (("--threshold", "gear=1"), "thresholds: found gear"),
+        (("--highest", "1e6"), "band"),
+        (("--clock", "sun"), "clock"),
+        (("--cycles", "6"), "wheel, exact: found"),
+        (("--uncertain", "inertia.wheel.J=9"), "parameters: inertia.wheel.J"),
+    ],
+)
+def test_wrong_input_is_told_and_writes_nothing(
+    files: tuple[str, str], words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["validate", *files, "-o", "out", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+def test_missing_files(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", files[0], "nothing.csv", "-o", "out"]) == 2
+    assert "nothing.csv" in capsys.readouterr().err
+    assert main(["validate", "nothing.toml", files[1], "-o", "out"]) == 2
+    assert "nothing.toml" in capsys.readouterr().err
+    assert not Path("out").exists()
