@@ -45,7 +45,8 @@ class LoopFit:
     """A law fitted to a measured torque-angle loop.
 
     Attributes:
-        name, between: of the coupling.
+        name: of the coupling.
+        between: what it couples.
         stages, coast_stages: from the centre outward, positive magnitudes.
         preload: torque at zero deflection, without friction [N m].
         values: every fitted number [SI] by its name in the coupling, such as "stages.1.stiffness".
