@@ -230,3 +230,19 @@ def test_command_line(run: gr.Run, tmp_path: Path, capsys: pytest.CaptureFixture
     assert record["designs"]["one"]["level"] == pytest.approx(level, abs=1e-4)
     assert main(["listen"]) == 2
     assert main(["listen", str(tmp_path / "one.nc"), "--element", "x"]) == 2
+
+
+def test_a_measured_pressure_is_heard_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tone of 1 Pa rms is 94 dB re 20 uPa; a mapping is told from a model by what it holds."""
+    time = np.arange(48_000) / 48_000.0
+    values = np.sqrt(2.0) * np.sin(2.0 * np.pi * 1000.0 * time)
+    mic = Channel("mic", "sound pressure", "bench", "Pa", values)
+    gr.write(Recording(time, (mic,), "bench"), tmp_path / "bench.mat")
+    (tmp_path / "mapping.toml").write_text(
+        'schema = 1\nfile = "bench.mat"\n'
+        '[[channel]]\nname = "mic"\nquantity = "sound pressure"\nof = "bench"\nscale = 2.0\nunit = "Pa"\n'
+    )
+    assert main(["listen", str(tmp_path / "bench.mat"), str(tmp_path / "mapping.toml"), "--json"]) == 0
+    designs = json.loads(capsys.readouterr().out)["designs"]
+    assert designs["bench"]["level"] == pytest.approx(20.0 * np.log10(1.0 / 20e-6), abs=1e-3)
+    assert designs["mapping"]["level"] - designs["bench"]["level"] == pytest.approx(20.0 * np.log10(2.0), abs=1e-6)

@@ -1,4 +1,4 @@
-"""``gearrattle listen``: impacts of saved or simulated motions as WAV files, side by side at one gain."""
+"""``gearrattle listen``: impacts of motions and measured signals as WAV files, side by side at one gain."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from gearrattle.cli.options import Json
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
+    from gearrattle.recording import Recording
     from gearrattle.results import Run
     from gearrattle.sound.listen import Sound
 
@@ -52,7 +53,8 @@ def listen(
     Parameters
     ----------
     motions
-        Saved motions (.nc), or model files (.toml), which are simulated.
+        Saved motions (.nc), measured files or mappings of them with a sound pressure or a force; or model files
+        (.toml), which are simulated.
     output
         Folder for the WAV files, each named after its motion; default: the levels alone.
     bits
@@ -66,7 +68,9 @@ def listen(
     from gearrattle.report.summary import plain
 
     if not motions:
-        raise ModelError(Problem("motions", "", "needs a saved motion or a model file", "gearrattle listen run.nc"))
+        raise ModelError(
+            Problem("motions", "", "needs a saved motion, a measured file or a model file", "gearrattle listen run.nc")
+        )
     if output is not None and output.exists() and not output.is_dir():
         raise ModelError(Problem("-o", f'"{output}"', "is a file; a folder is needed"))
     sound = gearrattle.listen(_runs(motions), **hearing.arguments())
@@ -81,20 +85,18 @@ def listen(
         print(f"saved: {', '.join(str(output / f'{name}.wav') for name in sound.names)}")
 
 
-def _runs(motions: Sequence[Path]) -> dict[str, Run]:
+def _runs(motions: Sequence[Path]) -> dict[str, Run | Recording]:
     """Open or simulate every motion, by the name of its file."""
     import gearrattle
     from gearrattle.cli.background import watched
+    from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
 
-    found: dict[str, Run] = {}
+    found: dict[str, Run | Recording] = {}
     for path in motions:
         if path.stem in found:
             raise ModelError(Problem(str(path), path.stem, "two motions have this name", "rename one of the files"))
-        if path.suffix == ".toml":
-            found[path.stem] = watched(partial(_simulated, gearrattle.load(path)))
-        else:
-            found[path.stem] = gearrattle.open_run(path)
+        found[path.stem] = watched(partial(_simulated, gearrattle.load(path))) if is_model(path) else heard(path)
     return found
 
 

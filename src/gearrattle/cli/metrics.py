@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json
+from gearrattle.cli.sources import heard
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,14 +45,12 @@ def metrics(
     """
     import gearrattle
     from gearrattle.calls.measure import metrics as measured
-    from gearrattle.errors import ModelError, Problem
 
-    if source.is_dir():
-        rule = "metrics are of one saved motion (.nc): samples of a stream are kept in chunks"
-        raise ModelError(Problem(str(source), "a folder", rule, f"gearrattle criteria {source} judges a stream"))
-    heard = gearrattle.open_run(source) if source.suffix == ".nc" else gearrattle.read(source)
     driveline = None if model is None else gearrattle.load(model)
-    _tell(measured(heard, driveline, name or None, orders=order or None, base_level=base_level, kappa=kappa), json=json)
+    _tell(
+        measured(heard(source), driveline, name or None, orders=order or None, base_level=base_level, kappa=kappa),
+        json=json,
+    )
 
 
 def _tell(table: pd.DataFrame, *, json: bool) -> None:

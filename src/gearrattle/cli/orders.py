@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json
+from gearrattle.cli.sources import heard
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,7 +70,7 @@ def orders(
     """
     unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
     _check({name for name, given in unfit.items() if given}, spectra, output)
-    signal = _opened(source)
+    signal = heard(source)
     if spectra:
         told = _of_spectra(signal, channel, model, output, speed=speed, resolution=resolution, speed_step=speed_step)
     elif order:
@@ -90,19 +91,6 @@ def _check(given: set[str], spectra: bool, output: Path | None) -> None:
     clash = sorted(given & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set()))
     if clash:
         raise ModelError(Problem(first, ", ".join(clash), "belongs to maps of orders", "leave one of them out"))
-
-
-def _opened(source: Path) -> Run | Recording:
-    """Open a saved run as a run, anything else as a recording."""
-    import gearrattle
-    from gearrattle.errors import ModelError, Problem
-    from gearrattle.readers import format_of
-
-    if source.is_dir():
-        raise ModelError(Problem(str(source), "a folder", "a saved motion or a measured file is needed"))
-    if source.suffix.lower() != ".toml" and format_of(source) == "run":
-        return gearrattle.open_run(source)
-    return gearrattle.read(source)
 
 
 def _of_map(signal: Run | Recording, channel: str, output: Path | None, **asked: Any) -> dict[str, Any]:

@@ -1,0 +1,40 @@
+"""What a command is given to hear: a saved run, or anything that ``gearrattle.read`` takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gearrattle.recording import Recording
+    from gearrattle.results import Run
+
+
+def heard(source: Path) -> Run | Recording:
+    """Open a saved run as a run, anything else as a recording.
+
+    Raises:
+        ModelError: a folder, or what ``gearrattle.read`` refuses.
+    """
+    import gearrattle
+    from gearrattle.errors import ModelError, Problem
+    from gearrattle.readers import format_of
+
+    if source.is_dir():
+        rule = "a saved motion (.nc) or a measured file is needed; of a stream samples are kept in chunks"
+        raise ModelError(Problem(str(source), "a folder", rule, f"gearrattle criteria {source} judges a stream"))
+    if source.suffix.lower() != ".toml" and format_of(source) == "run":
+        return gearrattle.open_run(source)
+    return gearrattle.read(source)
+
+
+def is_model(source: Path) -> bool:
+    """Return whether a file is a model: TOML with inertias, or TOML that cannot be read (``load`` says why)."""
+    import tomllib
+
+    if source.suffix.lower() != ".toml":
+        return False
+    try:
+        return "inertia" in tomllib.loads(source.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return True
