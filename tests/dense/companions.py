@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from tests.dense.case import Case, Element, law_of
+from tests.dense.case import Case, Element
 from tests.dense.dressed import Dressed, Pairs, Slider
 from tests.dense.families import between, random_case, share, uniform
 
@@ -120,4 +120,3 @@ COMPANIONS = {
 }
 """How a case of each family is made."""
 
-__all__ = ["COMPANIONS", "dressed", "law_of", "widths", "with_friction", "with_limits", "with_pairs"]

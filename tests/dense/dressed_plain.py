@@ -78,6 +78,15 @@ def coefficients(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, n
     return k, c, f
 
 
+def sizes(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sizes of the terms k, c, f are sums of: offsets from zero deflection on, and what companions take or add."""
+    beside = [*case.clipped, *(pair.element for pair in case.pairs)]
+    terms = 1.0 + np.isin(np.arange(len(case.laws)), beside)
+    k, c = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
+            for name in ("stiffness", "damping"))  # fmt: skip
+    return terms * k, terms * c, terms * np.array([np.abs(law.offset).max() for law in case.laws])
+
+
 def rate_rows(case: Dressed, place: Layout, *, signs: bool) -> np.ndarray:
     """(m, Z) delta' of every element."""
     a, minus = (np.asarray, -1.0) if signs else (np.abs, 1.0)
@@ -97,9 +106,8 @@ def matrices(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.nda
     place = layout_of(case)
     a, minus = (np.asarray, -1.0) if signs else (np.abs, 1.0)
     k, c, f = coefficients(case, modes)
-    if not signs:  # offsets are sums that begin at zero deflection; a limiter takes its damping away again
-        f = np.array([np.abs(law.offset).max() for law in case.laws]) * (1 + np.isin(np.arange(place.m), case.clipped))
-        c = np.array([law.damping[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
+    if not signs:
+        k, c, f = sizes(case, modes)
     rates = rate_rows(case, place, signs=signs)
     force = c[:, None] * rates
     force[:, : place.m] += np.diag(k)
