@@ -119,4 +119,3 @@ COMPANIONS = {
     "all beside": beside_case,
 }
 """How a case of each family is made."""
-

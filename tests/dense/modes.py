@@ -26,7 +26,7 @@ class Impossible(ValueError):
 
 @dataclass(frozen=True)
 class Modes:
-    """Piece of every element; word of every slider; which limiters of clipped elements limit (push, pull); who lacks."""
+    """Piece of every element; word of every slider; limits of clipped elements (push, pull); who lacks."""
 
     pieces: tuple[int, ...]
     sliders: tuple[str, ...]
