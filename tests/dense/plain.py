@@ -37,8 +37,8 @@ class Region:
         h: step. radius: estimate of the largest rate.
         strides: exp(M h 2^i), grown as needed.
         taylor: (TERMS + 1, Z, Z) (M h)^j / j!.
-        watch: (4, K, Z) rows of the clearances' deflections and their first three derivatives.
-        series: (K, TERMS + 1, Z) Taylor coefficients of the deflections over a step.
+        watch: (4, K, Z) rows of the clearances' deflections (of what is watched) and their first three derivatives.
+        series: (K, TERMS + 1, Z) Taylor coefficients of the same over a step.
         lower, upper: (K,) corners around the region.
     """
 
@@ -105,8 +105,24 @@ def spectral_radius(matrix: np.ndarray) -> float:
 def region_of(case: Case, pieces: tuple[int, ...]) -> Region:
     """Everything the replay needs of one region."""
     M, size = matrices(case, pieces)
+    rows = list(case.clearances)
+    bounds = [np.concatenate([[-np.inf], case.laws[k].corners, [np.inf]])[pieces[k] : pieces[k] + 2] for k in rows]
+    lower, upper = np.array(bounds).reshape(-1, 2).T
+    return region_between(M, size, np.eye(len(M))[rows], lower=lower, upper=upper, slowest=2 * np.pi / case.period)
+
+
+def region_between(
+    M: np.ndarray, size: np.ndarray, probes: np.ndarray, *, lower: np.ndarray, upper: np.ndarray, slowest: float
+) -> Region:
+    """A region in which K quantities stay between bounds.
+
+    Args:
+        M, size: (Z, Z) the matrix, and its absolute terms.
+        probes: (K, Z) rows of the quantities watched. lower, upper: (K,) their bounds.
+        slowest: rate below which no step is made longer.
+    """
     balanced, (scale, _) = matrix_balance(M, permute=False, separate=True)
-    radius = max(spectral_radius(balanced), 2 * np.pi / case.period)
+    radius = max(spectral_radius(balanced), slowest)
     h = 2 * np.pi / radius / PER_TURN
     undo = scale[:, None] / scale[None, :]
     taylor = np.empty((TERMS + 1, *M.shape))
@@ -117,11 +133,9 @@ def region_of(case: Case, pieces: tuple[int, ...]) -> Region:
     disagreement = float(np.abs(step - taylor.sum(axis=0)).max()) / max(1.0, float(np.abs(step).max()))
     taylor *= undo
     step = taylor[::-1].sum(axis=0)
-    rows = list(case.clearances)
+    series = probes @ taylor
     factor = np.array([1.0, 1.0, 2.0, 6.0])[:, None, None] / h ** np.arange(4)[:, None, None]
-    bounds = [np.concatenate([[-np.inf], case.laws[k].corners, [np.inf]])[pieces[k] : pieces[k] + 2] for k in rows]
-    lower, upper = np.array(bounds).reshape(-1, 2).T
     return Region(
-        M, size, radius, h, [step], taylor, taylor[:4, rows] * factor, taylor[:, rows].transpose(1, 0, 2),
+        M, size, radius, h, [step], taylor, series[:4] * factor, series.transpose(1, 0, 2),
         lower, upper, disagreement,
     )  # fmt: skip

@@ -91,6 +91,25 @@ def test_a_linear_oscillator_under_a_polynomial(degree: int) -> None:
     np.testing.assert_allclose(motion.angle[:, 0], want, rtol=0, atol=1e-13 * max(1.0, np.abs(p).max()))
 
 
+@pytest.mark.parametrize("short", [1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("degree", [3, 7, 11])
+def test_a_push_in_an_interval_much_shorter_than_others(degree: int, short: float) -> None:
+    """x'' + 4 x = p(t) in between, by Duhamel's integral; the higher derivatives of p are of any size."""
+    knots = np.array([0.0, 0.3, 0.3 + short, 1.2])
+    length = knots[2] - knots[1]
+    a = np.random.default_rng(degree).normal(size=degree + 1) / short
+    coefficients = np.zeros((3, 1, degree + 1))
+    coefficients[1, 0] = a / length ** np.arange(degree + 1)
+    signals = Signals(knots, coefficients, np.ones((1, 1)), np.zeros((1, 1)))
+    motion = run(task(replace(oscillator(linear(4.0)), signals=signals), [0.0], [0.0], cycles=1, samples=8))
+    node, weight = np.polynomial.legendre.leggauss(16)
+    part = 0.5 * (1.0 + node)
+    push = 0.5 * length * weight * np.polynomial.polynomial.polyval(part, a)
+    since = np.linspace(0.0, 1.0, 9)[4:, None] - (knots[1] + length * part)
+    np.testing.assert_allclose(motion.angle[4:, 0], 0.5 * np.sin(2.0 * since) @ push, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(motion.velocity[4:, 0], np.cos(2.0 * since) @ push, rtol=0, atol=1e-13)
+
+
 def test_more_knots_change_nothing() -> None:
     signals, *_ = random_splines(3)
     at = np.sort(np.concatenate([signals.knots, np.linspace(0.01, END, 57)]))

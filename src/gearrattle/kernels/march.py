@@ -61,6 +61,7 @@ from gearrattle.kernels.window import (
     advance,
     enter,
     first_crossing,
+    least_rounds,
     leave,
     move_within,
     recall,
@@ -294,7 +295,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
     watched, integrals = side.size, samples.states.shape[1] - states - regions.clearances
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
-    rows, longest = carried.size + y.size, y.size
+    rows, longest, least = carried.size + y.size, y.size, least_rounds(regions.chain)
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
@@ -350,7 +351,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed
         if x < NEVER:
-            move_within(powers, slot, width, x, y, carried, out, terms, total)
+            move_within(powers, slot, width, x, y, carried, out, terms, total, least)
             turn_little(frequency, passed, u)
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
@@ -361,7 +362,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
                 return CHATTER
             continue
         if passed < h:
-            move_within(powers, slot, width, passed / h, y, carried, out, terms, total)
+            move_within(powers, slot, width, passed / h, y, carried, out, terms, total, least)
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue

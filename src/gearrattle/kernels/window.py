@@ -48,12 +48,22 @@ def _combine(c0, c1, c2, c3, y, terms, first, rows, width, out, total):
         total[i], total[i + 1], total[i + 2], total[i + 3] = t0, t1, t2, t3
 
 
+@inlined
+def least_rounds(chain):
+    """Fewest rounds of four terms a move may take where so many entries of y are chains of signals.
+
+    Few suffice for a little of a window only where the states are of comparable size. The higher derivatives of a
+    signal are not, in an interval much shorter than the longest.
+    """
+    return _STRIPS if chain > 0 else 1
+
+
 @kernel
-def move_within(powers, slot, width, x, y, carried, out, terms, total):
+def move_within(powers, slot, width, x, y, carried, out, terms, total, least):
     """Move y and what is carried by x finest steps, 0 <= x <= 1.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
-    then Horner in B^4; as many rounds as x needs.
+    then Horner in B^4; as many rounds as x needs, and no fewer than ``least``.
     """
     first = 4 * strips_of(carried.size)
     strips = strips_of(carried.size) + strips_of(width)
@@ -62,7 +72,7 @@ def move_within(powers, slot, width, x, y, carried, out, terms, total):
         multiply(powers, 4 * slot + r, strips, width, y, terms, r * rows)
     for i in range(rows):
         out[i] = 0.0
-    rounds = 1
+    rounds = least
     while rounds < _STRIPS and x > _REACH[rounds]:
         rounds += 1
     x2 = x * x
