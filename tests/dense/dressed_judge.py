@@ -338,9 +338,11 @@ class DressedJudge:
         self._fix(z, said)
         self.modes = told
         spreads = np.sqrt(np.diag(spread)) / EPS
-        sums = here.force_size @ (np.abs(z) + np.where(np.arange(place.width) < place.one, spreads, 0.0))
+        spreads[place.one : place.chain] = 0.0
+        sums = here.force_size @ (np.abs(z) + spreads)
         force, balance = here.force @ z, (here.region.matrix @ z)[place.m : place.stretches]
-        terms = (here.region.size @ np.abs(z))[place.m : place.stretches]
+        spreads[: place.one] = 0.0
+        terms = (here.region.size @ (np.abs(z) + spreads))[place.m : place.stretches]
         phase = 1 + 2 * np.pi * case.cycles * self.time[j] / case.period
         waves = (np.abs(case.torque_cosine) + np.abs(case.torque_sine)) @ phase
         terms = terms + (waves + np.abs(case.rows.T) @ sums) / case.inertia
