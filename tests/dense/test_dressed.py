@@ -1,6 +1,6 @@
 """``exact`` with more on board against the dense check: friction, clipped damping, alternation, records, run-ups.
 
-A failure names family and seed: ``case = seeded(family, seed, MAKERS[family])``, then ``check_dressed(case, run(case))``.
+A failure names family and seed: ``case = seeded(family, seed, MAKERS[family])``; ``check_dressed(case, run(case))``.
 """
 
 from __future__ import annotations
