@@ -94,7 +94,8 @@ def test_a_killed_scheduler_ends_the_study_and_it_goes_on(seed: int, whole: xr.D
         arguments: dict[str, Any] = {"function": slow, "scheduler": cluster.address, "output": tmp_path / "s"}
         with pytest.raises(SchedulerLost, match=f"scheduler at {cluster.address} has gone"):
             gr.study(model(), AXES, OUTPUTS, **arguments, progress=kill)
-    assert share * 0.99 <= float((gr.open_study(tmp_path / "s")["outcome"] == 1).mean()) < 1.0
+    # Workers write what they compute themselves: what was under way may be there too, even all of it.
+    assert share * 0.99 <= float((gr.open_study(tmp_path / "s")["outcome"] == 1).mean())
     again = gr.study(model(), AXES, OUTPUTS, function=slow, workers=1, output=tmp_path / "s", resume=True)
     assert again.identical(whole)
 
