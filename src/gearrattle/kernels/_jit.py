@@ -309,25 +309,25 @@ def compact(entry: Callable[..., Any]) -> Callable[..., Any]:
 @cache
 def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Callable[..., Any]:
     """The entry, compiled with a setting of numba's own when first called; one and the same for all who ask."""
-    is_compiled = False  # entry.signatures would tell, and take longer than many an entry
+    compiled: set[tuple[type, ...]] = set()  # entry.signatures would tell, and take longer than many an entry
     kernel: Any = entry
 
     def call(*arguments: Any) -> Any:
-        nonlocal is_compiled
-        if is_compiled:
+        kinds = tuple(map(type, arguments))
+        if kinds in compiled:
             return entry(*arguments)
         with _set(setting, value):
             try:
                 return entry(*arguments)
             finally:
-                is_compiled = True
+                compiled.add(kinds)
 
     def address(*arguments: Any) -> int:
         kinds = tuple(map(numba.typeof, arguments))
         with _set(setting, value):
             kernel.compile(kinds)
-        compiled = kernel.overloads[kinds]
-        return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+        code = kernel.overloads[kinds]
+        return int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
 
     call.address = address  # type: ignore[attr-defined]
     return call

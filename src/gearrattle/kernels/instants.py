@@ -23,10 +23,10 @@ def stand_at_instant(instants, counts, clock):
 
 
 @kernel
-def write_chains(regions, inputs, march):
+def write_chains(regions, inputs, march, scratch):
     """Write the signals' chains into y as they are now."""
     if regions.chain == 0:
         return
     i, slot = march.counts[INTERVAL], march.counts[SLOT]
     since = (march.counts[CYCLE] - inputs.knot_cycle[i]) + (march.clock[0] + march.clock[1] - inputs.knot_fraction[i])
-    chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain)
+    chains_at(inputs, i, since, march.y, regions.width[slot] - regions.chain, scratch)

@@ -61,7 +61,6 @@ from gearrattle.kernels.window import (
     advance,
     enter,
     first_crossing,
-    least_rounds,
     leave,
     move_within,
     recall,
@@ -232,7 +231,7 @@ def _cross(regions, march, log, k, upward, rate, integrals):
 
 
 @inlined
-def _pass_instant(regions, inputs, instants, march, log, out, integrals):
+def _pass_instant(regions, instants, march, log, out, integrals):
     """Begin the next interval of the signals, or let a companion change by the clock."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
     k = instants.watch[counts[INSTANT]]
@@ -240,7 +239,6 @@ def _pass_instant(regions, inputs, instants, march, log, out, integrals):
     counts[UNBOUNDED] = _BOUND_EVERY
     if k < 0:
         counts[INTERVAL] += 1
-        write_chains(regions, inputs, march)
         return
     counts[TICKS] += 1
     if counts[ENTERED]:
@@ -250,16 +248,15 @@ def _pass_instant(regions, inputs, instants, march, log, out, integrals):
 
 
 @inlined
-def _anchor(regions, inputs, march):
-    """Compute the inputs afresh, those kept as states too."""
+def _anchor(inputs, regions, march, end):
+    """Compute the inputs afresh, those kept as states, up to the entry ``end``, too."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
     inputs_at(inputs, counts[CYCLE], clock[0] + clock[1], march.u)
     counts[UNANCHORED] = 0
     states = regions.states
     if counts[ENTERED]:
-        for i in range(states, regions.width[slot] - regions.chain):
+        for i in range(states, end):
             march.y[i] = march.u[regions.kept[slot, i - states]]
-        write_chains(regions, inputs, march)
 
 
 @inlined
@@ -277,7 +274,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, or until something above is needed.
 
     Args:
-        regions, inputs, instants, march, samples, notes, log: see ``packed``; march, notes and log change.
+        regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
+        instants: see ``packed``; None where nothing happens at known times, which is then compiled without all that.
         budget: most steps in this slice.
 
     Returns:
@@ -295,7 +293,9 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
     watched, integrals = side.size, samples.states.shape[1] - states - regions.clearances
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
-    rows, longest, least = carried.size + y.size, y.size, least_rounds(regions.chain)
+    rows, longest, chain, until = carried.size + y.size, y.size, 0, np.inf
+    if instants is not None:
+        chain = regions.chain
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
@@ -311,18 +311,20 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         slot = counts[SLOT]
         fine, width = finest[slot], widths[slot]
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
-            _anchor(regions, inputs, march)
+            _anchor(inputs, regions, march, width - chain)
             ahead = _ahead(counts, clock, per_cycle)
-        until = until_instant(instants, counts, clock)
-        if until <= 0.0:
-            _pass_instant(regions, inputs, instants, march, log, out, integrals)
-            continue
+        if instants is not None:
+            until = until_instant(instants, counts, clock)
+            if until <= 0.0:
+                _pass_instant(regions, instants, march, log, out, integrals)
+                continue
         if not counts[ENTERED]:
             recall(regions, slot, y)
-            enter(particular, kept, states, width - regions.chain, slot, u, y, carried, out)
-            write_chains(regions, inputs, march)
+            enter(particular, kept, states, width - chain, slot, u, y, carried, out)
             counts[ENTERED], counts[ENTRY], counts[UNBOUNDED] = 1, counts[CYCLE], _BOUND_EVERY
             clock[2] = clock[0] + clock[1]
+        if instants is not None:
+            write_chains(regions, inputs, march, terms)
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
             counts[UNBOUNDED], clock[3] = 0, 0.0
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
@@ -332,7 +334,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         while steps[level] > until and level < fine:
             level += 1
         h = steps[level]
-        passed, k, upward, rate, x = h, -1, 0, 0.0, NEVER
+        passed, k, upward, rate, x, chained = h, -1, 0, 0.0, NEVER, (chain, inputs.links, inputs.pace * steps[fine])
         if not safe:
             x, k, upward, rate = first_crossing(
                 series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h
@@ -351,7 +353,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed
         if x < NEVER:
-            move_within(powers, slot, width, x, y, carried, out, terms, total, least)
+            move_within(powers, slot, width, chained, x, y, carried, out, terms, total)
             turn_little(frequency, passed, u)
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
@@ -361,12 +363,12 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
-        if passed < h:
-            move_within(powers, slot, width, passed / h, y, carried, out, terms, total, least)
+        if instants is not None and passed < h:
+            move_within(powers, slot, width, chained, passed / h, y, carried, out, terms, total)
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue
-        advance(tables, first_table[slot] + level, width, y, carried, out)
+        advance(tables, first_table[slot] + level, width, chain, y, carried, out)
         turn_step(cosines, sines, level, u)
         _pass_time(counts, clock, h, True)
         if not np.isfinite(y[0]):

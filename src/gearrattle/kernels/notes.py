@@ -10,7 +10,7 @@ import numpy as np
 from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import NOTED
-from gearrattle.kernels.window import advance, least_rounds, leave, move_within
+from gearrattle.kernels.window import advance, leave, move_within
 
 
 @inlined
@@ -31,7 +31,6 @@ def work_out(regions, inputs, notes, samples, counts):
     longest, behind, states = notes.y.shape[1], notes.carried.shape[1], regions.states
     y, carried, u = np.zeros(longest), np.zeros(behind), np.zeros(1 + 2 * inputs.frequency.size)
     out, terms, total = np.zeros(behind + longest), np.zeros(3 * (behind + longest)), np.zeros(longest)
-    least = least_rounds(regions.chain)
     for n in range(counts[NOTED]):
         row, slot, h = notes.row[n], notes.slot[n], notes.ahead[n]
         for i in range(y.size):
@@ -42,11 +41,12 @@ def work_out(regions, inputs, notes, samples, counts):
         for level in range(fine + 1):
             length = inputs.steps[level]
             while h - done >= length:
-                advance(regions.tables, regions.first_table[slot] + level, width, y, carried, out)
+                advance(regions.tables, regions.first_table[slot] + level, width, 0, y, carried, out)
                 done += length
         if h > done:
             x = (h - done) / inputs.steps[fine]
-            move_within(regions.powers, slot, width, x, y, carried, out, terms, total, least)
+            chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
+            move_within(regions.powers, slot, width, chained, x, y, carried, out, terms, total)
         whole = (samples.first + row) // samples.per_cycle
         part = (samples.first + row - whole * samples.per_cycle) / samples.per_cycle
         inputs_at(inputs, whole, part, u)

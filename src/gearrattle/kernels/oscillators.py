@@ -32,14 +32,17 @@ def inputs_at(inputs, cycle, fraction, u):
 
 
 @kernel
-def chains_at(inputs, interval, since, y, first):
+def chains_at(inputs, interval, since, y, first, scratch):
     """Write the signals' chains into y, s periods after their interval began: q_j = sum_k q_(j+k) (w s)^k / k!."""
-    moved, links = inputs.pace * since, inputs.links
+    moved, links, part = inputs.pace * since, inputs.links, 1.0
+    for k in range(links):
+        scratch[k] = part
+        part *= moved * _PART[k + 1]
     for c in range(0, inputs.chains.shape[1], links):
         for j in range(links):
-            value = inputs.chains[interval, c + links - 1]
-            for k in range(links - 2, j - 1, -1):
-                value = value * (moved * _PART[k - j + 1]) + inputs.chains[interval, c + k]
+            value = 0.0
+            for k in range(links - 1 - j, -1, -1):
+                value += scratch[k] * inputs.chains[interval, c + j + k]
             y[first + c + j] = value
 
 

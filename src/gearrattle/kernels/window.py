@@ -26,10 +26,10 @@ def strips_of(count):
 
 
 @inlined
-def advance(tables, index, width, y, carried, out):
-    """Add a table's increments to y and to what is carried."""
+def advance(tables, index, width, chain, y, carried, out):
+    """Add a table's increments to what is carried and to y, but for the strips that hold nothing but chains."""
     behind = strips_of(carried.size)
-    strips = strips_of(width)
+    strips = strips_of(width - chain)
     multiply(tables, index, behind + strips, width, y, out, 0)
     add(behind, out, 0, carried)
     add(strips, out, 4 * behind, y)
@@ -49,30 +49,51 @@ def _combine(c0, c1, c2, c3, y, terms, first, rows, width, out, total):
 
 
 @inlined
-def least_rounds(chain):
-    """Fewest rounds of four terms a move may take where so many entries of y are chains of signals.
-
-    Few suffice for a little of a window only where the states are of comparable size. The higher derivatives of a
-    signal are not, in an interval much shorter than the longest.
-    """
-    return _STRIPS if chain > 0 else 1
+def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
+    """total = g^4 N^4 total + c0 q + c1 g N q + c2 g^2 N^2 q + c3 g^3 N^3 q for chains q: N takes every entry's next."""
+    count, links, g = chained
+    c1, c2, c3, c4 = c1 * g, c2 * (g * g), c3 * (g * g * g), (g * g) * (g * g)
+    for c in range(begin, begin + count, links):
+        last = c + links - 1
+        for j in range(c, last - 3):
+            here = (c0 * y[j] + c1 * y[j + 1]) + (c2 * y[j + 2] + c3 * y[j + 3])
+            total[j] = c4 * total[j + 4] + here
+        for j in range(max(c, last - 3), last + 1):
+            total[j] = c0 * y[j]
+            if j < last:
+                total[j] += c1 * y[j + 1]
+            if j < last - 1:
+                total[j] += c2 * y[j + 2]
+            if j < last - 2:
+                total[j] += c3 * y[j + 3]
 
 
 @kernel
-def move_within(powers, slot, width, x, y, carried, out, terms, total, least):
-    """Move y and what is carried by x finest steps, 0 <= x <= 1.
+def move_within(powers, slot, width, chained, x, y, carried, out, terms, total):
+    """Move y and what is carried by x finest steps, 0 <= x <= 1; the chains at the end of y are left as they are.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
-    then Horner in B^4; as many rounds as x needs, and no fewer than ``least``.
+    then Horner in B^4; as many rounds as x needs. Few suffice for a little of a window only where the entries of y are
+    of comparable size; the higher derivatives of a signal are not, so with chains it is all rounds.
+
+    Args:
+        powers: see ``packed``.
+        slot, width: of the region.
+        chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
+        x: part of the finest step.
+        y, carried: moved.
+        out, terms, total: scratch.
     """
-    first = 4 * strips_of(carried.size)
-    strips = strips_of(carried.size) + strips_of(width)
+    first, moved = 4 * strips_of(carried.size), width - chained[0]
+    strips = strips_of(carried.size) + strips_of(moved)
     rows = 4 * strips
     for r in range(3):
         multiply(powers, 4 * slot + r, strips, width, y, terms, r * rows)
     for i in range(rows):
         out[i] = 0.0
-    rounds = least
+    for i in range(moved, width):
+        total[i] = 0.0
+    rounds = _STRIPS if chained[0] > 0 else 1
     while rounds < _STRIPS and x > _REACH[rounds]:
         rounds += 1
     x2 = x * x
@@ -82,11 +103,12 @@ def move_within(powers, slot, width, x, y, carried, out, terms, total, least):
         for _ in range(q):
             p *= x4
         c1, c2, c3 = x * _FALLING[q, 1], x2 * _FALLING[q, 2], x3 * _FALLING[q, 3]
-        _combine(p, p * c1, p * c2, p * c3, y, terms, first, rows, width, out, total)
+        _combine(p, p * c1, p * c2, p * c3, y, terms, first, rows, moved, out, total)
+        _combine_chains(p, p * c1, p * c2, p * c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
     c2, c3 = x2 / 2.0, x3 / 6.0
-    _combine(0.0, x, c2, c3, y, terms, first, rows, width, out, total)
-    add(strips_of(width), total, 0, y)
+    _combine(0.0, x, c2, c3, y, terms, first, rows, moved, out, total)
+    add(strips_of(moved), total, 0, y)
     _combine(0.0, x, c2, c3, carried, terms, 0, rows, carried.size, out, total)
     add(strips_of(carried.size), total, 0, carried)
 

@@ -47,8 +47,13 @@ def packed_inputs(flow: Flow) -> Inputs:
     )
 
 
-def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants:
-    """What is still to come, up to the end of so many periods, for a march with such counts."""
+def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants | None:
+    """What is still to come, up to the end of so many periods, for a march with such counts.
+
+    None for a driveline without signals and clocks: the march is then compiled without them.
+    """
+    if flow.system.clock is None and flow.system.signals is None:
+        return None
     knots = flow.knots[counts[INTERVAL] + 1 : -1]
     knots = knots[: np.searchsorted(knots, end, side="right")]
     whole = np.floor(knots)
