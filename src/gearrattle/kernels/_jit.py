@@ -181,7 +181,9 @@ def _native(result: Any) -> Any:
 _FOUR: Any = ir.VectorType(ir.DoubleType(), 4)
 
 
-def _group(builder: Any, count: int, at: Any, stride: Any, columns: Any, weights: Any, out: Any, adds: bool) -> None:
+def _group(
+    builder: Any, count: int, at: Any, stride: Any, apart: int, columns: Any, weights: Any, out: Any, adds: bool
+) -> None:
     """Write the sums of so many strips side by side: every weight is read once, and no sum waits for another."""
     integer, four, lane = stride.type, _FOUR.as_pointer(), ir.IntType(32)
     places = [builder.bitcast(builder.gep(out, [integer(4 * s)]), four) for s in range(count)]
@@ -193,7 +195,7 @@ def _group(builder: Any, count: int, at: Any, stride: Any, columns: Any, weights
         weight = builder.insert_element(_FOUR(ir.Undefined), builder.load(builder.gep(weights, [loop.index])), lane(0))
         spread = builder.shuffle_vector(weight, _FOUR(ir.Undefined), ir.VectorType(lane, 4)([0] * 4))
         for strip, total in zip(strips, sums, strict=True):
-            column = builder.gep(strip, [builder.mul(loop.index, integer(4))])
+            column = builder.gep(strip, [builder.mul(loop.index, integer(apart))])
             rows = builder.load(builder.bitcast(column, four), align=8)
             product = builder.fmul(rows, spread, flags=("contract",))
             builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
@@ -201,8 +203,11 @@ def _group(builder: Any, count: int, at: Any, stride: Any, columns: Any, weights
         builder.store(builder.load(total), place, align=8)
 
 
-def _strip_product(adds: bool) -> Any:
-    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
+def _strip_product(adds: bool, apart: int = 4) -> Any:
+    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself.
+
+    The columns of a strip lie so many entries ``apart``.
+    """
 
     def plain(stack: Any, where: tuple[int, int, int, int], y: Any, out: Any, at: int) -> None:
         (first, stride, strips, columns), flat = where, stack.reshape(-1)
@@ -210,7 +215,7 @@ def _strip_product(adds: bool) -> Any:
             for r in range(4):
                 sums = out[at + 4 * i + r] if adds else 0.0
                 for j in range(columns):
-                    sums += flat[begin + 4 * j + r] * y[j]
+                    sums += flat[begin + apart * j + r] * y[j]
                 out[at + 4 * i + r] = sums
 
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
@@ -223,7 +228,7 @@ def _strip_product(adds: bool) -> Any:
             def group(begin: Any, count: int) -> None:
                 here, there = builder.mul(begin, stride), builder.mul(begin, integer(4))
                 strip, rows = builder.gep(entry, [here]), builder.gep(place, [there])
-                _group(builder, count, strip, stride, columns, weights, rows, adds)
+                _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
 
             pairs = builder.ashr(strips, integer(1))
             with cgutils.for_range(builder, pairs) as loop:
@@ -248,6 +253,8 @@ strip_product = _strip_product(False)
 entries apart from the entry ``first`` of the stack on, times y[:columns]."""
 strip_product_added = _strip_product(True)
 """The same, added to what stands there."""
+sliding_product = _strip_product(False, 1)
+"""The same with columns one entry apart: with strips four apart, entry i of out is what lies from first + i on, times y."""
 
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the

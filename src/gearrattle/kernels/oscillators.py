@@ -9,7 +9,7 @@ from math import cos, factorial, floor, pi, sin
 
 import numpy as np
 
-from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels._jit import inlined, kernel, sliding_product
 
 _SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(8))
 _COSINE = tuple(-((-1) ** i) / factorial(2 * i + 2) for i in range(8))  # of cos - 1, divided by the square
@@ -34,16 +34,16 @@ def inputs_at(inputs, cycle, fraction, u):
 @kernel
 def chains_at(inputs, interval, since, y, first, scratch):
     """Write the signals' chains into y, s periods after their interval began: q_j = sum_k q_(j+k) (w s)^k / k!."""
-    moved, links, part = inputs.pace * since, inputs.links, 1.0
+    moved, links, padded, part = inputs.pace * since, inputs.links, inputs.chains.shape[2], 1.0
+    strips = (links + 3) // 4
     for k in range(links):
         scratch[k] = part
         part *= moved * _PART[k + 1]
-    for c in range(0, inputs.chains.shape[1], links):
+    for c in range(inputs.chains.shape[1]):
+        begin = (interval * inputs.chains.shape[1] + c) * padded
+        sliding_product(inputs.chains, (begin, 4, strips, links), scratch, scratch, links)
         for j in range(links):
-            value = 0.0
-            for k in range(links - 1 - j, -1, -1):
-                value += scratch[k] * inputs.chains[interval, c + j + k]
-            y[first + c + j] = value
+            y[first + c * links + j] = scratch[links + j]
 
 
 @inlined

@@ -26,7 +26,7 @@ class Inputs(NamedTuple):
     steps: Any  # (levels,) LONGEST / 2^level
     knot_cycle: Any  # (G,) begins of the signals' intervals, whole periods
     knot_fraction: Any  # (G,) the rest
-    chains: Any  # (G, Q) at the begin of every interval
+    chains: Any  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
     pace: float  # of the chains
     links: int  # D + 1, entries a channel has
     turn_cosine: Any  # (levels, H) rotation over one step of each level

@@ -25,7 +25,7 @@ from gearrattle.remember import remembered
 from gearrattle.system.building import DEEPEST
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.system.store import Room, Store
+from gearrattle.system.store import Room, Store, strips_for
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,9 @@ def packed_inputs(flow: Flow) -> Inputs:
     knots = whole, flow.knots[:-1] - whole
     signals = flow.system.signals
     pace, links = (0.0, 1) if signals is None else (signals.pace(flow.system.inputs.period), signals.degree + 1)
-    chains = np.ascontiguousarray(flow.chains)
+    intervals, entries = flow.chains.shape
+    chains = np.zeros((intervals, entries // links, links + 4 * strips_for(links)))
+    chains[..., :links] = flow.chains.reshape(intervals, -1, links) if entries else 0.0
     return Inputs(
         high, low, flow.frequency, flow.scaling.inputs, steps, *knots, chains, pace, links, np.cos(angle), np.sin(angle)
     )
