@@ -211,7 +211,7 @@ def majorant(
     kept = ~inputs_only & np.any(weight > 0.0, axis=0)
     return Majorant(
         rows[kept], np.stack([weight, weight * (is_fast == 0.0), weight * is_fast])[:, :, kept],
-        np.stack([constant, constant, np.zeros_like(constant)]), part,
+        np.zeros((3, len(deflection), 0)), np.stack([constant, constant, np.zeros_like(constant)]), part,
     )  # fmt: skip
 
 

@@ -68,7 +68,7 @@ def check(system: PiecewiseSystem, pieces: tuple[int, ...], seed: int = 0) -> Re
     rng, agreement = np.random.default_rng(seed), 2.0 if meet(want.generator) else 1.0 + 1e-6
     for _ in range(5):
         y = rng.normal(size=len(made.generator))
-        here, there = made.bound.bound(y), want.bound.bound(y)
+        here, there = made.bound.bound(y, np.zeros(0)), want.bound.bound(y, np.zeros(0))
         floor = 1e-9 * there.max(axis=1, keepdims=True, initial=1e-9)
         assert np.all(here <= agreement * there + floor)
         assert np.all(there <= agreement * here + floor)

@@ -1,5 +1,8 @@
 """A region's tables against an independent matrix exponential, its bound against the motion itself."""
 
+from dataclasses import replace
+from math import factorial
+
 import mpmath
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from gearrattle.system.building import ELIMINATION, Bench, stages
 from gearrattle.system.flow import Flow, flow_of
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import Region, build_region, exponential_increments
+from gearrattle.system.signals import Signals
 from tests.solvers.tasks import oscillator
 from tests.system.drivelines import clearance, inputs, linear, random_chain, random_pieces
 
@@ -121,10 +125,10 @@ def test_blocks_are_invariant_subspaces_that_rebuild_the_generator(seed: int) ->
     assert not np.any(np.tril(triangle, -1))
 
 
-def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the largest |row . y(s)| for each row, on a dense grid over the longest step."""
+def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray, until: float = LONGEST) -> np.ndarray:
+    """Return the largest |row . y(s)| for each row, on a dense grid over the longest step, or a shorter time."""
     count, fastest = 4000, np.abs(np.linalg.eigvals(matrix)).max()
-    step = min(LONGEST / count, 0.2 / fastest)
+    step = min(until / count, 0.2 / fastest)
     move, largest, state = expm(matrix * step), np.zeros(len(rows)), y
     for _ in range(count):
         largest = np.maximum(largest, np.abs(rows @ state))
@@ -137,7 +141,7 @@ def test_the_majorant_bounds_the_fourth_derivative_and_the_fast_modes_all_along_
     flow, region = case(seed)
     z, n, matrix = random_state(flow, seed), flow.states, flow.generator(region.pieces)
     free = np.concatenate([z[:n] - region.split.particular @ z[n:], z[n:][region.split.kept]])
-    fourth, calm, fast = region.bound.bound(free)
+    fourth, calm, fast = region.bound.bound(free, np.zeros(0))
     powered = np.linalg.matrix_power(matrix, 4)
     deflection = flow.probe_rows(region.pieces)[0]
     largest = largest_along(deflection @ powered, matrix, z)
@@ -152,6 +156,51 @@ def test_the_majorant_bounds_the_fourth_derivative_and_the_fast_modes_all_along_
     embedded[:, n:] -= region.bound.fast[:, :n] @ region.split.particular
     assert np.all(largest_along((deflection - embedded) @ powered, matrix, z) <= calm * (1 + 1e-9))
     assert np.all(calm <= fourth)
+
+
+def with_signals(system: PiecewiseSystem, seed: int) -> PiecewiseSystem:
+    """Return a system pushed by two polynomials in every interval, at paces from a tenth to ten times each other's."""
+    rng, period, order = np.random.default_rng(seed), system.inputs.period, np.arange(10)
+    knots = period * np.cumsum([0.0, *10.0 ** rng.uniform(-3, -1, 6)])
+    turning = 10.0 ** rng.uniform(-0.5, 0.5, (6, 2, 1)) / np.diff(knots)[:, None, None]
+    size = np.array([3.0, 1e-3])[:, None] / np.array([float(factorial(j)) for j in order])
+    coefficients = rng.normal(size=(6, 2, 10)) * size * turning**order
+    torque, error = np.zeros((len(system.inertia), 2)), np.zeros((len(system.laws), 2))
+    torque[0, 0], error[-1, 1] = 1.0, 1.0
+    return replace(system, signals=Signals(knots, coefficients, torque, error))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_majorant_holds_all_through_an_interval_of_signals(seed: int) -> None:
+    system = with_signals(random_chain(seed), seed)
+    flow, pieces = flow_of(system), random_pieces(system, seed)
+    region, interval = build_region(flow, pieces), seed % 6
+    z, n = random_state(flow, seed), flow.states
+    z[n + flow.inputs :] = flow.chains[interval]
+    split = np.concatenate([z[n : n + flow.inputs], np.zeros(flow.chain.size)])
+    free = np.concatenate([z[:n] - region.split.particular @ split[: flow.inputs], z[n:][region.split.kept]])
+    fourth, calm, _ = region.bound.bound(free, flow.fourth_of_chains[interval])
+    rows = flow.probe_rows(pieces)[0] @ np.linalg.matrix_power(flow.generator(pieces), 4)
+    length = flow.knots[interval + 1] - flow.knots[interval]
+    largest = largest_along(rows, flow.generator(pieces), z, length)
+    assert np.all(largest <= fourth)
+    assert np.all(fourth <= 1e5 * largest + 1e-9)
+    assert np.all(calm <= fourth)
+    pushed = region.bound.pushes[0] @ flow.fourth_of_chains[interval]
+    assert np.any(pushed > 0.0)
+    assert np.all(fourth >= pushed)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_fourth_derivatives_of_chains_are_bounded_tightly(seed: int) -> None:
+    flow = flow_of(with_signals(random_chain(seed), seed))
+    begin, length = np.repeat(flow.knots[:-1], 400), np.repeat(np.diff(flow.knots), 400)
+    times = begin + length * np.tile((np.arange(400) + 0.5) / 400, len(flow.knots) - 1)
+    chains = flow.chains_at(np.floor(times), times - np.floor(times))
+    fourth = np.abs(chains @ np.linalg.matrix_power(flow.pace_of_chains, 4).T).reshape(-1, 400, flow.chain.size)
+    largest, bound = fourth.max(axis=1), flow.fourth_of_chains
+    assert np.all(largest <= bound * (1 + 1e-9))
+    assert np.all(bound[:, :4] <= 4.0 * largest[:, :4].max() + 1e-9)
 
 
 def test_a_free_flying_part_without_drag_is_bounded_by_its_elastic_motion_alone() -> None:

@@ -254,7 +254,7 @@ entries apart from the entry ``first`` of the stack on, times y[:columns]."""
 strip_product_added = _strip_product(True)
 """The same, added to what stands there."""
 sliding_product = _strip_product(False, 1)
-"""The same with columns one entry apart: with strips four apart, entry i of out is what lies from first + i on, times y."""
+"""The same with columns one entry apart: strips four apart make entry i of out from what lies from first + i on."""
 
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the

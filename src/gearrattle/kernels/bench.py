@@ -40,12 +40,13 @@ derivatives; the same without the fast modes."""
 PARTICULAR, FORCED, FLOWING, INTEGRAL = _numbers(18, 22)
 """(N, U) P; (4 W, U) what the inputs split off make of what is watched, and three derivatives; (C, U) of the carried
 quantities, and their integral."""
-WEIGHTS, PART, FOUND = _numbers(22, 25)
-"""(3 W, J) of the bounds; (W, Y) the fast modes' part of what is watched; the rows below."""
+WEIGHTS, PART, FOUND, PUSHED, FOLLOWED = _numbers(22, 27)
+"""(3 W, J) of the bounds; (W, Y) the fast modes' part of what is watched; the rows below; (3 W, Q) of the bounds, on
+what chains drive; (W, Q) what the deflections follow of chains."""
 OFFSETS, KEPT_AMPLITUDE, TURNING = _numbers(3)
 """Rows of the page ``FOUND``: (3 W,) constants of the bounds; of the kept constant and harmonics; (ORDER + 1,) the
 largest Taylor coefficient of every order."""
-ONE, TWO, THREE, FOUR, PAGES = _numbers(25, 30)
+ONE, TWO, THREE, FOUR, PAGES = _numbers(27, 32)
 """Scratch."""
 
 TRIANGLE, LEFT, RIGHT, BOUNDS, SCHUR, BASIS, SYSTEM, COLUMNS, WAVES = _numbers(9)
@@ -68,6 +69,8 @@ ELEMENT_COUNT, INERTIA_COUNT, STATES, WATCHED_COUNT, REFERENCE_COUNT, HARMONICS 
 LEAST, DEEPEST, CLEARANCE_COUNT, DEFLECTIONS, CHAIN, LINKS, WIDTH, MODES, FINE = _numbers(6, 15)
 """Sizes: m, n, N, W, R, H; the finest step's least and largest level; K, r, Q, D + 1; then found: Y, J, its level."""
 
+SLACK = 1.0 + 1e-6
+"""Covers the rounding of a region's decomposition."""
 TOP = np.int64(0)
 """The first row of a page."""
 POWERS = 4  # of the generator, for the Taylor window

@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import sqrt
 
 from gearrattle.kernels._jit import strict, strict_entry
-from gearrattle.kernels.bench import BOUNDS, LEFT, PIVOTS, RIGHT, SIZES, TOP, TRIANGLE, WIDTH
+from gearrattle.kernels.bench import BOUNDS, CHAIN, LEFT, PIVOTS, RIGHT, SIZES, TOP, TRIANGLE, WIDTH
 
 _ROUNDING = 2.0**-52
 _SMALLEST = 1e-290
@@ -98,14 +98,15 @@ def block_diagonalise(waves, marks, largest):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
     Args:
-        waves: its pages ``TRIANGLE``, ``LEFT`` and ``RIGHT`` are T, V^-1 and V (Z, Z); ``BOUNDS`` is scratch.
-        marks: where every block begins, and the end of the last, is written into ``PIVOTS``; Z is the width there.
+        waves: its pages ``TRIANGLE``, ``LEFT`` and ``RIGHT`` are T, V^-1 and V; ``BOUNDS`` is scratch.
+        marks: where every block begins, and the end of the last, is written into ``PIVOTS``; T is as large as y without
+            chains.
         largest: bound on the entries of every elimination; larger means more, but worse conditioned, blocks.
 
     Returns:
         the number of blocks.
     """
-    size, count, begin, end = marks[SIZES, WIDTH], TOP, TOP, TOP
+    size, count, begin, end = marks[SIZES, WIDTH] - marks[SIZES, CHAIN], TOP, TOP, TOP
     marks[PIVOTS, 0] = 0
     while begin < size:
         end = begin + 1

@@ -36,6 +36,7 @@ from gearrattle.kernels.bench import (
     SCHUR,
     SIMPLE,
     SIZES,
+    SLACK,
     STATES,
     THREE,
     TOP,
@@ -48,25 +49,24 @@ from gearrattle.kernels.bench import (
     WIDTH,
 )  # fmt: skip
 from gearrattle.kernels.dense import copy_rows, norm_of_columns, times
+from gearrattle.kernels.pushes import add_push, begin_pushes, finish_pushes, push, shape
 from gearrattle.kernels.responses import modulus
 
-SLACK = 1.0 + 1e-6  # covers the rounding of the decomposition itself
 _HALF = sqrt(0.5)
 _SAME = 1e-9  # of their size: eigenvalues this near count as one
 
 
 @strict_entry
 def triangular_form(work, waves, marks):
-    """Complex Schur form of M = [A G; 0 S] with its vectors: Schur of A, known eigenvectors of S, chains as they are.
+    """Complex Schur form of M = [A G; 0 S] with its vectors: Schur of A, known eigenvectors of S; chains stay outside.
 
     M = ``GENERATOR`` = V T V^-1: T is written on the page ``TRIANGLE``, V on ``RIGHT``, V^-1 on ``LEFT``.
     """
-    n, width, constant = marks[SIZES, STATES], marks[SIZES, WIDTH], marks[KEPT, 0]
-    chained = width - marks[SIZES, CHAIN]
+    n, constant = marks[SIZES, STATES], marks[KEPT, 0]
+    width = chained = marks[SIZES, WIDTH] - marks[SIZES, CHAIN]
     for i in range(width):
         for j in range(width):
-            waves[TRIANGLE, i, j] = work[GENERATOR, i, j] if i >= chained else 0.0
-            waves[RIGHT, i, j] = 1.0 if i == j and i >= chained else 0.0
+            waves[TRIANGLE, i, j] = waves[RIGHT, i, j] = 0.0
     for i in range(n):
         for j in range(n):
             waves[RIGHT, i, j] = waves[BASIS, j, i]
@@ -94,6 +94,7 @@ def triangular_form(work, waves, marks):
                 pushed += work[GENERATOR, k, q] * waves[RIGHT, q, j]
             for i in range(n):
                 waves[TRIANGLE, i, j] += waves[LEFT, i, k] * pushed
+    begin_pushes(work, marks)
 
 
 @strict
@@ -150,22 +151,14 @@ def _largest_of_inputs(work, waves, i, n, constant, chained):
     return total
 
 
-@strict
-def _shape(work, waves, k, i, width):
-    """Deflection k of column i of V."""
-    total = complex(0.0, 0.0)
-    for q in range(width):
-        total += work[WATCHED, k, q] * waves[RIGHT, q, i]
-    return total
-
-
 @strict_entry
 def weigh(work, waves, marks, a, b):
-    """One block, [a, b): |delta_k V| exp(G horizon) in row k of ``WEIGHTS``, T^4 V^-1 in rows of ``BOUNDS``.
+    """One block, [a, b): |delta_k V| exp(G horizon) in row k of ``WEIGHTS``, fourth derivatives in rows of ``BOUNDS``.
 
-    G are the moduli of the entries above the diagonal and what grows on it.
+    G are the moduli of the entries above the diagonal and what grows on it. The rows are T^4 V^-1, and what chains add.
     """
     clearances, width = marks[SIZES, WATCHED_COUNT], marks[SIZES, WIDTH]
+    chained = width - marks[SIZES, CHAIN]
     for i in range(a, b):
         marks[SIMPLE, i] = b - a == 1
         for j in range(a, b):
@@ -181,20 +174,23 @@ def weigh(work, waves, marks, a, b):
         for j in range(a, b):
             work[WEIGHTS, k, j] = 0.0
         for i in range(a, b):
-            size = SLACK * modulus(_shape(work, waves, k, i, width))
+            size = SLACK * modulus(shape(work, waves, k, i, chained))
             if size > 0.0:
                 for j in range(a, b):
                     work[WEIGHTS, k, j] += size * work[ONE, i - a, j - a]
+    if width > chained:
+        push(work, waves, marks, a, b)
     for i in range(a, b):
         for j in range(width):
             waves[BOUNDS, i, j] = waves[LEFT, i, j]
-    for _ in range(4):
+    for passed in range(4):
         for i in range(a, b):
             for j in range(width):
                 made = complex(0.0, 0.0)
                 for q in range(i, b):
                     made += waves[TRIANGLE, i, q] * waves[BOUNDS, q, j]
                 waves[BOUNDS, i, j] = made
+            add_push(work, waves, marks, i, passed)
 
 
 @strict
@@ -219,20 +215,22 @@ def gather(work, waves, marks):
         marks[SIZES, WATCHED_COUNT],
     )
     fast, chained = work[VECTORS, LIMITS, FAST], width - marks[SIZES, CHAIN]
+    finish_pushes(work, marks)
     for k in range(clearances):
         for part in range(3):
             work[FOUND, OFFSETS, part * clearances + k] = 0.0
         for j in range(width):
             work[PART, k, j] = 0.0
     count = 0
-    for i in range(width):
-        how_often, speed, swift = _multiplicity(waves, marks, i, width), modulus(waves[TRIANGLE, i, i]), 0.0
-        if marks[SIMPLE, i] and speed > fast and _has_some(waves, LEFT, i, 0, n):
+    for i in range(chained):
+        how_often, speed, swift = _multiplicity(waves, marks, i, chained), modulus(waves[TRIANGLE, i, i]), 0.0
+        is_free = not _has_some(waves, TRIANGLE, i, chained, width)
+        if marks[SIMPLE, i] and speed > fast and is_free and _has_some(waves, LEFT, i, 0, n):
             swift = 1.0 / (speed * speed * speed * speed)
             for k in range(clearances):
-                shape = _shape(work, waves, k, i, width)
+                form = shape(work, waves, k, i, chained)
                 for j in range(width):
-                    work[PART, k, j] += (shape * waves[LEFT, i, j]).real
+                    work[PART, k, j] += (form * waves[LEFT, i, j]).real
         if not _has_some(waves, BOUNDS, i, 0, n) and not _has_some(waves, BOUNDS, i, chained, width):
             largest = _largest_of_inputs(work, waves, i, n, constant, chained)
             for k in range(clearances):

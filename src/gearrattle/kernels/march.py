@@ -142,6 +142,14 @@ def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
 
 
 @inlined
+def _bound_pushes(pushes, fourth, slot, interval, size, bound):
+    """Add what the fourth derivatives of chains make of the bounds."""
+    for j in range(fourth.shape[1]):
+        size[j] = fourth[interval, j]
+    multiply_add(pushes, slot, bound.size // 4, fourth.shape[1], size, bound)
+
+
+@inlined
 def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
     """Bound fourth derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
     groups = strips_of(modes)
@@ -328,6 +336,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
             counts[UNBOUNDED], clock[3] = 0, 0.0
             _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
+            if instants is not None:
+                _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
         _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
         first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
         level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)

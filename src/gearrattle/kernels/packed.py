@@ -27,6 +27,7 @@ class Inputs(NamedTuple):
     knot_cycle: Any  # (G,) begins of the signals' intervals, whole periods
     knot_fraction: Any  # (G,) the rest
     chains: Any  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
+    fourth: Any  # (G, Q) bounds on their fourth derivatives, all through every interval
     pace: float  # of the chains
     links: int  # D + 1, entries a channel has
     turn_cosine: Any  # (levels, H) rotation over one step of each level
@@ -64,6 +65,7 @@ class Regions(NamedTuple):
     modes: Any  # (slots,) how many modes bound the fourth derivatives
     bounds: Any  # (slots, strips, M, 4) their rows, four real and four imaginary parts in turn
     weights: Any  # (slots, strips, modes, 4) W bounds on fourth derivatives, W without fast modes, W on fast modes
+    pushes: Any  # (slots, strips, Q, 4) the same on the fourth derivatives of chains
     constant: Any  # (slots, 4 strips)
     lower: Any  # (slots, W) bounds of what is watched, corner scales
     upper: Any  # (slots, W)

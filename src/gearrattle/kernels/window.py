@@ -50,7 +50,7 @@ def _combine(c0, c1, c2, c3, y, terms, first, rows, width, out, total):
 
 @inlined
 def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
-    """total = g^4 N^4 total + c0 q + c1 g N q + c2 g^2 N^2 q + c3 g^3 N^3 q for chains q: N takes every entry's next."""
+    """total = (g N)^4 total + c0 q + c1 g N q + c2 (g N)^2 q + c3 (g N)^3 q for chains q: N takes every link's next."""
     count, links, g = chained
     c1, c2, c3, c4 = c1 * g, c2 * (g * g), c3 * (g * g * g), (g * g) * (g * g)
     for c in range(begin, begin + count, links):

@@ -93,11 +93,10 @@ class SweepMarch:
         self.samples.states[0], self.samples.pieces[0] = columns, self.initial
         self.sweep.counts[packed.SAMPLE] = 1
         high, low = split_cycles(inputs.cycles)
-        none = np.zeros(0)
+        none, rows = np.zeros(0), np.zeros((0, 0))
         self.inputs = packed.Inputs(
-            high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, none[:, None], 0.0, 1,
-            none[:, None], none[:, None],
-        )  # fmt: skip
+            high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, rows[None], rows, 0.0, 1, rows, rows
+        )
         self.log = empty_log()
         self.auditor: SweepAuditor | None = None
 

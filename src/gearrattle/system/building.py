@@ -201,6 +201,7 @@ class Bench:
         do.fill_in_turn(a["calm"], slot, work, bench.CALM, k, width)
         do.fill_in_turn(a["forced"], slot, work, bench.FORCED, k, u)
         do.fill(a["weights"], slot, 0, work, bench.WEIGHTS, 0, 3 * k, modes)
+        do.fill(a["pushes"], slot, 0, work, bench.PUSHED, 0, 3 * k, self.sizes[bench.CHAIN])
         do.fill_bounds(a["bounds"], slot, self.waves, modes, width)
         do.fill_series(a["series"], slot, work, marks, h)
         a["forced_strips"][slot] = do.fill_forced(a["forced_series"], slot, work, marks, h)

@@ -140,6 +140,12 @@ class Flow:
         return np.zeros((0, 0)) if signals is None else signals.chains(self.system.inputs.period) * self.chain
 
     @cached_property
+    def fourth_of_chains(self) -> Array:
+        """(G, Q) bounds on the fourth derivatives of the scaled chains, all through every interval."""
+        signals = self.system.signals
+        return np.zeros((0, 0)) if signals is None else signals.fourth(self.system.inputs.period) * self.chain
+
+    @cached_property
     def knots(self) -> Array:
         """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
 

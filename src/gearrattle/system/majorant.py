@@ -13,6 +13,13 @@ A simple decaying mode gives plain |r R| |lambda|^4 |c|: its amplitude cannot gr
 fourth derivative itself, so Jordan blocks of free-flying parts contribute next to nothing. Inputs that no mode mixes
 with have constant amplitude and go into a constant.
 
+Chains of signals q stay outside of the blocks: c_b' = T_b c_b + P_b q, q' = N q, so that
+
+    |c_b''''(s)| <= exp(G_b horizon) (|c_b''''(0)| + horizon |P_b| S),      S >= |q''''(s)| all through the interval.
+
+A block whose modes turn fast against the signal *follows* it: c_b = c_free + X_b q with T_b X_b - X_b N = -P_b, and
+|delta''''| takes |w + sum_b r R_b X_b| S instead, w being what delta feels of q directly.
+
 The *calm* bound treats fast simple modes apart: their part of delta is at most |r R| |c|, however long the step, and
 only the rest needs the fourth derivative. It is the better one while fast modes are small against the gaps.
 
@@ -37,15 +44,17 @@ class Majorant:
     Attributes:
         rows: (J, Z) complex.
         weights: (3, K, J); weights @ m bounds |delta_k''''|, the same without fast modes, the fast modes' |delta_k|.
+        pushes: (3, K, Q); pushes @ S is what the chains' fourth derivatives, bounded by S (Q,), make of the same.
         constant: (3, K) to be added.
         fast: (K, Z) the fast modes' part of every deflection.
     """
 
     rows: ComplexArray
     weights: Array
+    pushes: Array
     constant: Array
     fast: Array
 
-    def bound(self, z: Array) -> Array:
-        """(3, K) bounds at the state z (Z,)."""
-        return np.asarray(self.constant + self.weights @ np.abs(self.rows @ z))
+    def bound(self, z: Array, fourth: Array) -> Array:
+        """(3, K) bounds at the state z (Z,), with bounds on the chains' fourth derivatives (Q,)."""
+        return np.asarray(self.constant + self.weights @ np.abs(self.rows @ z) + self.pushes @ fourth)

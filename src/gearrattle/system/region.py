@@ -144,7 +144,9 @@ def region_in(store: Store, slot: int) -> Region:
     parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)
     rows = (parts[:, 0] + 1j * parts[:, 1]).reshape(4 * len(parts), width)[:modes]
     weights = unpacked(a.weights[slot][:, :modes], 3 * k)[0].reshape(3, k, modes)
-    bound = Majorant(rows, weights, a.constant[slot, : 3 * k].reshape(3, k).copy(), watched[0] - calm[0])
+    pushes = unpacked(a.pushes[slot], 3 * k)[0].reshape(3, k, a.pushes.shape[2])
+    constant = a.constant[slot, : 3 * k].reshape(3, k).copy()
+    bound = Majorant(rows, weights, pushes, constant, watched[0] - calm[0])
     return Region(
         store.pieces[slot], Split(particular, kept), rates[1] / per_step, rates[0] / per_step,
         integral, a.drift[slot, :c].copy(), np.array(tables), watched, calm,

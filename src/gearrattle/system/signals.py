@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_POINTS = 4  # of an interval, at which derivatives are looked at to bound them
+_SHORTEST = 1e-3  # length of an interval by the pace: shorter ones are looked at as if they were as long
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -74,3 +77,31 @@ class Signals:
         order = np.arange(self.degree + 1)
         unit = (period / self.pace(period)) ** order * np.array([float(factorial(int(j))) for j in order])
         return np.asarray((self.coefficients * unit).reshape(len(self.coefficients), self.chain))
+
+    def fourth(self, period: float) -> Array:
+        """(G, chain) bounds on the moduli of the chains' fourth derivatives, per period^4, all through every interval.
+
+        With s = w times an interval's length, r_j = s^j q_j have sup |r_j| <= max |r_j(x_i)| + d sup |r_(j+1)|; none of
+        the interval is farther than a part d of it from one of the points x_i.
+        """
+        links, order, pace = self.degree + 1, 4, self.pace(period)
+        bounds = np.zeros((len(self.coefficients), self.channels, links))
+        if links > order:
+            length = np.maximum(pace * np.diff(self.knots) / period, _SHORTEST)[:, None, None]
+            units = length ** np.arange(links)
+            values = (self.chains(period).reshape(bounds.shape) * units) @ _taylor(links, order)
+            largest = np.abs(values.reshape(*bounds.shape[:2], _POINTS, links - order)).max(axis=2)
+            for j in range(links - order - 2, -1, -1):
+                largest[..., j] += largest[..., j + 1] / (2 * _POINTS)
+            bounds[..., : links - order] = pace**order * largest / units[..., order:]
+        return bounds.reshape(len(bounds), self.chain)
+
+
+def _taylor(links: int, order: int) -> Array:
+    """(k, i j) r_(order + j) at the middle of every part i of an interval, as a sum of r_k at its begin."""
+    out = np.zeros((links, _POINTS, links - order))
+    for i in range(_POINTS):
+        for j in range(links - order):
+            for k in range(order + j, links):
+                out[k, i, j] = ((i + 0.5) / _POINTS) ** (k - order - j) / factorial(k - order - j)
+    return out.reshape(links, -1)

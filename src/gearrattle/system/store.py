@@ -79,6 +79,7 @@ class Size:
             "series": (0, order, width, 4),
             "forced_series": (0, order, u, 4),
             "weights": (0, strips_for(3 * k), modes, 4),
+            "pushes": (0, strips_for(3 * k), self.chain, 4),
             "constant": (0, 4 * strips_for(3 * k)),
             "lower": (0, k),
             "upper": (0, k),
