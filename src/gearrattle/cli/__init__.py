@@ -33,6 +33,7 @@ COMMANDS = {
         "A simulated motion against a measured one.",
     ),
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
+    "screen": ("gearrattle.cli.screen:screen", "Which loose gear rattles at which speed and load, as a map."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
