@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.simulate import simulate
+    from gearrattle.calls.spectra import spectra
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
     from gearrattle.calls.stiffness import Stiffness, stiffness
     from gearrattle.calls.store import open_stream
@@ -129,6 +130,7 @@ _HOME = {
     "psd": "calls.densities",
     "cross_psd": "calls.densities",
     "coherence": "calls.densities",
+    "spectra": "calls.spectra",
     "order_map": "calls.orders",
     "order_cuts": "calls.orders",
     "waterfall": "calls.waterfall",
@@ -200,6 +202,7 @@ __all__ = [
     "screen",
     "sensitivities",
     "simulate",
+    "spectra",
     "stiffness",
     "stream",
     "study",

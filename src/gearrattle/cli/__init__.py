@@ -36,6 +36,7 @@ COMMANDS = {
     "screen": ("gearrattle.cli.screen:screen", "Which loose gear rattles at which speed and load, as a map."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),
+    "spectra": ("gearrattle.cli.spectra:spectra", "Density of a signal; transfer function and coherence of two."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
