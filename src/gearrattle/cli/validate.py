@@ -14,7 +14,7 @@ from gearrattle.cli.options import Json, Settings, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.validation import Validation
+    from gearrattle.validation import Explained, Validation
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 
@@ -105,6 +105,8 @@ def validate(
         print(json_text(validation_content(found)))
     else:
         print(_table(found))
+        if found.parameters is not None:
+            print(_parameters(found.parameters))
         print(found.verdict)
     if output is not None:
         print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)
@@ -124,6 +126,19 @@ def _work(
         watch.enter("writing the page")
         fill_validation(found, folder)
     return found
+
+
+def _parameters(found: Explained) -> str:
+    """What each uncertain parameter does to the rms of every channel, and how these pull it."""
+    from gearrattle.cli.columns import columns
+
+    head = ("parameter", *(f"{name} rms, %" for name in found.channels), "pulled, s.e.", "error left, %")
+    rows = []
+    for each in found.parameters:
+        of = {effect.channel: effect for effect in each.effects if effect.measure == "rms"}
+        told = (f"{of[name].value:.3g} ± {of[name].error:.2g}" for name in found.channels)
+        rows.append((each.path, *told, f"{each.shift:.3g}", f"{100.0 * each.left:.3g}"))
+    return columns(head, rows)
 
 
 def _table(found: Validation) -> str:

@@ -7,6 +7,7 @@ spectra, rates of impacts. Each is given with the interval that the scatter from
 Takes runs and recordings; gives a Validation to plots, reports and commands.
 """
 
+from gearrattle.validation.effects import Effect, Explained, Parameter
 from gearrattle.validation.record import (
     Band,
     Clock,
@@ -24,10 +25,13 @@ __all__ = [
     "Band",
     "Clock",
     "Contribution",
+    "Effect",
+    "Explained",
     "Impacts",
     "Level",
     "Order",
     "Pair",
+    "Parameter",
     "Printed",
     "Validation",
     "of_printed",
