@@ -68,7 +68,7 @@ if TYPE_CHECKING:
         sensitivities,
         study,
     )
-    from gearrattle.validation import Validation, validate
+    from gearrattle.validation import RunUp, Validation, validate, validate_run_up
 
 _HOME = {
     "Model": "model",
@@ -114,6 +114,8 @@ _HOME = {
     "fit": "identification.fit",
     "validate": "validation",
     "Validation": "validation",
+    "validate_run_up": "validation",
+    "RunUp": "validation",
     "Fit": "identification.fitted",
     "fit_loop": "identification.loop_fit",
     "LoopFit": "identification.loop_result",
@@ -159,6 +161,7 @@ __all__ = [
     "Recording",
     "Reduction",
     "Run",
+    "RunUp",
     "Sound",
     "Stiffness",
     "Stream",
@@ -208,6 +211,7 @@ __all__ = [
     "study",
     "torque_angle",
     "validate",
+    "validate_run_up",
     "waterfall",
     "write",
 ]

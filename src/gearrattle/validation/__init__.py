@@ -18,6 +18,8 @@ from gearrattle.validation.record import (
     Pair,
     Validation,
 )
+from gearrattle.validation.run_up_record import RunUp, Track
+from gearrattle.validation.run_ups import validate_run_up
 from gearrattle.validation.sigma import Printed, of_printed, sigma
 from gearrattle.validation.validate import validate
 
@@ -33,8 +35,11 @@ __all__ = [
     "Pair",
     "Parameter",
     "Printed",
+    "RunUp",
+    "Track",
     "Validation",
     "of_printed",
     "sigma",
     "validate",
+    "validate_run_up",
 ]

@@ -33,6 +33,7 @@ from gearrattle.validation.wanted import Wanted
 _ROUNDS = 4
 _AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
 _FOLDED = 5.0  # %: more is told
+_REMEDY = "set a steady speed, or compare orders over speed with validate_run_up"
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
 
@@ -67,7 +68,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     """
     if run.speed is not None:
         rule = "the speed changes along the run, so it has no period to compare by"
-        raise ModelError(Problem(f"{run.model.name or 'model'}: excitation", "a sweep", rule, "set a steady speed"))
+        raise ModelError(Problem(f"{run.model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
     errors = standard_errors(run, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
     told, lines = _clock(matter)
