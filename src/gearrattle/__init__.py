@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.reduction import Reduction
     from gearrattle.calls.scaling import Nondimensional, nondimensionalize
     from gearrattle.calls.simulate import simulate
+    from gearrattle.calls.spectra import spectra
     from gearrattle.calls.statics import Equilibrium, Modes, equilibrium, modes
     from gearrattle.calls.stiffness import Stiffness, stiffness
     from gearrattle.calls.store import open_stream
@@ -67,7 +68,7 @@ if TYPE_CHECKING:
         sensitivities,
         study,
     )
-    from gearrattle.validation import Validation, validate
+    from gearrattle.validation import RunUp, Validation, validate, validate_run_up
 
 _HOME = {
     "Model": "model",
@@ -113,6 +114,8 @@ _HOME = {
     "fit": "identification.fit",
     "validate": "validation",
     "Validation": "validation",
+    "validate_run_up": "validation",
+    "RunUp": "validation",
     "Fit": "identification.fitted",
     "fit_loop": "identification.loop_fit",
     "LoopFit": "identification.loop_result",
@@ -129,6 +132,7 @@ _HOME = {
     "psd": "calls.densities",
     "cross_psd": "calls.densities",
     "coherence": "calls.densities",
+    "spectra": "calls.spectra",
     "order_map": "calls.orders",
     "order_cuts": "calls.orders",
     "waterfall": "calls.waterfall",
@@ -157,6 +161,7 @@ __all__ = [
     "Recording",
     "Reduction",
     "Run",
+    "RunUp",
     "Sound",
     "Stiffness",
     "Stream",
@@ -200,11 +205,13 @@ __all__ = [
     "screen",
     "sensitivities",
     "simulate",
+    "spectra",
     "stiffness",
     "stream",
     "study",
     "torque_angle",
     "validate",
+    "validate_run_up",
     "waterfall",
     "write",
 ]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import gearrattle as gr
-from gearrattle.cli import COMMANDS
+from gearrattle.cli import COMMANDS, main
 from gearrattle.model import json_schema
 from tests.architecture.places import DOCS, EXAMPLES, ROOT, document_files
 
@@ -40,6 +40,25 @@ def test_gearrattle_commands_named_in_pages_exist_and_all_are_described() -> Non
     assert set(re.findall(r"^gearrattle ([a-z]+)", "\n".join(consoles), flags=re.MULTILINE)) == set(COMMANDS)
     described = _read(DOCS / "howto" / "command_line.md")
     assert [name for name in COMMANDS if f"## `gearrattle {name}`" not in described] == []
+
+
+SETTINGS = ["--algorithm", "--cycles", "--discard", "--samples-per-cycle", "--tolerance", "--step", "--initial"]
+"""Of every simulation: described once, with ``run``."""
+EVERYWHERE = {"--json", "--output"}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_of_a_command_is_described(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the command's section; the settings of a simulation with ``run``."""
+    monkeypatch.setenv("COLUMNS", "200")
+    assert main([name, "--help"]) == 0
+    options = set(re.findall(r"^│\s+(?:\*\s+)?(--[a-z-]+)", capsys.readouterr().out, flags=re.MULTILINE))
+    section = _read(DOCS / "howto" / "command_line.md").split(f"## `gearrattle {name}`")[1].split("\n## ")[0]
+    named = {option.replace("--no-", "--") for option in re.findall(r"--[a-z][a-z-]+", section)}
+    assert options - named - EVERYWHERE - (set(SETTINGS) if name != "run" else set()) == set()
+    assert named - options <= {"--resume"} if name == "stream" else named <= options
 
 
 def test_every_example_is_listed() -> None:

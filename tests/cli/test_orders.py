@@ -63,6 +63,20 @@ def test_spectra_are_drawn_with_the_lines_of_a_model(
     assert [path.name for path in tmp_path.iterdir()] == ["map.svg"]
 
 
+def test_a_map_of_orders_has_the_natural_frequencies_of_a_model(
+    rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "orders.svg"
+    assert main(["orders", rig, "a", "--highest", "12", "--model", str(CASE), "-o", str(target)]) == 0
+    text = target.read_text(encoding="utf-8")
+    assert "falling lines: natural frequencies" in text.lower()
+    assert ">f1<" in text
+    assert "order 1" in text
+    assert main(["orders", rig, "a", "--highest", "12", "-o", str(target)]) == 0
+    assert "natural frequencies" not in target.read_text(encoding="utf-8")
+    capsys.readouterr()
+
+
 def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "run.nc"
     gr.simulate(gr.load(CASE), cycles=30, discard=10).save(path)

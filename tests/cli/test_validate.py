@@ -50,6 +50,21 @@ def test_the_page_needs_nothing_else(files: tuple[str, str], capsys: pytest.Capt
     assert figures == {"sigma", "budget", "cycles", "orders", "spectra", "bands"}
 
 
+def test_uncertain_parameters_have_their_tables(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    """The rms goes as 1 / J: a per cent of one is a per cent of the other, and ln 1.1 takes 9.5 of them."""
+    words = ["--uncertain", "inertia.wheel.J=0.02", "--uncertain", "torque.0.harmonics.0.amplitude=0.1", "--draws", "8"]
+    assert main(["validate", *files, *words, "-o", "out"]) == 0
+    out = capsys.readouterr().out
+    row = next(line.split() for line in out.splitlines() if line.startswith("inertia.wheel.J"))
+    assert float(row[1]) == pytest.approx(-1.0 / 1.1, rel=0.02)
+    page = Path("out/report.html").read_text(encoding="utf-8")
+    for title in ("Parameters, each alone", "Parameters, all together", "Which go together"):
+        assert title in page
+    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["parameters"]
+    assert told["parameters"][0]["effects"][1]["needed"] == pytest.approx(-9.53, rel=0.02)
+    assert told["stated"] == [[1.0, 0.0], [0.0, 1.0]]
+
+
 def test_json_and_a_saved_run_and_a_mapping(files: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     made.run().save("wheel.nc")
     Path("measurement.toml").write_text(

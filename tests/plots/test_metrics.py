@@ -90,3 +90,16 @@ def test_one_load_gives_curves_over_speed() -> None:
     line = next(line for line in panel.lines if line.name == "fifth_mesh" and line.mark == "line")
     assert line.y == pytest.approx(20.0 * np.log10(data.lift_ratio.values[:, 0, 1]))
     assert line.x == pytest.approx([800.0, 1500.0, 3000.0])
+
+
+def test_loads_by_path_are_named_on_their_axis() -> None:
+    """A single path by its name and values in SI; factors by that word; the two measures have files of their own."""
+    model = gr.load("examples/manual_transmission.toml")
+    data = gr.screen(model, ["800 rpm", "1500 rpm"], {"torque.0.harmonics.0.amplitude": [25.0, "50 N*m"]})
+    chart = screening_map(data)
+    assert {panel.unit for panel in chart.panels} == {"↑ torque.0.harmonics.0.amplitude"}
+    assert [word for _, word in chart.panels[0].y_ticks] == ["25", "50"]
+    assert "SI units" in chart.caption
+    by_factor = screening_map(_screened([0.1, 1.0]), "separation_ratio")
+    assert by_factor.panels[0].unit == "↑ load factor [1]"
+    assert {chart.key, by_factor.key} == {"screening", "screening_separation"}

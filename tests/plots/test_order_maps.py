@@ -112,11 +112,54 @@ def test_a_line_one_bin_wide_stays_in_a_coarse_map() -> None:
     assert np.nanmax(panel.heat.values, axis=0).min() >= ridge.min() - 1e-9
     assert panel.heat.values.shape[0] <= 160
     assert (panel.unit, panel.x_title) == ("Hz", "speed, rpm")
-    (line,) = {tuple(line.y.tolist()) for line in panel.lines if line.name == "order 2"}
-    assert line == pytest.approx([2.0 * edge / 60.0 for edge in panel.heat.x_range])
+    dark, light = (line for line in panel.lines if line.name == "order 2")
+    assert light.x[[0, -1]] == pytest.approx(panel.heat.x_range)
+    for line in (dark, light):
+        assert line.y == pytest.approx(2.0 * line.x / 60.0)
     assert {label.words for label in panel.labels} == {"order 2", "f1"}
     assert chart.legend[-1].name.endswith("dB re 1 rad/s²")
     ElementTree.fromstring(draw(chart, legend=True))
+
+
+def test_natural_frequencies_fall_over_a_map_of_orders() -> None:
+    """o = omega_r / Omega at every speed of the axis; an order of the excitation is a tick that hides no ridge."""
+    data = gr.order_map(record(), "a", highest=10.0)
+    amplitude = data.amplitude.assign_attrs(data.attrs)
+    omega = 2.0 * np.pi * 60.0
+    chart = map_chart(amplitude, orders=[2.0, 40.0], natural=[omega])
+    (panel,) = chart.panels
+    falling = next(line for line in panel.lines if line.name == "natural frequency 1")
+    shown = np.isfinite(falling.y)
+    assert falling.y[shown] == pytest.approx(omega * 30.0 / np.pi / falling.x[shown])
+    assert falling.y[shown].max() < 10.0
+    left, right = panel.heat.x_range
+    tick = next(line for line in panel.lines if line.name == "order 2")
+    assert tick.x[1] - tick.x[0] <= 0.02 * (right - left) * (1.0 + 1e-9)
+    assert tick.y.tolist() == [2.0, 2.0]
+    assert {label.words for label in panel.labels} == {"order 2", "f1"}
+    assert "falling lines: natural frequencies" in chart.caption
+    json.dumps(plotly_figure(chart), allow_nan=False)
+    ElementTree.fromstring(draw(chart))
+
+
+def test_over_time_lines_follow_the_speed_of_each_row() -> None:
+    """A speed that rises and falls again has no axis of its own; orders and natural frequencies go with it."""
+    speed = 2.0 * np.pi * (20.0 + 10.0 * np.sin(2.0 * np.pi * TIME / 20.0))
+    wave = np.sin(2.0 * np.cumsum(speed) / RATE)
+    rig = Recording(TIME, (Channel("a", "", "", "1", wave), Channel("n", "speed", "", "rad/s", speed)), "rig")
+    spectra = gr.waterfall(rig, "a", resolution="1 Hz")
+    (panel,) = map_chart(spectra, orders=[2.0], natural=[2.0 * np.pi * 100.0]).panels
+    assert panel.x_title == "time, s"
+    order = next(line for line in panel.lines if line.name == "order 2")
+    assert order.x == pytest.approx(spectra.time.values)
+    assert order.y == pytest.approx(2.0 * spectra.speed.values / (2.0 * np.pi))
+    at = np.abs(spectra.frequency.values[spectra.values.argmax(axis=1)] - order.y)
+    assert at.max() < 2.0  # the ridge of the map itself
+    mapped = gr.order_map(rig, "a", highest=10.0)
+    (panel,) = map_chart(mapped.amplitude.assign_attrs(mapped.attrs), natural=[2.0 * np.pi * 90.0]).panels
+    falling = next(line for line in panel.lines if line.name == "natural frequency 1")
+    shown = np.isfinite(falling.y)
+    assert falling.y[shown] == pytest.approx(2.0 * np.pi * 90.0 / mapped.speed.values[shown])
 
 
 def test_the_ends_of_the_shades_are_what_the_legend_says() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gearrattle.plots.palette import ACCENT, COAST, DRIVE, INK, MUTED, PAPER, REGIMES, tint
+from gearrattle.plots.screening import SHADES
 
 # Protanopia and deuteranopia in linear RGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE TVCG 15 (2009).
 BLINDNESS = {
@@ -41,6 +42,13 @@ def contrast(a: str, b: str) -> float:
 def test_colours_that_carry_meaning_stay_apart(kind: str, a: str, b: str) -> None:
     seen = [lab(np.array(BLINDNESS[kind]) @ linear(colour)) for colour in (a, b)]
     assert np.linalg.norm(seen[0] - seen[1]) > 15.0
+
+
+@pytest.mark.parametrize("kind", BLINDNESS)
+@pytest.mark.parametrize(("a", "b"), [*combinations(SHADES, 2)])
+def test_shades_of_a_screening_stay_apart(kind: str, a: str, b: str) -> None:
+    seen = [lab(np.array(BLINDNESS[kind]) @ linear(colour)) for colour in (a, b)]
+    assert np.linalg.norm(seen[0] - seen[1]) > 10.0
 
 
 @pytest.mark.parametrize("colour", [INK, MUTED, ACCENT, *REGIMES.values()])

@@ -69,6 +69,22 @@ def test_simulations_agree_on_both_sides_of_the_threshold() -> None:
     assert set(np.unique(found.regime)) != {0}
 
 
+def test_progress_rises_to_one_and_may_end_the_work() -> None:
+    """Of the thresholds alone, and of the simulations after them."""
+    for simulate in (False, True):
+        told: list[float] = []
+        gr.screen(pair(), [OMEGA, 160.0], [0.5, 1.0], simulate=simulate, workers=1, progress=told.append)
+        assert told == sorted(told)
+        assert len(told) >= 4
+        assert told[-1] == pytest.approx(1.0)
+
+    def stop(fraction: float) -> None:
+        raise gr.Cancelled(f"{fraction}")
+
+    with pytest.raises(gr.Cancelled):
+        gr.screen(pair(), [OMEGA], progress=stop)
+
+
 def test_loads_by_path_vary_together() -> None:
     """Twice the drag, half the ratio; coordinates keep what the loads were."""
     loads = {"inertia.wheel.drag_torque": [DRAG, 2.0 * DRAG], "torque.0.mean": [DRAG * RATIO, 2.0 * DRAG * RATIO]}

@@ -1,12 +1,12 @@
-"""``metrics``: rattle metrics of a run or of a recording, as a table.
+"""``metrics``: rattle metrics of a run, of the chunks of a long one, or of a recording, as a table.
 
-Of a run everything is known. Of a recording, what a model, a speed and orders say beside it; a metric that lacks
-something gives one row that says what.
+Of a run everything is known; of chunks all that adds up, and ``merging`` of each metric says what does not. Of a
+recording, what a model, a speed and orders say beside it; a metric that lacks something gives one row that says what.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,18 @@ import numpy as np
 
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
-from gearrattle.metrics import METRICS, Heard, Metric, RattleLevel, Row, hear_motion, hear_recording, measure
+from gearrattle.metrics import (
+    METRICS,
+    Heard,
+    Metric,
+    RattleLevel,
+    Row,
+    gather_motion,
+    hear_chunks,
+    hear_motion,
+    hear_recording,
+    measure,
+)
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
@@ -28,7 +39,7 @@ _BARE = frozenset({"1", "1/cycle", "dB"})
 
 
 def metrics(
-    source: Run | Recording,
+    source: Run | Recording | Iterable[Run],
     model: Model | None = None,
     names: Sequence[str] | None = None,
     *,
@@ -40,7 +51,9 @@ def metrics(
     """Measure a run or a recording by every rattle metric, or by some.
 
     Args:
-        source: from ``simulate`` or ``open_run``; or a ``Recording`` of measured signals, uniformly sampled.
+        source: from ``simulate`` or ``open_run``; or the chunks of one long motion, in order, from ``stream`` or
+            ``open_stream``, measured as one, and none of them kept; or a ``Recording`` of measured signals, uniformly
+            sampled.
         model: the driveline of a recording: inertias, radii, drag torques, orders, speed; None without. A run brings
             its own.
         names: of metrics (column ``metric``); None takes all.
@@ -60,11 +73,14 @@ def metrics(
 
     chosen = _chosen(names, base_level, kappa)
     units = "SI"
-    if isinstance(source, Run):
+    if not isinstance(source, Recording):
         if model is not None or speed is not None:
             rule = "a run brings its own model and speed"
             raise ModelError(Problem("model" if model is not None else "speed", "given", rule, "leave it out"))
-        heard, units = heard_of(source, orders), source.model.units
+        if isinstance(source, Run):
+            heard, units = heard_of(source, orders), source.model.units
+        else:
+            heard, units = _heard_in_chunks(source, orders)
     else:
         heard = _heard_on_a_rig(source, model, speed, orders)
         units = units if model is None else model.units
@@ -89,6 +105,32 @@ def heard_of(run: Run, orders: Sequence[float] | None = None) -> Heard:
     engine = engine_orders(model) if orders is None else np.unique(np.asarray(orders, dtype=np.float64))
     moved = replace(trajectory, layout=_held(trajectory.layout, model)) if model.motions else trajectory
     return hear_motion(moved, engine, one_speed=model.excitation.sweep is None)
+
+
+def _heard_in_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Heard, str]:
+    """Return what metrics hear of the chunks of one motion, and the units of its model.
+
+    Raises:
+        ModelError: chunks that do not follow each other, or none that is not discarded.
+    """
+    tally, end, last = None, None, None
+    engine = np.zeros(0)
+    for last in chunks:
+        chunk = last.trajectory
+        if end not in (None, chunk.first_cycle):
+            rule = f"must follow the chunk before, which ends at cycle {end}"
+            raise ModelError(Problem("chunk", f"one that begins at cycle {chunk.first_cycle}", rule))
+        if end is None:
+            engine = engine_orders(last.model) if orders is None else np.unique(np.asarray(orders, dtype=np.float64))
+        end = chunk.first_cycle + chunk.cycles
+        moved = replace(chunk, layout=_held(chunk.layout, last.model)) if last.model.motions else chunk
+        tally = gather_motion(moved, engine, tally)
+    if last is None or tally is None or tally.moments is None:
+        raise ModelError(
+            Problem("discard", f"all of {end or 0} cycles", "at least one cycle must remain to be measured")
+        )
+    steady = last.model.excitation.sweep is None
+    return hear_chunks(tally, last.trajectory.cost.algorithm, engine, one_speed=steady), last.model.units
 
 
 def engine_orders(model: Model) -> Array:

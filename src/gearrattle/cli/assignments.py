@@ -1,4 +1,4 @@
-"""Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,... or NAME=WORD, which may be repeated.
+"""Options of the form NAME=NUMBER, NAME=NUMBER,NUMBER,..., NAME="1 N*m",... or NAME=WORD, which may be repeated.
 
 Takes words; gives numbers and words by name.
 """
@@ -36,6 +36,19 @@ def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
     return {name: [_number(option, each) for each in text.split(",")] for name, text in _pairs(option, given)}
 
 
+def texts(option: str, given: Sequence[str]) -> dict[str, list[float | str]]:
+    """Return lists by name: numbers, and quantities with their units as text.
+
+    Args:
+        option: its name, for messages.
+        given: words of the form NAME=VALUE,VALUE,...
+
+    Raises:
+        ModelError: a word of another form.
+    """
+    return {name: [_value(each.strip()) for each in text.split(",")] for name, text in _pairs(option, given)}
+
+
 def words(option: str, given: Sequence[str]) -> dict[str, str]:
     """Return the words by name.
 
@@ -56,6 +69,13 @@ def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:
     if wrong:
         _refuse(option, wrong[0], "must be NAME=VALUE")
     return [(name, value) for name, _, value in pairs]
+
+
+def _value(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _number(option: str, text: str) -> float:

@@ -31,7 +31,8 @@ def metrics(
     Parameters
     ----------
     source
-        Motion saved by "simulate" or "run" (.nc); or a measured file, or a mapping of one (.toml).
+        Motion saved by "simulate" or "run" (.nc), or the folder of a "stream"; or a measured file, or a mapping of one
+        (.toml).
     model
         Model file of the driveline of a measured file: inertias, radii, drag torques, orders, speed.
     name
@@ -47,8 +48,9 @@ def metrics(
     from gearrattle.calls.measure import metrics as measured
 
     driveline = None if model is None else gearrattle.load(model)
+    motion = gearrattle.open_stream(source) if source.is_dir() else heard(source)
     _tell(
-        measured(heard(source), driveline, name or None, orders=order or None, base_level=base_level, kappa=kappa),
+        measured(motion, driveline, name or None, orders=order or None, base_level=base_level, kappa=kappa),
         json=json,
     )
 

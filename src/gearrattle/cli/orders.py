@@ -64,7 +64,7 @@ def orders(
     speed_step
         Gather what lies within the same step of the speed, such as "25 rpm".
     model
-        Model file (TOML): its orders and natural frequencies are drawn over --spectra; a run knows its own.
+        Model file (TOML): its orders and natural frequencies are drawn over the map; a run knows its own.
     output
         File for the map: .svg (drawn) or .nc (its numbers).
     """
@@ -77,7 +77,7 @@ def orders(
         told = _of_cuts(signal, channel, order, output, speed=speed, turns=turns)
     else:
         asked = {"speed": speed, "turns": turns, "highest": highest, "speed_step": speed_step}
-        told = _of_map(signal, channel, output, **asked)
+        told = _of_map(signal, channel, model, output, **asked)
     _tell({**told, "output": None if output is None else str(output)}, si=_si(signal), json=json)
 
 
@@ -93,7 +93,9 @@ def _check(given: set[str], spectra: bool, output: Path | None) -> None:
         raise ModelError(Problem(first, ", ".join(clash), "belongs to maps of orders", "leave one of them out"))
 
 
-def _of_map(signal: Run | Recording, channel: str, output: Path | None, **asked: Any) -> dict[str, Any]:
+def _of_map(
+    signal: Run | Recording, channel: str, model: Path | None, output: Path | None, **asked: Any
+) -> dict[str, Any]:
     """Tell the strongest orders of a map: those that stand above their neighbours."""
     import gearrattle
     from gearrattle.plots.order_maps import map_chart
@@ -104,8 +106,9 @@ def _of_map(signal: Run | Recording, channel: str, output: Path | None, **asked:
     peak = amplitude.values.max(axis=0)
     inner = (peak[1:-1] >= peak[:-2]) & (peak[1:-1] > peak[2:]) & (peak[1:-1] >= _LEAST * peak[1:].max())
     places = sorted((inner.nonzero()[0] + 1).tolist(), key=lambda k: -peak[k])[:_MOST]
+    lines = _lines(signal, model)
     if output is not None:
-        _write(found, map_chart(amplitude, si=_si(signal)), output)
+        _write(found, map_chart(amplitude, si=_si(signal), **lines), output)
     return _content(found, sorted(places))
 
 
@@ -128,21 +131,29 @@ def _of_spectra(
     """Tell what a waterfall is of, and where it is largest."""
     import gearrattle
     from gearrattle.plots.order_maps import map_chart
-    from gearrattle.recording import Recording
 
-    found = gearrattle.waterfall(signal, channel, **asked)
-    lines: dict[str, Any] = {}
-    driveline = gearrattle.load(model) if model else None if isinstance(signal, Recording) else signal.model
-    if driveline is not None:
-        natural = gearrattle.modes(driveline).frequencies
-        drawn = [line.order for line in gearrattle.campbell(driveline).orders]
-        lines = {"orders": drawn, "natural": natural[natural > 0.0].tolist()}
+    found, lines = gearrattle.waterfall(signal, channel, **asked), _lines(signal, model)
     if output is not None:
         _write(found.to_dataset(), map_chart(found, si=_si(signal), **lines), output)
     row, column = divmod(int(found.values.argmax()), found.shape[1])
     peak = {"frequency": float(found.frequency[column]), "amplitude": float(found.values[row, column])}
     peak |= {name: float(found[name][row]) for name in ("time", "speed") if name in found.coords}
     return {**_attributes(found.attrs), "rows": found.shape[0], "bins": found.shape[1], "largest": peak}
+
+
+def _lines(signal: Run | Recording, model: Path | None) -> dict[str, list[float]]:
+    """Return orders and natural frequencies [rad/s] of a model or of the run's own; nothing of a recording alone."""
+    import gearrattle
+    from gearrattle.recording import Recording
+
+    driveline = None if model is None else gearrattle.load(model)
+    if driveline is None:
+        if isinstance(signal, Recording):
+            return {}
+        driveline = signal.model
+    natural = gearrattle.modes(driveline).frequencies
+    drawn = [line.order for line in gearrattle.campbell(driveline).orders]
+    return {"orders": drawn, "natural": natural[natural > 0.0].tolist()}
 
 
 def _content(found: xr.Dataset, places: Sequence[int]) -> dict[str, Any]:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Settings, number_or_text
+from gearrattle.cli.validate_run_up import OverSpeed
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.validation import Validation
+    from gearrattle.validation import Explained, Validation
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 
@@ -59,8 +60,18 @@ class Comparison:
             "seed": self.seed,
         }
 
+    def unfit(self) -> list[str]:
+        """Return the options given that are of a steady motion alone."""
+        steady = (each for each in fields(self) if each.name != "match")
+        given = [each.name for each in steady if list(_listed(getattr(self, each.name))) != list(_listed(each.default))]
+        return [f"--{name.replace('_', '-')}" for name in given]
 
-_HOW, _SETTINGS = Comparison(), Settings()
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+_HOW, _OVER_SPEED, _SETTINGS = Comparison(), OverSpeed(), Settings()
 
 
 def validate(
@@ -70,10 +81,13 @@ def validate(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     how: Comparison = _HOW,
+    over_speed: OverSpeed = _OVER_SPEED,
     settings: Settings = _SETTINGS,
     json: Json = False,
 ) -> None:
     """Compare a simulated motion with a measured one: what agrees within chance, what does not, and why not.
+
+    A model with a sweep, or a run along one, is compared order by order over speed.
 
     With -o, writes report.html, summary.json and figures/ into a folder, all or nothing.
 
@@ -90,6 +104,12 @@ def validate(
     from gearrattle.cli.columns import json_text
     from gearrattle.report.staging import Staging
 
+    if _is_run_up(model, how, over_speed):
+        from gearrattle.cli.validate_run_up import validate_run_up
+
+        files, match = (model, measurement), how.arguments()["match"]
+        validate_run_up(files, over_speed, match, settings.arguments(), output, json=json)
+        return
     arguments = how.arguments(), settings.arguments()
     if output is None:
         found = watched(lambda watch: _work(watch, model, measurement, arguments, None))
@@ -105,9 +125,26 @@ def validate(
         print(json_text(validation_content(found)))
     else:
         print(_table(found))
+        if found.parameters is not None:
+            print(_parameters(found.parameters))
         print(found.verdict)
     if output is not None:
         print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)
+
+
+def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
+    """Return whether speeds change; refuse options of the other kind."""
+    from gearrattle.cli.validate_run_up import is_run_up
+    from gearrattle.errors import ModelError, Problem
+
+    swept = is_run_up(model)
+    wrong = how.unfit() if swept else over_speed.given()
+    if wrong:
+        rule = (
+            "is of steady motions, and this one's speed changes" if swept else "is of run-ups, and this one's is steady"
+        )
+        raise ModelError(Problem(", ".join(wrong), str(model), rule, "leave it out"))
+    return swept
 
 
 def _work(
@@ -124,6 +161,19 @@ def _work(
         watch.enter("writing the page")
         fill_validation(found, folder)
     return found
+
+
+def _parameters(found: Explained) -> str:
+    """What each uncertain parameter does to the rms of every channel, and how these pull it."""
+    from gearrattle.cli.columns import columns
+
+    head = ("parameter", *(f"{name} rms, %" for name in found.channels), "pulled, s.e.", "error left, %")
+    rows = []
+    for each in found.parameters:
+        of = {effect.channel: effect for effect in each.effects if effect.measure == "rms"}
+        told = (f"{of[name].value:.3g} ± {of[name].error:.2g}" for name in found.channels)
+        rows.append((each.path, *told, f"{each.shift:.3g}", f"{100.0 * each.left:.3g}"))
+    return columns(head, rows)
 
 
 def _table(found: Validation) -> str:

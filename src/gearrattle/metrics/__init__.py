@@ -18,7 +18,7 @@ from gearrattle.metrics.base import Heard, Metric, Value
 from gearrattle.metrics.contact import ContactSides
 from gearrattle.metrics.energy import ContactWork, ImpactEnergy
 from gearrattle.metrics.force import ForceStatistics
-from gearrattle.metrics.hearing import hear_motion, hear_recording, recording_of
+from gearrattle.metrics.hearing import gather_motion, hear_chunks, hear_motion, hear_recording, recording_of
 from gearrattle.metrics.impulse import ImpactImpulse
 from gearrattle.metrics.irregularity import SpeedIrregularity
 from gearrattle.metrics.loose_motion import LooseMotion
@@ -84,5 +84,17 @@ def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
     return rows
 
 
-__all__ = ["METRICS", "Heard", "Metric", "RattleLevel", "Row", "Value", "hear_motion", "hear_recording", "measure",
-           "recording_of"]  # fmt: skip
+__all__ = [
+    "METRICS",
+    "Heard",
+    "Metric",
+    "RattleLevel",
+    "Row",
+    "Value",
+    "gather_motion",
+    "hear_chunks",
+    "hear_motion",
+    "hear_recording",
+    "measure",
+    "recording_of",
+]

@@ -21,14 +21,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals import Impacts, harmonics, loose_gears
+from gearrattle.signals import harmonics, loose_gears
+from gearrattle.signals.summaries import Contacts, Sides, Summary, contacts_of, sides_of, summary_of
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
 PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's restitution between two bodies"
 SAMPLES = "the samples of the window"
 LOG = "the log of crossings over the window"
+WHOLE = "needs the samples of the whole motion at once, and these came in chunks"
 _LONG = 0.1  # of the time in contacts: they are no blows any more
+Signal = Array | Summary
+"""Samples (N + 1,), or what was gathered of them."""
 _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -39,7 +43,8 @@ class Heard:
     Attributes:
         source: where it comes from, in words.
         time: (N + 1,) uniform sample times over the window, both bounds included [s].
-        signals: (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI.
+        signals: (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or what was
+            gathered of them in chunks.
         window: which part of the source that is, in words.
         omega: reference speed [rad/s]; None where it is unknown or not one.
         period: common period of the excitation [s]; None without a speed.
@@ -51,7 +56,7 @@ class Heard:
 
     source: str
     time: Array
-    signals: Mapping[tuple[str, str], Array]
+    signals: Mapping[tuple[str, str], Signal]
     window: str
     omega: float | None
     period: float | None
@@ -77,10 +82,28 @@ class Heard:
         return self.layout
 
     @property
-    def log(self) -> Trajectory:
-        """The motion with its log, to metrics that need one."""
+    def has_log(self) -> bool:
+        """Whether there is an exact log of crossings."""
+        return self.motion is not None
+
+    def contacts(self, clearance: int) -> Contacts:
+        """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""
         assert self.motion is not None
-        return self.motion
+        return contacts_of(self.motion, clearance)
+
+    def sides(self, clearance: int) -> Sides:
+        """Return where a clearance spends its time and how its impacts change flanks, to metrics that need the log."""
+        assert self.motion is not None
+        return sides_of(self.motion, clearance)
+
+    @property
+    def taken(self) -> tuple[Array, float, float] | None:
+        """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
+        motion = self.motion
+        if motion is None or motion.energy is None:
+            return None
+        time = float(motion.time[-1] - motion.time[0])
+        return motion.energy.element_loss, time, motion.discard / motion.cycles
 
     @property
     def speed(self) -> float:
@@ -94,8 +117,8 @@ class Heard:
         known = [] if self.layout is None else self.layout.orders.tolist()
         return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
 
-    def of(self, quantity: str) -> dict[str, Array]:
-        """Return the samples (N + 1,) of a quantity by subject, in the order of the source."""
+    def of(self, quantity: str) -> dict[str, Signal]:
+        """Return the signals of a quantity by subject, in the order of the source."""
         return {subject: values for (kind, subject), values in self.signals.items() if kind == quantity}
 
     def lacks(self, need: str) -> str:
@@ -123,7 +146,7 @@ class Heard:
         if heard["velocity"] is None:
             heard["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
         angle, velocity = heard["angle"], heard["velocity"]
-        if angle is not None and velocity is not None:
+        if isinstance(angle, np.ndarray) and isinstance(velocity, np.ndarray):
             along = np.linspace(0.0, 1.0, angle.size)
             bend = 0.5 * (velocity[-1] - velocity[0]) * self.duration * (along - 1.0)
             joined = angle - (angle[-1] - angle[0] + bend) * along
@@ -134,8 +157,9 @@ class Heard:
                 return np.asarray(self.amplitudes(signal, 1 + power) * (1j * self.orders * self.speed) ** power)
         return None
 
-    def amplitudes(self, samples: Array, trend: int) -> NDArray[np.complex128]:
-        """Return (o,) complex amplitudes of samples (N + 1,) at ``orders``, beside a polynomial of time."""
+    def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
+        """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
+        assert isinstance(samples, np.ndarray)
         return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
 
     def movers(self) -> list[str]:
@@ -156,11 +180,11 @@ _HEARD: dict[str, tuple[Any, str]] = {
         "needs the deflection of a clearance, and a model that knows its corners",
     ),
     "gaps": (
-        lambda h: h.motion is not None and bool(h.motion.layout.clearance.size),
+        lambda h: h.has_log and bool(h.plate.clearance.size),
         "needs a clearance and the log of its crossings, which a simulated motion has",
     ),
     "energy": (
-        lambda h: h.motion is not None and h.motion.energy is not None,
+        lambda h: h.taken is not None,
         "needs the energy audit of a simulated motion (audit=True)",
     ),
     "orders": (
@@ -232,13 +256,17 @@ class Metric(Protocol):
     def needs(self) -> tuple[str, ...]:
         """What must be heard."""
 
+    @property
+    def merging(self) -> str:
+        """How the values of consecutive chunks become those of the whole, and what of them cannot."""
+
     def measure(self, heard: Heard) -> list[Value]:
         """Return the values; only asked where every need is met."""
 
 
-def mean(samples: Array) -> float:
-    """Return the mean of samples (N + 1,) over the window, by the trapezoidal rule."""
-    return float(np.trapezoid(samples) / (samples.size - 1))
+def summary(signal: Signal) -> Summary:
+    """Return mean, moments and extremes of a signal over the window."""
+    return summary_of(signal) if isinstance(signal, np.ndarray) else signal
 
 
 def order_word(order: float) -> str:
@@ -246,16 +274,16 @@ def order_word(order: float) -> str:
     return f"order {order:g}"
 
 
-def about(name: str, impacts: Impacts, duration: float) -> str:
+def about(name: str, found: Contacts, duration: float) -> str:
     """Say what a sum over completed contacts of one clearance leaves out; empty for short ones that all ended.
 
     Args:
         name: of the clearance.
-        impacts: its impacts in the window.
+        found: its contacts in the window.
         duration: length of the window [s].
     """
-    told = ["the motion ends within a contact, which does not count"] * bool(impacts.censored.any())
-    share = float(np.sum(impacts.duration)) / duration
+    told = ["the motion ends within a contact, which does not count"] * found.cut
+    share = found.time / duration
     if share > _LONG:
         told.append(f"contacts take {100.0 * share:.3g} % of the time: other elements push meanwhile, uncounted")
     return f"{name}: {'; '.join(told)}" if told else ""

@@ -16,11 +16,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.metrics.base import LOG, Heard, Value
-from gearrattle.signals import centre, find_impacts, is_gap, region_shares, steady
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.signals import centre, is_gap
+from gearrattle.signals.summaries import Sides, flank_before
+from gearrattle.trajectory import Array, Layout
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class ContactSides:
     window: str = f"{LOG}; without one, the samples of the deflection"
     sampling: str = "none with a log: exact to the events"
     needs: tuple[str, ...] = ("contacts",)
+    merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return shares and rates of every gap proper."""
@@ -44,13 +45,12 @@ class ContactSides:
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
-            shares, (single, double) = (
-                _of_samples(layout, k, deflections[name]) if heard.motion is None else _of_log(heard.motion, k)
-            )
+            found = heard.sides(k) if heard.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
+            shares, single, double = found.shares, found.single, found.double
             inner = centre(layout, k)
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))
-            note = f"{name}: sides of contact from samples of the deflection" if heard.motion is None else ""
+            note = f"{name}: sides of contact from samples of the deflection" if not heard.has_log else ""
             values += [
                 Value(name, "drive-side share", drive, "1", note),
                 Value(name, "coast-side share", coast, "1", note),
@@ -61,20 +61,7 @@ class ContactSides:
         return values
 
 
-def _of_log(motion: Trajectory, clearance: int) -> tuple[dict[int, float], tuple[int, int]]:
-    """Shares of time by region, and how many impacts follow a contact on the same flank, and on the other one.
-
-    The first impact of all follows the side the motion begins on; from within the gap it counts as single-sided.
-    """
-    window, found = steady(motion), find_impacts(motion).of(clearance)
-    drive = found.drive
-    before = _before(drive, int(motion.initial_region[clearance]), centre(motion.layout, clearance))
-    inside = window.contains(found.time)
-    changes = int(np.sum(inside & (drive == before))), int(np.sum(inside & (drive != before)))
-    return region_shares(motion, clearance, window), changes
-
-
-def _of_samples(layout: Layout, clearance: int, deflection: Array) -> tuple[dict[int, float], tuple[int, int]]:
+def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
     """The same from samples: an impact lies between two of them that pass from the centre into contact."""
     first, inner = int(layout.region_of_first_piece[clearance]), centre(layout, clearance)
     region = np.searchsorted(layout.corners[clearance], deflection, side="right") + first
@@ -86,11 +73,5 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> tuple[dict
     sides = np.sign(np.where(region > max(inner), 1, -1) * closed)
     begins = 1 + np.flatnonzero((sides[1:] != 0) & (sides[1:] != sides[:-1]))
     drive = sides[begins] > 0
-    before = _before(drive, int(region[0]), inner)
-    return shares, (int(np.sum(drive == before)), int(np.sum(drive != before)))
-
-
-def _before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
-    """Whether the contact before each impact was on the drive side."""
-    first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
-    return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]
+    before = flank_before(drive, int(region[0]), inner)
+    return Sides(shares, int(np.sum(drive == before)), int(np.sum(drive != before)))

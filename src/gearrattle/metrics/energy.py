@@ -16,10 +16,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from gearrattle.metrics.base import LOG, PFEIFFER, Heard, Value, about
-from gearrattle.signals import find_impacts, is_gap, reduced_inertia, steady
+from gearrattle.signals import is_gap, reduced_inertia
 
 
 @dataclass(frozen=True)
@@ -34,23 +32,22 @@ class ImpactEnergy:
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
+    merging: str = "exact: sums add up; a contact across chunks is one contact"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the rate, and the mean of an impact, of every gap."""
-        motion, layout = heard.log, heard.log.layout
-        window, values = steady(motion), []
+        layout, values = heard.plate, []
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
             mass = reduced_inertia(layout, int(layout.clearance[k]))
-            found = find_impacts(motion).of(k).within(window)
-            whole = ~found.censored
-            taken = 0.5 * mass * (found.velocity[whole] ** 2 - found.departure[whole] ** 2)
-            cut = about(name, found, window.duration)
-            none = "" if taken.size else f"{name}: no impact begins and ends in the window"
-            each = float(np.mean(taken)) if taken.size else math.nan
+            found = heard.contacts(k)
+            taken = 0.5 * mass * found.squares
+            cut = about(name, found, heard.duration)
+            none = "" if found.whole else f"{name}: no impact begins and ends in the window"
+            each = taken / found.whole if found.whole else math.nan
             values += [
-                Value(name, "impact energy rate", float(np.sum(taken)) / window.duration, "W", cut),
+                Value(name, "impact energy rate", taken / heard.duration, "W", cut),
                 Value(name, "mean energy of an impact", each, "J", none or cut),
             ]
         return values
@@ -68,15 +65,15 @@ class ContactWork:
     window: str = "the whole run, start-up included"
     sampling: str = "none: quadrature on dense output"
     needs: tuple[str, ...] = ("gaps", "energy")
+    merging: str = "exact: work and time add up, of chunks that were audited"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the mean power that every element with a corner takes."""
-        motion, layout, audit = heard.log, heard.log.layout, heard.log.energy
-        assert audit is not None
-        time = float(motion.time[-1] - motion.time[0])
-        share = motion.discard / motion.cycles
+        layout, taken = heard.plate, heard.taken
+        assert taken is not None
+        loss, time, share = taken
         note = f"work of contacts counts the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
-            Value(name, "contact work rate", float(audit.element_loss[element]) / time, "W", note)
+            Value(name, "contact work rate", float(loss[element]) / time, "W", note)
             for name, element in zip(layout.clearance_names, layout.clearance.tolist(), strict=True)
         ]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, Heard, Value, mean
+from gearrattle.metrics.base import SAMPLES, WHOLE, Heard, Value, summary
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,9 @@ class ForceStatistics:
     window: str = SAMPLES
     sampling: str = "stiff contacts: samples well above their natural frequency"
     needs: tuple[str, ...] = ("force",)
+    merging: str = (
+        "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time is of the whole"
+    )
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the statistics of every force of a mesh; of every force heard where no model tells meshes."""
@@ -42,16 +45,18 @@ class ForceStatistics:
         for name, force in heard.of("force").items():
             if not _is_mesh(heard, name):
                 continue
-            apart = force - mean(force)
-            level, spread = math.sqrt(mean(force**2)), math.sqrt(mean(apart**2))
+            told = summary(force)
+            level, spread = told.rms, told.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
-            crest = float(np.max(np.abs(force))) / level if level > 0.0 else math.nan
-            kurtosis = math.nan if still else mean((apart / spread) ** 4)
+            crest = told.peak / level if level > 0.0 else math.nan
+            kurtosis = math.nan if still else told.fourth / spread**4
+            samples = force if isinstance(force, np.ndarray) else None
+            exceeded = math.nan if samples is None else float(np.quantile(np.abs(samples[:-1]), 0.95))
             values += [
                 Value(name, "force standard deviation", spread, "N"),
                 Value(name, "force crest factor", crest, "1", "" if level > 0.0 else f"{name}: no force"),
                 Value(name, "force kurtosis", kurtosis, "1", still),
-                Value(name, "force exceeded 5 % of the time", float(np.quantile(np.abs(force[:-1]), 0.95)), "N"),
+                Value(name, "force exceeded 5 % of the time", exceeded, "N", WHOLE if samples is None else ""),
             ]
         return values
 

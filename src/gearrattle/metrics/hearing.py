@@ -3,19 +3,25 @@
 Of a simulated motion it is the steady part [discard T, end]. Of a recording with a known speed it is its last whole
 periods; without one, all of it. Both bounds are included: for a motion that repeats itself they are the same phase.
 
-Takes a Trajectory or a Recording; gives a Heard.
+A motion in chunks is heard as what was gathered of them (``signals.chunks``); no chunk is kept.
+
+Takes a Trajectory, chunks of one, or a Recording; gives a Heard.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.metrics.base import Heard
+from gearrattle.metrics.base import Heard, Signal
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import steady
+from gearrattle.signals.chunks import Tally, gather
+from gearrattle.signals.summaries import Contacts, Sides, Summary
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
@@ -73,6 +79,105 @@ def hear_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool
         layout=trajectory.layout,
         motion=trajectory,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class HeardInChunks(Heard):
+    """What there is to measure of a motion that came in chunks.
+
+    Attributes:
+        tally: what was gathered of them.
+    """
+
+    tally: Tally | None = None
+
+    @property
+    def _gathered(self) -> Tally:
+        assert self.tally is not None
+        return self.tally
+
+    @property
+    def has_log(self) -> bool:
+        """Whether there is an exact log of crossings: there was."""
+        return True
+
+    def contacts(self, clearance: int) -> Contacts:
+        """Return what the contacts of a clearance add up to over the window."""
+        return self._gathered.contact(clearance)
+
+    def sides(self, clearance: int) -> Sides:
+        """Return where a clearance spends its time and how its impacts change flanks."""
+        return self._gathered.sides(clearance)
+
+    @property
+    def taken(self) -> tuple[Array, float, float] | None:
+        """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
+        kept = self._gathered
+        share = kept.discarded / (kept.discarded + kept.cycles)
+        return None if kept.loss is None else (kept.loss, kept.time, share)
+
+    def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
+        """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
+        assert isinstance(samples, Summary)
+        return self._gathered.amplitudes(self._gathered.products[:, samples.column], trend)
+
+    def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
+        pair = self.signals.get(("angle", subject)), self.signals.get(("velocity", subject))
+        angle, velocity = pair
+        if isinstance(angle, Summary) and isinstance(velocity, Summary):
+            found = self._gathered.velocities(angle.column, velocity.column)
+            return np.asarray(found * (1j * self.orders * self.speed))
+        return super()._velocities_at(subject)
+
+
+def gather_motion(trajectory: Trajectory, engine_orders: Array, before: Tally | None) -> Tally:
+    """Return what metrics keep of a chunk of a motion and of all chunks before it.
+
+    Args:
+        trajectory: the next chunk, of whole cycles.
+        engine_orders: orders of the torques, ascending.
+        before: None at the first.
+    """
+    orders = np.unique(np.array([*engine_orders.tolist(), *trajectory.layout.orders.tolist()], dtype=np.float64))
+    if trajectory.discard < trajectory.cycles:
+        signals = np.stack([each.values for each in recording_of(trajectory).channels], axis=1)
+    else:
+        signals = np.zeros((0, len(_channel_names(trajectory.layout))))
+    return gather(trajectory, signals, orders, before)
+
+
+def hear_chunks(tally: Tally, source: str, engine_orders: Array, *, one_speed: bool = True) -> Heard:
+    """Return what metrics hear of all chunks that were gathered.
+
+    Args:
+        tally: from ``gather_motion``; some of it is not discarded.
+        source: where the motion comes from, in words.
+        engine_orders, one_speed: as in ``hear_motion``.
+    """
+    assert tally.moments is not None
+    names = _channel_names(tally.layout)
+    return HeardInChunks(
+        source=source,
+        time=np.array([tally.start, tally.end]),
+        signals={name: tally.moments.summary(column) for column, name in enumerate(names)},
+        window=f"steady part, {tally.cycles} of {tally.cycles + tally.discarded} cycles, in chunks",
+        omega=tally.layout.omega if one_speed else None,
+        period=tally.layout.period,
+        engine_orders=engine_orders,
+        layout=tally.layout,
+        tally=tally,
+    )
+
+
+def _channel_names(layout: Layout) -> list[tuple[str, str]]:
+    """Return quantity and subject of every channel of ``recording_of``, in its order."""
+    names = [(quantity, name) for quantity in ("angle", "velocity", "acceleration") for name in layout.inertia_names]
+    names += [(quantity, name) for name in layout.clearance_names for quantity in ("deflection", "force")]
+    for element, name in enumerate(layout.element_names):
+        names.append(("torque", name))
+        if layout.is_mesh[element] and name not in layout.clearance_names:
+            names.append(("force", name))
+    return names
 
 
 def hear_recording(

@@ -16,10 +16,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from gearrattle.metrics.base import LOG, PFEIFFER, Heard, Value, about
-from gearrattle.signals import find_impacts, is_gap, reduced_inertia, steady
+from gearrattle.signals import is_gap, reduced_inertia
 
 
 @dataclass(frozen=True)
@@ -34,32 +32,24 @@ class ImpactImpulse:
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
+    merging: str = "exact: sums add up; a contact across chunks is one contact"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return mean restitution, mean impulse and mean intensity of every gap."""
-        motion, layout = heard.log, heard.log.layout
-        window, values = steady(motion), []
+        layout, values = heard.plate, []
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
             element = int(layout.clearance[k])
             mesh, mass = bool(layout.is_mesh[element]), reduced_inertia(layout, element)
-            found = find_impacts(motion).of(k).within(window)
-            whole = ~found.censored
-            arrival, departure = np.abs(found.velocity[whole]), np.abs(found.departure[whole])
-            impulse = mass * (arrival + departure)
-            moving = arrival > 0.0
-            cut = about(name, found, window.duration)
-            none = "" if impulse.size else f"{name}: no impact begins and ends in the window"
-            restitution = float(np.mean(departure[moving] / arrival[moving])) if moving.any() else math.nan
-            mean_impulse = float(np.mean(impulse)) if impulse.size else math.nan
+            found = heard.contacts(k)
+            cut = about(name, found, heard.duration)
+            none = "" if found.whole else f"{name}: no impact begins and ends in the window"
+            restitution = found.kept / found.moving if found.moving else math.nan
+            mean_impulse = mass * found.speeds / found.whole if found.whole else math.nan
             values += [
                 Value(name, "mean restitution", restitution, "1", none or cut),
                 Value(name, "mean impulse m (1 + e) |v|", mean_impulse, "N s" if mesh else "N m s", none or cut),
-                Value(name, "mean impact intensity", _sum(impulse) / window.duration, "N" if mesh else "N m", cut),
+                Value(name, "mean impact intensity", mass * found.speeds / heard.duration, "N" if mesh else "N m", cut),
             ]
         return values
-
-
-def _sum(impulse: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    return float(np.sum(impulse))

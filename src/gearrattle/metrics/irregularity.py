@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, Heard, Value, mean, order_word
-from gearrattle.signals import peak_to_peak, speed_ratios
-from gearrattle.trajectory import Array
+from gearrattle.metrics.base import SAMPLES, Heard, Signal, Value, order_word, summary
+from gearrattle.signals import speed_ratios
 
 
 @dataclass(frozen=True)
@@ -33,12 +32,13 @@ class SpeedIrregularity:
     window: str = SAMPLES
     sampling: str = "peaks: as fine as the samples; orders below half the sampling rate"
     needs: tuple[str, ...] = ("velocity",)
+    merging: str = "exact: extremes are the largest and the smallest, least squares add up"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return irregularity, speed range, and the range of every engine order."""
         values = []
         for name, signal, average in _speeds(heard):
-            width = float(peak_to_peak(signal))
+            width = summary(signal).swing
             known = average is not None and math.isfinite(average) and average > 0.0
             note = "" if known else f"{name}: its mean speed is not known: give a model, or the speed"
             values.append(Value(name, "irregularity", width / average if known and average else math.nan, "1", note))
@@ -54,10 +54,10 @@ class SpeedIrregularity:
         return values
 
 
-def _speeds(heard: Heard) -> Iterator[tuple[str, Array, float | None]]:
+def _speeds(heard: Heard) -> Iterator[tuple[str, Signal, float | None]]:
     """Yield name, samples and mean speed of all that turns."""
     for name, signal in heard.of("speed").items():
-        yield name, signal, mean(signal)
+        yield name, signal, summary(signal).mean
     plate = heard.layout
     ratios = {} if plate is None else dict(zip(plate.inertia_names, speed_ratios(plate).tolist(), strict=True))
     for name, signal in heard.of("velocity").items():

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, Heard, Value, mean
-from gearrattle.signals import loose_gears, rms
+from gearrattle.metrics.base import SAMPLES, WHOLE, Heard, Value, summary
+from gearrattle.signals import loose_gears
+from gearrattle.signals.summaries import Summary
 from gearrattle.trajectory import Array
 
 
@@ -30,6 +31,7 @@ class LooseMotion:
     window: str = SAMPLES
     sampling: str = "stiff contacts: samples well above their natural frequency"
     needs: tuple[str, ...] = ("loose gears", "acceleration")
+    merging: str = "exact: moments add up, peaks are the largest; what is above the engine's orders needs the whole"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return rms and peak of every loose gear."""
@@ -37,17 +39,19 @@ class LooseMotion:
         for gear in loose_gears(heard.plate):
             name = heard.plate.inertia_names[gear.loose]
             signal = heards.get(name)
-            full = None if signal is None else signal - mean(signal)
+            full = None if signal is None else summary(signal)
             note = f"{name}: no acceleration is heard" if full is None else ""
             values += _levels(name, "acceleration", full, note)
-            cannot = heard.lacks("engine orders")
-            above = None if full is None or cannot else _above(heard, full)
+            cannot = heard.lacks("engine orders") or ("" if signal is None or isinstance(signal, np.ndarray) else WHOLE)
+            above = None
+            if full is not None and isinstance(signal, np.ndarray) and not cannot:
+                above = summary(_above(heard, signal - full.mean))
             values += _levels(name, "acceleration above the engine orders", above, note or cannot)
         return values
 
 
-def _levels(name: str, what: str, signal: Array | None, note: str) -> list[Value]:
-    level, peak = (math.nan, math.nan) if signal is None else (float(rms(signal)), float(np.max(np.abs(signal))))
+def _levels(name: str, what: str, told: Summary | None, note: str) -> list[Value]:
+    level, peak = (math.nan, math.nan) if told is None else (told.spread, told.reach)
     return [Value(name, f"{kind} {what}", v, "rad/s^2", note) for kind, v in (("rms", level), ("peak", peak))]
 
 

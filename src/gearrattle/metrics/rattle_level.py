@@ -14,10 +14,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from gearrattle.metrics.base import LOG, Heard, Value
-from gearrattle.signals import find_impacts, is_gap, reduced_inertia, steady
+from gearrattle.signals import is_gap, reduced_inertia
 
 ALL = "all meshes"
 
@@ -44,18 +42,15 @@ class RattleLevel:
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
+    merging: str = "exact: the sums of impulses add up; a contact across chunks is one contact"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the level of every mesh with backlash by itself, and of all together."""
-        motion, layout = heard.log, heard.log.layout
-        window, intensities = steady(motion), {}
+        layout, intensities = heard.plate, {}
         for k, name in enumerate(layout.clearance_names):
             element = int(layout.clearance[k])
             if layout.is_mesh[element] and is_gap(layout, k):
-                found = find_impacts(motion).of(k).within(window)
-                whole = ~found.censored
-                speeds = np.abs(found.velocity[whole]) + np.abs(found.departure[whole])
-                intensities[name] = reduced_inertia(layout, element) * float(np.sum(speeds)) / window.duration
+                intensities[name] = reduced_inertia(layout, element) * heard.contacts(k).speeds / heard.duration
         if not intensities:
             return []
         intensities[ALL] = sum(intensities.values())

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, SINGH, Heard, Value, order_word
+from gearrattle.metrics.base import SAMPLES, SINGH, Heard, Value, order_word, summary
 from gearrattle.signals import LooseGear, loose_gears
 from gearrattle.trajectory import Layout
 
@@ -34,6 +34,7 @@ class SeparationRatio:
     window: str = SAMPLES
     sampling: str = "peaks: as fine as the samples"
     needs: tuple[str, ...] = ("loose gears", "acceleration")
+    merging: str = "exact: the peak is the largest"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return ratio and margin of every loose gear."""
@@ -41,7 +42,7 @@ class SeparationRatio:
         for gear in loose_gears(heard.plate):
             mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
             signal = accelerations.get(driver)
-            ratio = math.nan if signal is None else _slope(heard.plate, gear) * float(np.max(np.abs(signal)))
+            ratio = math.nan if signal is None else _slope(heard.plate, gear) * summary(signal).peak
             note = f"{mesh}: no acceleration of its driver {driver}" if signal is None else ""
             values.append(Value(mesh, "separation ratio", ratio, "1", note))
             margin = _decibel(ratio)
@@ -62,6 +63,7 @@ class HarmonicSeparation:
     window: str = f"{SAMPLES}, least squares at all orders of the excitation"
     sampling: str = "orders below half the sampling rate"
     needs: tuple[str, ...] = ("loose gears", "orders", "motions")
+    merging: str = "exact, to rounding: the products that least squares rest on add up"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the ratio of every order, and the order of the largest, of every loose gear."""

@@ -33,6 +33,7 @@ class OrderTransmissibility:
     window: str = f"{SAMPLES}, least squares at all orders of the excitation"
     sampling: str = "orders below half the sampling rate"
     needs: tuple[str, ...] = ("engine orders", "motions")
+    merging: str = "exact, to rounding: the products that least squares rest on add up"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the transmissibility of every body but the reference, order by order."""

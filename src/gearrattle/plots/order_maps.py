@@ -1,8 +1,8 @@
 """Run-ups as ink: spectra over speed as a map, orders over speed, cuts along orders, coherence with its limits.
 
 Levels are in decibels, 20 log10 of an amplitude or 10 log10 of a density over a stated reference, one SI unit unless
-told otherwise. The map of frequencies is a Campbell diagram of what was measured or simulated: rising lines are the
-orders of the excitation, level ones natural frequencies.
+told otherwise. With orders and natural frequencies drawn over it (``overlays``) a map is a Campbell diagram of what was
+measured or simulated.
 
 Takes the data of ``waterfall``, ``order_map``, ``order_cuts`` and ``coherence``; gives Panels and Charts.
 """
@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.chart import Chart, Heat, Key, Label, Line, Panel
+from gearrattle.plots.chart import Chart, Heat, Key, Line, Panel
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.palette import ACCENT, CENTRE, INK, MUTED, PAPER, SHADES, shade
+from gearrattle.plots.overlays import Turning, lines_told, overlay
+from gearrattle.plots.palette import ACCENT, CENTRE, MUTED, shade
 from gearrattle.plots.raster import largest_along
 from gearrattle.plots.thinning import thin
 from gearrattle.trajectory import Array
@@ -67,7 +68,7 @@ def map_panel(
         title: of the panel.
         top: the highest level drawn [dB]; None: the largest in it.
         si: whether speeds are rad/s, drawn in rpm, and frequencies Hz.
-        orders: whose lines are drawn over a map of frequencies.
+        orders: of the excitation, drawn over it (``overlays``).
         natural: natural frequencies drawn over it [rad/s].
     """
     upright = str(data.dims[1])
@@ -83,7 +84,8 @@ def map_panel(
     unit = level_unit(str(data.attrs["units"]))
     x_range, y_range = (float(x_edges[0]), float(x_edges[-1])), (float(y_edges[0]), float(y_edges[-1]))
     heat = Heat(x_range, y_range, cells, highest - SPAN, highest, unit)
-    lines, labels = _over(x_range, y_range, orders, natural, si=si) if "speed" in x_title else ((), ())
+    turning = Turning.along(x_range, si=si) if "speed" in x_title else _turning(data)
+    lines, labels = overlay(x_range, y_range, turning, by_order=upright == "order", orders=orders, natural=natural)
     units = ("Hz" if si else "") if upright == "frequency" else "orders"
     return Panel(title, units, x_title, lines=lines, labels=labels, x_range=x_range, y_range=y_range, heat=heat)
 
@@ -104,9 +106,8 @@ def map_chart(
     assert panel.heat is not None
     by_order = data.dims[1] == "order"
     title = "Orders over speed" if by_order else "Spectra over speed"
-    caption = f"{title}: {data.attrs['channel']} of {data.attrs['source']}, {_window(data)}." + _lines_told(
-        orders, natural
-    )
+    caption = f"{title}: {data.attrs['channel']} of {data.attrs['source']}, {_window(data)}."
+    caption += lines_told(panel.lines, by_order=by_order)
     keys = scale_keys(panel.heat.high, panel.heat.name)
     return Chart("order_map" if by_order else "waterfall", title, caption, (panel,), panel_height=420, legend=keys)
 
@@ -175,6 +176,15 @@ def _level_axis(data: xr.DataArray, si: bool) -> tuple[Array, str]:
     return np.asarray(data["time"].values, np.float64), "time, s" if si else "time"
 
 
+def _turning(data: xr.DataArray) -> Turning | None:
+    """Return how the shaft turns along a map over time; None where nobody knows."""
+    if "speed" not in data.coords:
+        return None
+    time = np.asarray(data["time"].values, np.float64)
+    rising = np.argsort(time, kind="stable")
+    return Turning(time[rising], np.asarray(data["speed"].values, np.float64)[rising])
+
+
 def _edges(places: Array, most: int) -> Array:
     """Return equal cells that cover rows and half a step beside them."""
     if places.size < 2:
@@ -183,41 +193,7 @@ def _edges(places: Array, most: int) -> Array:
     return np.linspace(low, high, max(2, min(most, places.size)) + 1)
 
 
-def _over(
-    x_range: tuple[float, float], y_range: tuple[float, float], orders: Sequence[float], natural: Sequence[float],
-    *, si: bool,
-) -> tuple[tuple[Line, ...], tuple[Label, ...]]:  # fmt: skip
-    """Draw order lines and natural frequencies over a map of frequencies, each named once."""
-    lines: list[Line] = []
-    labels: list[Label] = []
-    hertz = (1.0 / 60.0) if si else 1.0 / (2.0 * np.pi)
-    ends = np.array(x_range)
-    for order in orders:
-        y = order * ends * hertz
-        if y[0] < y_range[1]:
-            lines += _seen(ends, y, f"order {order:g}", PAPER)
-            x = min(ends[1], 0.94 * y_range[1] / (order * hertz))
-            labels.append(Label(float(x), float(order * x * hertz), f"order {order:g}", INK, "above"))
-    for mode, frequency in enumerate(natural, start=1):
-        y = np.full(2, frequency / (2.0 * np.pi))
-        if 0.0 < y[0] < y_range[1]:
-            lines += _seen(ends, y, f"natural frequency {mode}", SHADES[-1])
-            labels.append(Label(float(ends[0]), float(y[0]), f"f{mode}", INK))
-    return tuple(lines), tuple(labels)
-
-
-def _seen(x: Array, y: Array, name: str, colour: str) -> tuple[Line, Line]:
-    """Return a light line on a dark one: one of the two is seen on every shade."""
-    return Line(x, y, name, INK, width=2.4, opacity=0.55), Line(x, y, name, colour, width=1.0)
-
-
 def _window(data: xr.DataArray) -> str:
     if data.dims[1] == "order":
         return f"blocks of {data.attrs['turns']:g} turns" if "turns" in data.attrs else "read along orders"
     return f"bins of {numeral(float(data.attrs['resolution']))} Hz"
-
-
-def _lines_told(orders: Sequence[float], natural: Sequence[float]) -> str:
-    told = [*(("rising lines: orders of the excitation",) * bool(orders)),
-            *(("level lines: natural frequencies with every clearance closed",) * bool(natural))]  # fmt: skip
-    return f" {'; '.join(told).capitalize()}." if told else ""

@@ -12,19 +12,22 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from gearrattle.plots.axis_names import cell_ticks
+from gearrattle.plots.axis_names import cell_ticks, labels_of, paths_of
 from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.plots.comparison import COLOURS
 from gearrattle.plots.maps import cells_of, edge_between
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import INK
+from gearrattle.studies.screening import BY_PATH, LOAD
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_BOUNDS = (-12.0, -6.0, 0.0, 6.0, 12.0)  # dB
-_SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
+BOUNDS = (-12.0, -6.0, 0.0, 6.0, 12.0)
+"""Where the shades of a map change [dB]."""
+SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
+"""Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
 _DOTS = Key("rattles when simulated", INK)
 Measure = Literal["lift_ratio", "separation_ratio"]
 
@@ -38,36 +41,41 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     """
     with np.errstate(divide="ignore"):
         margin = 20.0 * np.log10(np.asarray(data[measure].values))
-    speeds, what = _speeds(data)
+    speeds, what = speeds_of(data)
     word = "lift-off" if measure == "lift_ratio" else "separation"
     title = f"Screening by {word}"
     said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
     caption = f"Margin of every loose gear by the {said} in the linear driveline; above 0 dB it leaves its flank."
+    if np.isinf(margin).any():
+        caption += " A gear that rests within its gap is off its flank already: its margin is without bounds."
+    if data["load"].attrs.get("long_name") == BY_PATH:
+        caption += " Loads in SI units."
+    key = "screening" if measure == "lift_ratio" else "screening_separation"
     if data.sizes["load"] == 1:
-        return _curves(data, margin[:, 0, :], speeds, what, (title, caption))
-    edges = (-np.inf, *_BOUNDS, np.inf)
-    legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], _SHADES, strict=True))
-    across, up = [numeral(v, 4) for v in speeds], [numeral(float(v), 3) for v in data["load"].values]
+        return _curves(data, margin[:, 0, :], speeds, what, (key, title, caption))
+    edges = (-np.inf, *BOUNDS, np.inf)
+    legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
+    across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):
         found = margin[:, :, k].T
-        codes = np.searchsorted(_BOUNDS, found, "right")
+        codes = np.where(np.isnan(found), -1, np.searchsorted(BOUNDS, found, "right"))
         lines = edge_between(found > 0.0, np.isfinite(found) | np.isinf(found))
         panels.append(
             Panel(
-                str(gear), "↑ load", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
+                str(gear), f"↑ {load}", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
                 x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10), lines=(*lines, *_dots(data, k)),
                 cells=cells_of(codes, (*legend, Key("no value"))),
             )
         )  # fmt: skip
     dots = (_DOTS,) if "regime" in data else ()
     return Chart(
-        "screening", title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
+        key, title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
         legend=(*legend, *dots),
     )  # fmt: skip
 
 
-def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str]) -> Chart:
+def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str, str]) -> Chart:
     """Margins over speed, a line a gear; dots where a simulation rattles."""
     lines, legend = [], []
     for k, gear in enumerate(data["gear"].values.tolist()):
@@ -81,10 +89,18 @@ def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tu
             lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
     dots = (_DOTS,) if "regime" in data else ()
     panel = Panel("Margin", "dB", what, tuple(lines), rules=(Rule(0.0, label="lifts off"),))
-    return Chart("screening", *words, (panel,), panel_height=260, legend=(*legend, *dots))
+    return Chart(*words, (panel,), panel_height=260, legend=(*legend, *dots))
 
 
-def _speeds(data: xr.Dataset) -> tuple[Array, str]:
+def loads_of(data: xr.Dataset) -> tuple[list[str], str]:
+    """Loads as people say them, and what they are: factors, values of a path in SI, or numbers of several together."""
+    if data[LOAD].attrs.get("long_name") != BY_PATH:
+        return [numeral(float(v), 3) for v in data[LOAD].values], "load factor [1]"
+    paths = paths_of(data, LOAD)
+    return labels_of(data, LOAD), paths[0] if len(paths) == 1 else f"{paths[0]}, and {len(paths) - 1} more"
+
+
+def speeds_of(data: xr.Dataset) -> tuple[Array, str]:
     """Speeds as people say them, and the title of their axis."""
     values = np.asarray(data["speed"].values, dtype=np.float64)
     return (values * 30.0 / np.pi, "speed [rpm]") if data.attrs.get("units") == "SI" else (values, "speed")

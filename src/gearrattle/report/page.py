@@ -9,10 +9,6 @@ Takes Findings and their drawn charts; gives HTML.
 
 from __future__ import annotations
 
-import json
-from base64 import b64encode
-from dataclasses import dataclass
-from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path
 
@@ -21,11 +17,12 @@ from markupsafe import Markup
 
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
-from gearrattle.plots import Chart, plotly_figure
+from gearrattle.plots.chart import Chart
 from gearrattle.plots.sketch import sketch
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
 from gearrattle.report.linear_tables import modes_tables, rest_table
+from gearrattle.report.live_figures import figure_of, page_script, plotly_script
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.provenance import now, versions
@@ -43,15 +40,6 @@ _HEADLINES = {
 }
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A chart as the page needs it: ink as a data address, and data for plotly."""
-
-    chart: Chart
-    ink: str
-    data: str
-
-
 def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
     """Build the report.
 
@@ -65,7 +53,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    figures = [_figure(chart, svg) for chart, svg in drawn]
+    figures = [figure_of(chart, svg) for chart, svg in drawn]
     sections = [list(group) for _, group in groupby(figures, key=lambda figure: figure.chart.group or figure.chart.key)]
     return environment.get_template("page.html.j2").render(
         findings=findings,
@@ -74,7 +62,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         parts=parts_table(findings),
         scored=scores_sentence(findings),
         scores=scores_table(findings),
-        sketch=_safe(sketch(findings)),
+        sketch=Markup(sketch(findings)),
         sections=sections,
         rest=rest_table(findings),
         modes=modes_tables(findings),
@@ -89,32 +77,10 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         notes=notes(findings),
         created=now(),
         version=versions().get("gearrattle", ""),
-        style=_safe((_HERE / "page.css").read_text(encoding="utf-8")),
-        script=_safe((_HERE / "page.js").read_text(encoding="utf-8")),
-        plotly=_safe(_plotly_script()),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+        script=page_script(),
+        plotly=plotly_script(),
     )
-
-
-def _figure(chart: Chart, svg: bytes) -> Figure:
-    data = json.dumps(plotly_figure(chart), allow_nan=False, separators=(",", ":"))
-    return Figure(
-        chart,
-        ink=f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}",
-        data=_safe(data.replace("<", "\\u003c")),
-    )
-
-
-def _safe(text: str) -> Markup:
-    """Mark text that this package wrote itself, or has escaped, as ready for the page."""
-    return Markup(text)
-
-
-def _plotly_script() -> str:
-    """Return plotly.js as the plotly package carries it, found without importing plotly."""
-    spec = find_spec("plotly")
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError("plotly is not installed: pip install plotly")
-    return (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
 
 
 def _model_text(model: Model) -> str:

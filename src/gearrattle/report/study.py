@@ -47,6 +47,7 @@ def fill_study(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     page = environment.get_template("study.html.j2").render(
+        brand="study",
         title=title,
         summary=kind.summary(data),
         setting=f"{kind.setting(data)} {cost}".strip(),

@@ -24,6 +24,7 @@ from gearrattle.report.validation_tables import (
     impacts_table,
     levels_table,
     orders_table,
+    parameter_tables,
     setting_table,
     ways_table,
 )
@@ -48,7 +49,7 @@ def fill_validation(found: Validation, folder: Path) -> None:
     }
     tables = {
         "sigma": [levels_table(found)],
-        "budget": [budget_table(found), ways_table(found)],
+        "budget": [budget_table(found), ways_table(found), *parameter_tables(found)],
         "orders": [orders_table(pair) for pair in found.pairs if pair.orders],
     }
     environment = Environment(

@@ -9,7 +9,7 @@ import math
 
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
-from gearrattle.validation import Level, Pair, Validation
+from gearrattle.validation import Explained, Level, Pair, Validation
 
 
 def levels_table(found: Validation) -> Table:
@@ -64,6 +64,59 @@ def ways_table(found: Validation) -> Table:
     """How each contribution was obtained."""
     told = {each.source: each.how for pair in found.pairs for level in pair.levels for each in level.budget}
     return Table(("source", "how it was obtained"), tuple(told.items()), frozenset({0, 1}), "How each was obtained")
+
+
+def parameter_tables(found: Validation) -> list[Table]:
+    """What each uncertain parameter does, how the levels pull it, and which go together; none without any."""
+    if found.parameters is None:
+        return []
+    made = (_effects(found.parameters), _pulls(found.parameters), _together(found.parameters))
+    return [table for table in made if table.rows]
+
+
+def _effects(told: Explained) -> Table:
+    rows = tuple(
+        (
+            parameter.path, effect.channel, _unbroken(effect.measure), f"{numeral(effect.value, 3)} %",
+            f"{numeral(effect.error, 2)} %", numeral(effect.needed, 3),
+        )
+        for parameter in told.parameters
+        for effect in parameter.effects
+    )  # fmt: skip
+    head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
+    note = (
+        f"From a straight line through {told.runs} runs. Alone: by how many of its standard errors the parameter would "
+        "have to be off to explain the whole difference; a dash: its effect is less than two of its errors."
+    )
+    return Table(head, rows, frozenset({0, 1, 2}), "Parameters, each alone", note)
+
+
+def _pulls(told: Explained) -> Table:
+    head = ("parameter", "value, SI", "standard error", "pulled by, standard errors", "error left")
+    rows = tuple(
+        (p.path, numeral(p.value), numeral(p.standard_error, 3), numeral(p.shift, 3), f"{numeral(100.0 * p.left, 3)} %")
+        for p in told.parameters
+    )
+    before, after = told.chi_square
+    note = (
+        f"All together, to first order, by the rms of {', '.join(told.channels)}: the squared differences fall from "
+        f"{numeral(before, 3)} to {numeral(after, 3)}. A pull of more than two speaks against the error stated."
+    )
+    return Table(head, rows, frozenset({0}), "Parameters, all together", note)
+
+
+def _together(told: Explained) -> Table:
+    names = [p.path for p in told.parameters]
+    rows = tuple(
+        (names[j], names[i], numeral(told.stated[i][j], 2), numeral(told.found[i][j], 2))
+        for i in range(len(names))
+        for j in range(i)
+    )
+    note = "Near 1 or −1 after the levels: they tell the two only together."
+    return Table(
+        ("parameter", "and", "correlation as stated", "after the levels"), rows, frozenset({0, 1}), "Which go together",
+        note,
+    )  # fmt: skip
 
 
 def orders_table(pair: Pair) -> Table:

@@ -17,10 +17,11 @@ Takes a Model, speeds and loads; gives an xarray Dataset.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, name_plate, refuse_motions, refuse_unsteady
 from gearrattle.calls.measure import engine_orders
@@ -40,6 +41,10 @@ if TYPE_CHECKING:
 
 SPEED, LOAD, GEAR = "speed", "load", "gear"
 _PATH = "excitation.speed"
+_SHARE = 0.02  # of the work, that thresholds are where cases are simulated
+BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
+"""What the coordinate "load" holds, as its ``long_name`` says."""
+Progress = Callable[[float], None]
 Loads = Sequence[float] | Mapping[str, Sequence[Any]]
 
 
@@ -50,6 +55,7 @@ def screen(
     *,
     simulate: bool = False,
     workers: int | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Map which loose gear rattles at which speed and load, by the threshold and, if asked, by simulation.
 
@@ -60,6 +66,8 @@ def screen(
             which vary together; None: the model's own.
         simulate: also run every case, by the model's settings, and keep the regime of every loose gear's mesh.
         workers: of the simulations, as in ``study``.
+        progress: called with the finished share, of the thresholds, then of the simulations; what it raises ends the
+            work.
 
     Returns:
         A Dataset with the dimensions "speed" [rad/s], "load" (factor, or number) and "gear" (by its mesh, with its
@@ -73,6 +81,7 @@ def screen(
     import xarray as xr
 
     refuse_motions(model, "a screening")
+    by_path = isinstance(loads, Mapping)
     speed, load, factors = _axes(model, speeds, loads)
     base = model.with_(speed.at(0))
     refuse_unsteady(base, "a screening")
@@ -81,12 +90,7 @@ def screen(
     if not gears:
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
         raise ModelError(Problem("inertia", ", ".join(plate.inertia_names), rule, "give drag_torque to a loose gear"))
-    ratio = np.full((len(speed), len(load) if load else 1, len(gears)), np.nan)
-    lift, inside = ratio.copy(), np.zeros(ratio.shape[:2], dtype=np.bool_)
-    for i in range(ratio.shape[0]):
-        for j in range(ratio.shape[1]):
-            case = model.with_({**speed.at(i), **(load.at(j) if load else {})})
-            ratio[i, j], lift[i, j], inside[i, j] = _threshold(case, gears)
+    ratio, lift, inside = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulate else 1.0))
     dims = (SPEED, LOAD, GEAR)
     with np.errstate(divide="ignore"):
         margin = 20.0 * np.log10(ratio)
@@ -97,10 +101,10 @@ def screen(
             "lift_ratio": (dims, lift, {"units": "1"}),
             "inside": (dims[:2], inside, {"units": "1"}),
         },
-        {**_coordinates(plate, gears), **_positions(model, speed, load, factors)},
+        {**_coordinates(plate, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
         {"title": f"screening of {model.name}", "units": model.units},
     )
-    return _simulated(found, model, (speed, load), workers) if simulate else found
+    return _simulated(found, model, (speed, load), workers, progress) if simulate else found
 
 
 def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | None, tuple[float, ...]]:
@@ -137,6 +141,25 @@ def _amplitudes(model: Model) -> dict[str, float]:
         rule = "factors need torque harmonics to scale"
         raise ModelError(Problem("loads", "given", rule, "leave them out, or give loads by path"))
     return found
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Return what takes the shares of a part of the work and tells those of the whole."""
+    return None if progress is None else lambda share: progress(begin + (end - begin) * share)
+
+
+def _thresholds(
+    model: Model, speed: Axis, load: Axis | None, gears: Sequence[LooseGear], progress: Progress | None
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return (speed, load, gear) both ratios, and (speed, load) whether the linear motion is an exact one."""
+    ratio = np.full((len(speed), len(load) if load else 1, len(gears)), np.nan)
+    lift, inside = ratio.copy(), np.zeros(ratio.shape[:2], dtype=np.bool_)
+    for number, (i, j) in enumerate(np.ndindex(inside.shape), start=1):
+        case = model.with_({**speed.at(i), **(load.at(j) if load else {})})
+        ratio[i, j], lift[i, j], inside[i, j] = _threshold(case, gears)
+        if progress is not None:
+            progress(number / inside.size)
+    return ratio, lift, inside
 
 
 def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, bool]:
@@ -191,22 +214,28 @@ def _coordinates(plate: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
     }
 
 
-def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[float, ...]) -> dict[str, Any]:
+def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[float, ...], words: str) -> dict[str, Any]:
     unit = "rad/s" if model.units == "SI" else "1"
     found: dict[str, Any] = {
         SPEED: (SPEED, np.array(speed.values[_PATH], dtype=np.float64), {"units": unit}),
-        LOAD: (LOAD, np.array(factors), {"units": "1"}),
+        LOAD: (LOAD, np.array(factors), {"units": "1", "long_name": words}),
     }
     return found | {path: (LOAD, list(values)) for path, values in (load.values if load else {}).items()}
 
 
-def _simulated(found: xr.Dataset, model: Model, axes: tuple[Axis, Axis | None], workers: int | None) -> xr.Dataset:
+def _simulated(
+    found: xr.Dataset,
+    model: Model,
+    axes: tuple[Axis, Axis | None],
+    workers: int | None,
+    progress: Progress | None,
+) -> xr.Dataset:
     """Add the regime of every loose gear's mesh, from a study of the same cases."""
     speed, load = axes
     given: dict[str, Any] = {SPEED: {_PATH: list(speed.values[_PATH])}}
     if load is not None:
         given[LOAD] = {path: list(values) for path, values in load.values.items()}
-    done = study(model, given, ["regime"], workers=workers)
+    done = study(model, given, ["regime"], workers=workers, progress=_part(progress, _SHARE, 1.0))
     regime = done["regime"].sel(part=[str(name) for name in found[GEAR].values])
     codes = np.asarray(regime.values).reshape(found["margin"].shape)
     return found.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))

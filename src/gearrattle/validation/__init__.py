@@ -7,6 +7,7 @@ spectra, rates of impacts. Each is given with the interval that the scatter from
 Takes runs and recordings; gives a Validation to plots, reports and commands.
 """
 
+from gearrattle.validation.effects import Effect, Explained, Parameter
 from gearrattle.validation.record import (
     Band,
     Clock,
@@ -17,6 +18,8 @@ from gearrattle.validation.record import (
     Pair,
     Validation,
 )
+from gearrattle.validation.run_up_record import RunUp, Track
+from gearrattle.validation.run_ups import validate_run_up
 from gearrattle.validation.sigma import Printed, of_printed, sigma
 from gearrattle.validation.validate import validate
 
@@ -24,13 +27,19 @@ __all__ = [
     "Band",
     "Clock",
     "Contribution",
+    "Effect",
+    "Explained",
     "Impacts",
     "Level",
     "Order",
     "Pair",
+    "Parameter",
     "Printed",
+    "RunUp",
+    "Track",
     "Validation",
     "of_printed",
     "sigma",
     "validate",
+    "validate_run_up",
 ]

@@ -19,9 +19,11 @@ from gearrattle.trajectory import Array
 from gearrattle.validation import budget, clock, densities, levels, orders
 from gearrattle.validation.curves import curves_of
 from gearrattle.validation.cycles import Cycles, Setting, Source, cut, samples_for, source_of
+from gearrattle.validation.effects import Explained
+from gearrattle.validation.explained import SPARE, explained, sentences
 from gearrattle.validation.impacts import compare_impacts
 from gearrattle.validation.pairing import Pairing, paired
-from gearrattle.validation.parameters import standard_errors, uncertainty
+from gearrattle.validation.parameters import Drawn, correlations, repeated, standard_errors
 from gearrattle.validation.record import Clock, Level, Pair, Validation
 from gearrattle.validation.scatter import Draws, draws
 from gearrattle.validation.simulated import recorded
@@ -31,6 +33,7 @@ from gearrattle.validation.wanted import Wanted
 _ROUNDS = 4
 _AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
 _FOLDED = 5.0  # %: more is told
+_REMEDY = "set a steady speed, or compare orders over speed with validate_run_up"
 _EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
 
 
@@ -65,18 +68,19 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     """
     if run.speed is not None:
         rule = "the speed changes along the run, so it has no period to compare by"
-        raise ModelError(Problem(f"{run.model.name or 'model'}: excitation", "a sweep", rule, "set a steady speed"))
+        raise ModelError(Problem(f"{run.model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
     errors = standard_errors(run, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
     told, lines = _clock(matter)
     known = _known(matter)
-    if errors:
-        how = wanted.draws, wanted.seed
-        width = uncertainty(run, errors, lambda each: _levels(each, matter), known.scatter[1], how, progress=progress)
-        words = f"{wanted.draws} runs, seed {wanted.seed}: {listed(errors)}"
-        known = replace(known, parameters=width, parameters_words=words)
+    repeats = _repeated(matter, errors, progress) if errors else None
+    if repeats is not None:
+        told_apart = "" if isinstance(wanted.parameters, Mapping) else ", correlated as fitted"
+        words = f"{wanted.draws} runs, seed {wanted.seed}: {listed(errors)}{told_apart}"
+        known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
     pairs = _pairs(matter, known, told, lines)
     cycles, drawn, found = matter.cycles, matter.drawn, matter.found
+    by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
     impacts = compare_impacts(run.trajectory, cycles, drawn, found.measured, wanted.thresholds)
     return Validation(
         model=run.model.name or "driveline", source=recording.source, algorithm=run.cost.algorithm,
@@ -84,8 +88,9 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
         simulated_block=drawn[1].block, rate=cycles[1].rate, band=matter.band, trend=wanted.trend, clock=told,
         pairs=pairs, impacts=impacts, unmatched_measured=found.measured_alone,
         unmatched_simulated=found.simulated_alone, verdict=verdict_of(pairs),
-        findings=findings_of(pairs, impacts, told),
-        notes=(*notes, *found.notes, *_notes(matter, told, pairs), *recording.notes, *run.notes),
+        findings=(*findings_of(pairs, impacts, told), *([] if by_parameters is None else sentences(by_parameters))),
+        notes=(*notes, *found.notes, *_notes(matter, told, pairs), *_few(repeats, by_parameters), *recording.notes,
+               *run.notes), parameters=by_parameters,
     )  # fmt: skip
 
 
@@ -199,6 +204,28 @@ def _known(matter: _Matter) -> budget.Known:
         parameters=np.full(shape, np.nan),
         parameters_words="no standard errors were handed in: what is uncertain in the model is in the remainder",
     )
+
+
+def _repeated(
+    matter: _Matter, errors: dict[str, tuple[float, float]], progress: Callable[[float], None] | None
+) -> Drawn:
+    """Repeat the simulation with parameters drawn."""
+    wanted = matter.wanted
+    together = correlations(errors, wanted.parameters)
+    return repeated(
+        matter.run, errors, together, lambda each: _levels(each, matter), runs=wanted.draws, seed=wanted.seed,
+        progress=progress,
+    )  # fmt: skip
+
+
+def _few(drawn: Drawn | None, found: Explained | None) -> list[str]:
+    """Say why nothing is told of each parameter by itself."""
+    if drawn is None or found is not None:
+        return []
+    count, free = drawn.standard.shape
+    if count >= free + SPARE:
+        return ["parameters: no channel has an rms in both records, so nothing is told of each by itself"]
+    return [f"parameters: {count} runs are too few for the effects of {free}; draws={free + SPARE} or more tells them"]
 
 
 def _levels(run: Run, matter: _Matter) -> Array:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.comparison.record import Record, plain
 from gearrattle.trajectory import Array
+from gearrattle.validation.effects import Explained
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -255,6 +256,7 @@ class Validation(Record):
         verdict: in one sentence.
         findings: in words, a sentence each.
         notes: what the user must know.
+        parameters: what the uncertain ones could explain; None without any, or of too few runs.
     """
 
     model: str
@@ -275,6 +277,7 @@ class Validation(Record):
     verdict: str
     findings: tuple[str, ...]
     notes: tuple[str, ...]
+    parameters: Explained | None = None
 
     def __getitem__(self, name: str) -> Pair:
         """Return the channel of a measured or a simulated name."""

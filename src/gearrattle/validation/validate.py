@@ -77,10 +77,10 @@ def validate(
     if problems:
         raise ModelError(problems)
     recording = measurement if isinstance(measurement, Recording) else read(measurement)
-    return compared(_run(model, settings or {}, progress), recording, wanted, progress)
+    return compared(run_of(model, settings or {}, progress), recording, wanted, progress)
 
 
-def _run(given: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
+def run_of(given: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
     """Return the run, simulated where it is none yet."""
     if isinstance(given, str | os.PathLike):
         given = load(given) if Path(given).suffix.lower() == ".toml" else open_run(given)

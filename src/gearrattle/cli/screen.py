@@ -1,0 +1,179 @@
+"""``gearrattle screen``: which loose gear rattles at which speed and load, for a whole gearbox, by the threshold."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from gearrattle.cli.options import Json, Settings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearrattle.cli.background import Watch
+    from gearrattle.model import Model
+
+_SETTINGS = Settings()
+_COUNT = 25
+
+
+def screen(
+    source: Path,
+    /,
+    *,
+    speeds: str | None = None,
+    count: int | None = None,
+    loads: str | None = None,
+    load: Annotated[Sequence[str], Parameter(negative="")] = (),
+    simulate: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    settings: Settings = _SETTINGS,
+    json: Json = False,
+) -> None:
+    """Map which loose gear leaves its flank at which speed and load, by the linear driveline; nothing is integrated.
+
+    With -o, writes report.html, results.nc, summary.json and figures/ into a folder, all or nothing.
+
+    Parameters
+    ----------
+    source
+        Model file, or a study file of the kind "grid" whose axes are excitation.speed and at most one of loads.
+    speeds
+        Of the reference shaft: "600 rpm:2400 rpm", or a list, "800 rpm,1200 rpm". Default: half to twice the model's.
+    count
+        Speeds of a range. Default: 25.
+    loads
+        Factors on the amplitudes of the torques, "0.5,1,2". Default: the model's own.
+    load
+        PATH=VALUE,VALUE,... instead: values of the model at the loads, which vary together. May be repeated.
+    simulate
+        Also simulate and judge every case, with the settings below.
+    workers
+        Processes or threads of --simulate; default: as many as there are cores.
+    output
+        Folder for the page; default: the table on the terminal only.
+    """
+    from gearrattle.cli.background import watched
+    from gearrattle.report.staging import Staging
+
+    model, asked, title = _asked(source, speeds, count, loads, load)
+    model = _settled(model, settings, simulate=simulate, workers=workers)
+    how: dict[str, Any] = {"simulate": simulate, "workers": workers}
+    if output is None:
+        found = watched(lambda watch: _work(watch, model, asked, how, (None, title)))
+    else:
+        with Staging(output) as staging:
+            found = watched(lambda watch: _work(watch, model, asked, how, (staging.path, title)))
+            staging.commit()
+    _tell(found, output, json=json)
+
+
+def _asked(
+    source: Path, speeds: str | None, count: int | None, loads: str | None, load: Sequence[str]
+) -> tuple[Model, tuple[Any, Any], str]:
+    """Return the model, the speeds and loads, and what to call the page."""
+    import gearrattle
+    from gearrattle.cli.assignments import texts
+    from gearrattle.cli.sources import is_model
+    from gearrattle.errors import ModelError, Problem
+
+    if source.suffix.lower() == ".toml" and source.exists() and not is_model(source):
+        from gearrattle.studies.file import read_study
+        from gearrattle.studies.screening_study import screening_of
+
+        given = {"--speeds": speeds, "--count": count, "--loads": loads, "--load": load or None}
+        clash = [name for name, value in given.items() if value is not None]
+        if clash:
+            rule = "a study file says its speeds and loads itself"
+            raise ModelError(Problem(", ".join(clash), str(source), rule, "leave them out, or give the model file"))
+        study = read_study(source)
+        model, found, by_path = screening_of(study, str(source))
+        return model, (found, by_path), study.name
+    if loads is not None and load:
+        rule = "loads are factors, or values by path"
+        raise ModelError(Problem("--loads, --load", "both", rule, "leave one of them out"))
+    model = gearrattle.load(source)
+    given_loads = _factors(loads) if loads is not None else texts("--load", load) if load else None
+    return model, (_speeds(model, speeds, count), given_loads), model.name or "driveline"
+
+
+def _speeds(model: Model, speeds: str | None, count: int | None) -> Any:
+    """Return the speeds as ``screen`` takes them."""
+    from gearrattle.cli.options import number_or_text
+    from gearrattle.errors import ModelError, Problem
+
+    if speeds is not None and ":" not in speeds:
+        if count is not None:
+            rule = "is the number of speeds of a range, and --speeds is a list"
+            raise ModelError(Problem("--count", f"{count}", rule, 'leave it out, or give "LOW:HIGH"'))
+        return [number_or_text(each.strip()) for each in speeds.split(",")]
+    ends: list[Any] = [0.5 * model.excitation.omega, 2.0 * model.excitation.omega]
+    if speeds is not None:
+        ends = [number_or_text(end.strip()) for end in speeds.split(":")]
+    if len(ends) != 2:
+        raise ModelError(Problem("--speeds", f'"{speeds}"', 'must be LOW:HIGH or a list, such as "600 rpm:2400 rpm"'))
+    return {"from": ends[0], "to": ends[1], "count": _COUNT if count is None else count}
+
+
+def _factors(loads: str) -> list[float]:
+    """Read factors."""
+    from gearrattle.errors import ModelError, Problem
+
+    try:
+        return [float(each) for each in loads.split(",")]
+    except ValueError:
+        rule = "must be factors parted by commas"
+        raise ModelError(Problem("--loads", f'"{loads}"', rule, '"0.5,1,2"; --load takes values by path')) from None
+
+
+def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int | None) -> Model:
+    """Return the model with the settings of its simulations.
+
+    Raises:
+        ModelError: settings without simulations.
+    """
+    from gearrattle.errors import ModelError, Problem
+
+    given = {key: value for key, value in settings.arguments().items() if value is not None}
+    if not simulate and (given or workers is not None):
+        names = ", ".join(f"--{key.replace('_', '-')}" for key in (*given, *(("workers",) if workers else ())))
+        rule = "is of simulations, and nothing is simulated"
+        raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate, or leave it out"))
+    return model.with_({f"simulation.{key}": value for key, value in given.items()}) if given else model
+
+
+def _work(
+    watch: Watch, model: Model, asked: tuple[Any, Any], how: dict[str, Any], page: tuple[Path | None, str]
+) -> xr.Dataset:
+    """Screen; with a folder to write into, make the page as well."""
+    import gearrattle
+    from gearrattle.report.screening import fill_screening
+
+    watch.enter("screening")
+    found = gearrattle.screen(model, *asked, **how, progress=watch)
+    folder, title = page
+    if folder is not None:
+        watch.enter("writing the page")
+        fill_screening(found, folder, title=title)
+    return found
+
+
+def _tell(found: xr.Dataset, output: Path | None, *, json: bool) -> None:
+    """Print what was found."""
+    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.report.screening import screening_content
+    from gearrattle.report.screening_tables import gears_table, summary_of
+
+    if json:
+        print(json_text(screening_content(found)))
+    else:
+        table = gears_table(found)
+        print(columns(table.head, table.rows))
+        print(summary_of(found))
+    if output is not None:
+        print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)

@@ -1,0 +1,92 @@
+"""A screening as one page: which gears lift off and where, the maps, and the tables behind them.
+
+``fill_screening`` writes report.html, results.nc, summary.json and figures/ into a folder. The maps are interactive,
+and ink without JavaScript; the page loads nothing.
+
+Takes the Dataset of ``gearrattle.screen``.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.plots.screening import screening_map
+from gearrattle.plots.static import draw
+from gearrattle.report.live_figures import figure_of, page_script, plotly_script
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.screening_tables import (
+    gears_of,
+    gears_table,
+    inside,
+    setting_of,
+    summary_of,
+    thresholds_table,
+)
+from gearrattle.report.summary import plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_HERE = Path(__file__).parent
+
+
+def screening_content(data: xr.Dataset) -> dict[str, Any]:
+    """Return everything for machines, in JSON types: speeds in rad/s; infinite ratios become None."""
+    gears = []
+    for each in gears_of(data):
+        at = {"speed": float(data["speed"].values[each.speed]), "load": float(data["load"].values[each.load])}
+        gears.append({**asdict(each), **at})
+    names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
+    return {
+        "title": str(data.attrs["title"]),
+        "units": str(data.attrs["units"]),
+        "summary": summary_of(data),
+        "cases": int(inside(data).size),
+        "exact": int(inside(data).sum()),
+        "gears": plain(gears),
+        "axes": {str(name): plain(each.values) for name, each in data.coords.items()},
+        "dimensions": ["speed", "load", "gear"],
+        **{name: plain(data[name].values) for name in names},
+        "versions": versions(),
+        "created": now(),
+    }
+
+
+def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
+    """Write all files into an existing empty folder.
+
+    Args:
+        data: what ``screen`` returned.
+        folder: where to.
+        title: heading of the page.
+    """
+    drawn = [(chart, draw(chart)) for chart in (screening_map(data), screening_map(data, "separation_ratio"))]
+    (folder / "figures").mkdir()
+    for chart, _ in drawn:
+        (folder / "figures" / f"{chart.key}.svg").write_bytes(draw(chart, legend=True))
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("screening.html.j2").render(
+        title=title,
+        summary=summary_of(data),
+        setting=setting_of(data),
+        gears=gears_table(data),
+        thresholds=thresholds_table(data),
+        figures=[figure_of(chart, svg) for chart, svg in drawn],
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+        script=page_script(),
+        plotly=plotly_script(),
+    )
+    (folder / "report.html").write_text(page, encoding="utf-8")
+    text = json.dumps(screening_content(data), indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    data.to_netcdf(folder / "results.nc", engine="h5netcdf")

@@ -1,0 +1,122 @@
+"""``gearrattle spectra``: peaks with limits, the folder of numbers and figures, every kind of source, wrong input."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearrattle as gr
+from gearrattle.cli import main
+from gearrattle.recording import Channel, Recording
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CASE = EXAMPLES / "paper" / "case3.toml"
+RATE = 2000.0
+RNG = np.random.default_rng(3)
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A torque, and an acceleration three times as large beside a line at 200 Hz."""
+    time = np.arange(40_000) / RATE
+    torque = RNG.standard_normal(time.size)
+    shaken = 3.0 * torque + 5.0 * np.sin(2.0 * np.pi * 200.0 * time)
+    channels = (
+        Channel("T", "torque", "hub", "N m", torque),
+        Channel("a", "acceleration", "hub", "rad/s^2", shaken),
+    )
+    path = tmp_path_factory.mktemp("rig") / "rig.h5"
+    gr.write(Recording(time, channels, "rig"), path)
+    return str(path)
+
+
+def test_the_highest_peak_is_the_line(rig: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its power is 25 / 2 within the three bins that a Hann window spreads it over, above the noise."""
+    assert main(["spectra", rig, "--channel", "a", "--resolution", "5 Hz", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    peak = max(told["peaks"], key=lambda row: row["psd"])
+    assert peak["frequency"] == 200.0
+    assert 1.5 * 5.0 * peak["psd"] == pytest.approx(12.5 + 9.0 * 1.5 * 5.0 / (0.5 * RATE), rel=0.05)
+    assert peak["psd_low"] < peak["psd"] < peak["psd_high"]
+    assert told["rms"] == pytest.approx(np.sqrt(9.0 + 12.5), rel=0.02)
+    assert told["units_of"]["psd"] == "(rad/s^2)^2/Hz"
+    assert "reference" not in told
+
+
+def test_two_signals_on_the_terminal(rig: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spectra", rig, "--channel", "a", "--against", "T", "--resolution", "5 Hz"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:3] == ["Hz", "density", "[(rad/s^2)^2/Hz]"]
+    quiet = next(line for line in lines[1:-2] if not line.startswith("200"))
+    assert " 3 ± " in quiet  # three times the torque, to four digits
+    assert lines[-1].startswith("coherence of independent signals stays below 0.0")
+
+
+def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "out"
+    words = ["spectra", rig, "--channel", "a", "--against", "torque.hub", "--resolution", "10 Hz", "-o", str(target)]
+    assert main([*words, "--model", str(CASE)]) == 0
+    assert f"saved: {target}" in capsys.readouterr().out
+    assert {path.name for path in target.iterdir()} == {"results.nc", "results.csv", "summary.json", "figures"}
+    assert {path.stem for path in (target / "figures").iterdir()} == {"psd", "reference_psd", "response", "coherence"}
+    expected = gr.spectra(gr.read(rig), "a", "T", resolution="10 Hz")
+    with xr.open_dataset(target / "results.nc", engine="h5netcdf") as kept:
+        xr.testing.assert_equal(kept, expected)
+    rows = list(csv.reader(line for line in (target / "results.csv").read_text().splitlines() if line[0] != "#"))
+    assert rows[0][0] == "frequency [Hz]"
+    assert rows[0][1:] == [f"{name} [{each.attrs['units']}]" for name, each in expected.data_vars.items()]
+    table = np.array(rows[1:], dtype=np.float64)
+    for column, name in enumerate(expected.data_vars, start=1):
+        assert np.array_equal(table[:, column], expected[name].values, equal_nan=True)
+    drawn = (target / "figures" / "psd.svg").read_text(encoding="utf-8")
+    ElementTree.fromstring(drawn)
+    assert "frequency, Hz" in drawn
+    assert "(rad/s²)²/Hz" in drawn
+    assert ">f1<" in drawn  # of the model
+    assert "Transfer function" in (target / "figures" / "response.svg").read_text(encoding="utf-8")
+
+
+def test_models_and_runs_are_sources(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A model is simulated with the settings given; a saved run of the same settings says the same."""
+    words = ["--channel", "acceleration.hub", "--json"]
+    assert main(["spectra", str(CASE), *words, "--cycles", "30", "--discard", "6"]) == 0
+    simulated = json.loads(capsys.readouterr().out)
+    gr.simulate(gr.load(CASE), cycles=30, discard=6).save(tmp_path / "run.nc")
+    assert main(["spectra", str(tmp_path / "run.nc"), *words]) == 0
+    assert json.loads(capsys.readouterr().out)["peaks"] == simulated["peaks"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--channel", "b"], "a"),
+        (["--channel", "a", "--against", "b"], "b"),
+        (["--channel", "a", "--resolution", "fast"], "resolution"),
+        (["--channel", "a", "--resolution", "0.01 Hz"], "needs 100 s of a record"),
+        (["--channel", "a", "--window", "round"], "hann"),
+        (["--channel", "a", "--overlap", "1"], "overlap"),
+        (["--channel", "a", "--level", "2"], "level"),
+        (["--channel", "a", "--cycles", "20"], "give a model file"),
+        (["--channel", "a", "--model", "nowhere.toml"], "nowhere.toml"),
+        ([], "channel"),
+    ],
+)
+def test_bad_input_is_refused(
+    rig: str, words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["spectra", rig, *words, "-o", str(tmp_path / "out")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spectra", "nowhere.csv", "--channel", "a"]) == 2
+    assert "nowhere.csv" in capsys.readouterr().err
