@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from gearrattle.kernels.packed import ORDER
 from gearrattle.system import run_up
 from gearrattle.system.phase import PER_RADIAN, Ramp
 from gearrattle.system.run_up import TRUNCATION, Sound, Tone, TooLong, bound, channels
@@ -175,6 +176,11 @@ def test_a_corner_of_a_table_is_a_knot() -> None:
     tone = tabled(ramp, 2.0, 0.0)
     (channel,) = channels(ramp, [Sound((tone,), smooth=False)], 10.0, 0.1)
     assert np.abs(channel.knots - ramp.time(float(tone.speeds[1]))).min() < 1e-12
+
+
+def test_every_derivative_counts_in_a_taylor_window() -> None:
+    """The last link reaches a deflection by way of rates and accelerations: three orders of the window further on."""
+    assert run_up.DEGREE <= ORDER - 4
 
 
 def test_too_long_a_run_is_refused() -> None:
