@@ -186,7 +186,7 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
         richer = sorted(search.with_more(found, limits), key=search.bic)[:2]
         if not richer:
             break
-        best = min((search.refine(each) for each in richer), key=search.bic)
+        best = min((search.refine(each, 2) for each in richer), key=search.bic)
         lacking = stages is not None and (len(found.shape.drive) + 1, len(found.shape.coast) + 1) != stages
         if search.bic(best) > search.bic(found) - _WORTH and not lacking:
             break
