@@ -17,7 +17,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.identification.loop_data import Loop, read_loop
 from gearrattle.identification.loop_errors import spread
-from gearrattle.identification.loop_jumps import interval
+from gearrattle.identification.loop_jumps import SHARES, interval
 from gearrattle.identification.loop_law import CENTRE, Regression, Shape, Solved
 from gearrattle.identification.loop_linear import Linear
 from gearrattle.identification.loop_moments import Moments
@@ -150,16 +150,18 @@ def test_densities_are_those_of_the_sums_of_squares() -> None:
     ])  # fmt: skip
     shares = np.cumsum(np.sum(np.exp(-0.5 * (raised - raised.min()) / known.variance), axis=1))
     low, high = np.interp([0.025, 0.975], (shares - 0.5 * shares[0]) / shares[-1], logs)
-    ends = np.log(densities(polish, found, known)[0][("drive", 1)].ends())
-    assert ends == pytest.approx([low, high], abs=0.12 * (high - low))
+    density = densities(polish, found, known)[0][("drive", 1)]
+    assert np.log(density.ends()) == pytest.approx([low, high], abs=0.12 * (high - low))
 
-    here = found.shape.drive[0]
-    spacing = 0.4 / 2000
-    places = here + np.arange(-120, 121) * spacing / 6
-    left = np.array([polish.at(found.shape.with_break("drive", 0, place)).left for place in places])
-    shares = np.cumsum(np.exp(-0.5 * (left - left.min()) / known.variance))
-    low, high = np.interp([0.025, 0.975], shares / shares[-1], places)
-    assert interval(polish, found, ("drive", 0), known.variance, None)[:2] == pytest.approx([low, high], abs=spacing)
+    spacing, chi = 0.4 / 2000, 0.5 / known.variance
+    places = found.shape.drive[0] + np.arange(-80, 81) * spacing / 4
+    shapes = [found.shape.with_break("drive", 0, place) for place in places]
+    raised = np.array([[polish.at(s.with_reach(("drive", 1), math.exp(a))).left for a in logs[::3]] for s in shapes])
+    for sums, reaches in ((raised, density.at(SHARES)), (raised[:, logs[::3].size // 2, None], np.empty(0))):
+        shares = np.cumsum(np.sum(np.exp(-chi * (sums - raised.min())), axis=1))
+        ends = np.interp([0.025, 0.975], shares / shares[-1], places)
+        made = interval(polish.linear(found), found, ("drive", 0), known.variance, reaches)[:2]
+        assert made == pytest.approx(ends, abs=spacing), reaches
 
 
 def fits(seeds: Iterable[int], noise: int, samples: int = 4000) -> Iterator[tuple[int, gr.LoopFit, dict[str, float]]]:

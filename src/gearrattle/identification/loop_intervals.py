@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.identification.loop_errors import Spread
-from gearrattle.identification.loop_jumps import interval
+from gearrattle.identification.loop_jumps import SHARES, interval
 from gearrattle.identification.loop_law import COAST, DRIVE
 from gearrattle.identification.loop_reaches import Stretch
 from gearrattle.identification.loop_settle import Settled
@@ -33,11 +33,12 @@ NORMAL = 1.959963984540054
 
 def places(settled: Settled, known: Spread) -> dict[str, Array]:
     """Return ends of the interval and standard deviation of every break [rad] by its name in a coupling."""
-    made = {}
+    made, linear = {}, settled.polish.linear(settled.law)
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
         for i in range(len(settled.law.shape.breaks(side))):
-            reach = settled.reaches.get((side, i + 1))
-            made[f"{key}.{i}.until"] = interval(settled.polish, settled.law, (side, i), known.variance, reach)
+            density = settled.reaches.get((side, i + 1))
+            reaches = np.empty(0) if density is None else density.at(SHARES)
+            made[f"{key}.{i}.until"] = interval(linear, settled.law, (side, i), known.variance, reaches)
     return made
 
 

@@ -13,17 +13,18 @@ to b', with residuals y and their sum of squares S,
 C the curvature and -2 G the slope of S in b, without jump and stretch, when all other parameters give way. The samples
 of the sums are few beside all, so what the others would gain by them is left out; whoever moves a break solves again.
 
-    density of b  ~  mean over the density of r of exp(-(S(b') - S(b)) / (2 tau s^2)), each with its own S
+    density of b  ~  sum over the density of r of  exp(-(S(b') - S(b)) / (2 tau s^2)) / W(r),
 
-is the posterior with a flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30,
-1939, pp. 391-421). Its quantiles are exact intervals where a law is only shifted.
+W the integral over b' of the same without the jump, of which the density of r knows nothing, is the posterior with a
+flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its
+quantiles are exact intervals where a law is only shifted.
 
-Takes a polish and its law; gives places and intervals.
+Takes a law made linear; gives places and intervals.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +32,8 @@ from numpy.typing import NDArray
 from gearrattle.identification.loop_data import Loop
 from gearrattle.identification.loop_law import COAST, DRIVE, Regression, Solved, heights_of
 from gearrattle.identification.loop_linear import Linear
+from gearrattle.identification.loop_moments import Moments
 from gearrattle.identification.loop_slopes import carried, slopes_in
-
-if TYPE_CHECKING:
-    from gearrattle.identification.loop_polish import Polish
-    from gearrattle.identification.loop_reaches import Density
 
 Array = NDArray[np.float64]
 
@@ -43,7 +41,8 @@ _WIDE = 8.0  # standard errors without the jump that are looked at
 _ROOM = 0.02  # of the range: the most looked at
 _PLACES = 400  # the most
 _FLAT = 1e-5  # of the highest density: what lies beyond is left out
-_SHARES = (np.arange(7) + 0.5) / 7  # of the density of the reach
+SHARES = (np.arange(7) + 0.5) / 7
+"""Up to which shares of the density of a reach those lie that are looked at."""
 
 
 class _Near(NamedTuple):
@@ -62,9 +61,9 @@ class _Near(NamedTuple):
     reach: float
 
 
-def best_place(polish: Polish, found: Solved, side: str, index: int) -> float:
+def best_place(linear: Linear, found: Solved, where: tuple[str, int]) -> float:
     """Return the magnitude of deflection at which a break fits best, all else giving way [rad]."""
-    near = _near(polish, found, side, index)
+    near = _near(linear, found, *where)
     low, high = near.here - near.wide, near.here + near.wide
     place = near.here
     for _ in range(3):
@@ -75,27 +74,27 @@ def best_place(polish: Polish, found: Solved, side: str, index: int) -> float:
     return place
 
 
-def interval(polish: Polish, found: Solved, where: tuple[str, int], variance: float, reach: Density | None) -> Array:
+def interval(linear: Linear, found: Solved, where: tuple[str, int], variance: float, reaches: Array) -> Array:
     """Return both ends of the central 95 % interval of a break, and the standard deviation of its density [rad].
 
     Args:
-        polish: the loop.
-        found: its least squares.
+        linear: the law made linear in all that is free.
+        found: the law, its least squares.
         where: side and index of the break.
         variance: of the noise, times its autocorrelation time [(N m)^2].
-        reach: density of the reach of its slider; None: there is none.
+        reaches: of its slider, each as likely as the next; none: that of the law.
     """
-    near = _near(polish, found, *where)
-    reaches = [near.reach] if reach is None else reach.at(_SHARES)
+    near = _near(linear, found, *where)
+    reaches = reaches if reaches.size else np.array([near.reach])
     low, high = near.here - near.wide, near.here + near.wide
-    places, density = np.empty(0), np.empty(0)
+    places = _places(near, low, high)
+    smooth = np.array([_logs(near, places, each, variance, jumps=False) for each in reaches])
+    level = smooth.max(axis=1, keepdims=True)
+    wholes = level[:, 0] + np.log(np.trapezoid(np.exp(smooth - level), places, axis=1))
     for _ in range(3):
         places = _places(near, low, high)
-        density = np.zeros(places.size)
-        for each in reaches:
-            raised = _raised(near, places, float(each))
-            one = np.exp(-0.5 * (raised - raised.min()) / variance)
-            density += one / max(float(np.trapezoid(one, places)), 1e-300)
+        logs = np.array([_logs(near, places, each, variance) for each in reaches]) - wholes[:, None]
+        density = np.sum(np.exp(logs - logs.max()), axis=0)
         dense = np.flatnonzero(density > _FLAT * density.max())
         low, high = places[max(dense[0] - 1, 0)], places[min(dense[-1] + 1, places.size - 1)]
     share = np.diff(places) * 0.5 * (density[1:] + density[:-1])
@@ -105,30 +104,30 @@ def interval(polish: Polish, found: Solved, where: tuple[str, int], variance: fl
     return np.array([*ends, np.sqrt(share @ (middle - share @ middle) ** 2)])
 
 
-def _near(polish: Polish, found: Solved, side: str, index: int) -> _Near:
-    here, loop = found.shape.breaks(side)[index], polish.loop
+def _near(linear: Linear, found: Solved, side: str, index: int) -> _Near:
+    moments = linear.moments
+    here, loop = found.shape.breaks(side)[index], moments.loop
     low, high = loop.ends
     slider = (side, index + 1)
     height = heights_of(found).get(slider, 0.0)
-    linear = Linear(polish.moments, found, polish.free(found))
     first = len(found.labels) + (index if side == DRIVE else len(found.shape.drive) + index)
     own = np.array([label == ("slider", *slider) for label in found.labels])
     bare = found._replace(coefficients=np.where(own, 0.0, found.coefficients))
-    linear.columns[:, first] = slopes_in(linear.loop, bare, ())[:, first - len(found.labels)]
-    curvature, pull = _given_way(*linear.normal(), first, found)
+    column = slopes_in(linear.loop, bare, ())[:, first - len(found.labels)]
+    curvature, pull = _given_way(*linear.with_column(first, column).normal(), first, found)
     variance, room = found.left / loop.torque.size, _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
-    reach = found.shape.reach_of(slider, polish.moments.reach)
+    reach = found.shape.reach_of(slider, moments.reach)
     sign, parts = (-1.0 if side == COAST else 1.0), []
     for way in (1.0, -1.0):
         more = min(4.0 * reach, room) if way > 0.0 else 0.0
-        part = polish.moments.between(sign, way, here - wide, here + wide + more)
-        parts.append((sign * part.deflection, _residual(polish, found, part), carried(part, found, side, index)))
+        part = moments.between(sign, way, here - wide, here + wide + more)
+        parts.append((sign * part.deflection, _residual(moments, found, part), carried(part, found, side, index)))
     return _Near(here, curvature, pull, wide, parts[0][:2], parts[1], sign * height, reach)
 
 
-def _residual(polish: Polish, found: Solved, part: Loop) -> Array:
-    over = Regression(part, 0, polish.moments.reach)
+def _residual(moments: Moments, found: Solved, part: Loop) -> Array:
+    over = Regression(part, 0, moments.reach)
     return np.asarray(part.torque - over.table(found.shape, found.labels) @ found.coefficients, dtype=np.float64)
 
 
@@ -147,12 +146,17 @@ def _places(near: _Near, low: float, high: float) -> Array:
     return np.union1d(places, [near.here]) if low <= near.here <= high else places
 
 
-def _raised(near: _Near, places: Array, reach: float) -> Array:
-    """(K,) sum of squares at some places, up to a constant."""
+def _logs(near: _Near, places: Array, reach: float, variance: float, *, jumps: bool = True) -> Array:
+    """(K,) logarithm of the density of a place, given a reach, up to a constant."""
+    return -0.5 / variance * _raised(near, places, reach, jumps=jumps)
+
+
+def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> Array:
+    """(K,) sum of squares at some places, up to a constant; on request without the jump."""
     moved = places - near.here
     raised = near.curvature * moved**2 - 2.0 * near.pull * moved
     delta, residual, jump = near.back
-    if delta.size and near.height != 0.0:
+    if jumps and delta.size and near.height != 0.0:
         cost = np.where(delta > near.here, (residual + jump) ** 2 - residual**2, residual**2 - (residual - jump) ** 2)
         total = np.concatenate([[0.0], np.cumsum(cost)])
         raised = raised + total[np.searchsorted(delta, places, "right")]

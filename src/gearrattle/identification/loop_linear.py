@@ -8,6 +8,8 @@ Takes ``Moments`` and a ``Solved`` law; gives columns and the normal equations.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,13 +26,14 @@ class Linear:
 
     Attributes:
         columns: (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
+        moments: of the loop.
         loop: the points.
         residual: (M,) of the points [N m].
         weight: (M,) samples each stands for.
     """
 
     def __init__(self, moments: Moments, found: Solved, sliders: tuple[Slider, ...]) -> None:
-        points = moments.regression(found.shape)
+        self.moments, points = moments, moments.regression(found.shape)
         table = points.table(found.shape, found.labels)
         self.loop, self.columns = points.loop, np.hstack([table, slopes_in(points.loop, found, sliders)])
         self.residual, self.weight = points.torque - table @ found.coefficients, points.weight
@@ -39,3 +42,10 @@ class Linear:
         """(P, P) normal matrix and (P,) right side."""
         scaled = self.columns * self.weight[:, None]
         return scaled.T @ self.columns, scaled.T @ self.residual
+
+    def with_column(self, index: int, column: Array) -> Linear:
+        """Return the same with another column."""
+        made = copy(self)
+        made.columns = self.columns.copy()
+        made.columns[:, index] = column
+        return made

@@ -61,6 +61,10 @@ class Polish:
         """Sliders with a height whose reaches are not held."""
         return tuple(s for s, height in heights_of(found).items() if height > 0.0 and s not in self.held)
 
+    def linear(self, found: Solved) -> Linear:
+        """Return the law made linear in all that is free."""
+        return Linear(self.moments, found, self.free(found))
+
     def smooth(self, found: Solved) -> Solved:
         """Step to the nearest minimum."""
         damping, gain = 1e-3, _GAIN * found.left / self.loop.torque.size
@@ -87,7 +91,7 @@ class Polish:
             before = found.left
             for side in (DRIVE, COAST):
                 for i in range(len(found.shape.breaks(side))):
-                    place = best_place(self, found, side, i)
+                    place = best_place(self.linear(found), found, (side, i))
                     other = self.at(found.shape.with_break(side, i, place))
                     found = min(found, other, key=lambda each: each.left)
             if not found.left < before:
