@@ -88,28 +88,6 @@ def test_noisy_loops_come_back_within_the_errors_stated() -> None:
     assert 0.5 < np.sqrt(np.mean(np.square(pulls))) < 1.6
 
 
-@pytest.mark.long
-def test_fifty_noisy_loops() -> None:
-    """What the manual states of fifty loops (``docs/theory/identification.md``)."""
-    right, worst, inside = 0, {"until": [], "stiffness": [], "hysteresis": []}, []
-    for seed in range(50):
-        table, low, high = damper(seed)
-        fit, truth = gr.fit_loop(sampled(table, low, high, noise=0.02, seed=1000 + seed)), numbers(table)
-        if (len(fit.stages), len(fit.coast_stages)) != (len(table["stages"]), len(table["coast_stages"])):
-            continue
-        right += 1
-        for name, value in truth.items():
-            kind = name.rpartition(".")[2]
-            if kind in worst:
-                worst[kind].append(abs(fit.values[name] / value - 1.0))
-                inside.append(abs(fit.values[name] - value) < 1.96 * fit.errors[name])
-    assert right >= 47
-    assert max(worst["until"]) < 0.03
-    assert max(worst["hysteresis"]) < 0.05
-    assert np.mean(np.array(worst["stiffness"]) < 0.03) > 0.95
-    assert 0.9 < np.mean(inside) < 0.99
-
-
 def test_stage_counts_may_be_told_and_resampling_agrees_with_the_covariance() -> None:
     fit = gr.fit_loop(sampled(LAW, LOW, HIGH, noise=0.02, seed=5), (2, 2), bootstrap=30, seed=1)
     assert (len(fit.stages), len(fit.coast_stages)) == (2, 2)

@@ -6,29 +6,30 @@ integrated autocorrelation time tau of the residuals,
     covariance = tau s^2 (A' A)^-1,      tau = 1 + 2 (rho_1 + rho_2 + ...), up to the first rho that is not positive
 
 (Y. Bard, Nonlinear Parameter Estimation, 1974, ch. 7; A. Sokal, Monte Carlo Methods in Statistical Mechanics, 1997,
-sec. 3). The jump of the torque where friction is let go has no derivative and is left out of A: errors of breaks that
-have one are on the safe side. The bootstrap (H. R. Kunsch, The Jackknife and the Bootstrap for General Stationary
+sec. 3). At the true law, with white noise, this is the bound of Cramer and Rao. The jump of the torque where friction
+is let go has no derivative and is left out of A; ``loop_jumps`` tells what it adds. Reaches that were given by the
+default count as unknown. The bootstrap (H. R. Kunsch, The Jackknife and the Bootstrap for General Stationary
 Observations, Annals of Statistics 17, 1989, pp. 1217-1241) sees jumps: it adds blocks of residuals to the fitted torque
 and fits again, with the same stages.
 
-Takes a ``Solved`` law and its search; gives the parameters' vector, covariance and samples.
+Takes a polish and its ``Solved`` law; gives the parameters' covariance and samples.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.identification.loop_data import Loop
-from gearrattle.identification.loop_law import COAST, DRIVE, Regression, Shape, Solved
-from gearrattle.identification.loop_search import Search
+from gearrattle.identification.loop_law import Regression, Solved, heights_of
+from gearrattle.identification.loop_linear import Linear, Slider
+from gearrattle.identification.loop_moments import Moments
+from gearrattle.identification.loop_polish import Polish
 
 Array = NDArray[np.float64]
-
-_STEP = 1e-7  # of the range, and of a logarithm
 
 
 class Spread(NamedTuple):
@@ -40,69 +41,57 @@ class Spread(NamedTuple):
         sliders: the R sliders in the order of their reaches.
         residual: (N,) measured less fitted torque [N m].
         tau: integrated autocorrelation time of the residuals, in samples.
+        variance: of the residuals, times tau [(N m)^2].
     """
 
     covariance: Array
-    sliders: tuple[tuple[str, int], ...]
+    sliders: tuple[Slider, ...]
     residual: Array
     tau: float
+    variance: float
+
+    def rest(self, found: Solved, slider: Slider) -> float:
+        """Standard error of the logarithm of a slider's height when its reach is known."""
+        row = next(i for i, (kind, *where) in enumerate(found.labels) if kind == "slider" and tuple(where) == slider)
+        if slider not in self.sliders:
+            return 0.0
+        column = self.covariance.shape[0] - len(self.sliders) + self.sliders.index(slider)
+        part = self.covariance[np.ix_((row, column), (row, column))]
+        if not (np.all(np.isfinite(part)) and part[1, 1] > 0.0):
+            return 0.0
+        left = part[0, 0] - part[0, 1] ** 2 / part[1, 1]
+        return float(np.sqrt(max(left, 0.0)) / heights_of(found)[slider])
 
 
-def free_sliders(found: Solved, fixed: frozenset[tuple[str, int]]) -> tuple[tuple[str, int], ...]:
-    """Sliders with a height whose reaches are free."""
-    pairs = zip(found.labels, found.coefficients, strict=True)
-    mine = [(side, index) for (kind, side, index), value in pairs if kind == "slider" and value > 0.0]
-    return tuple(slider for slider in mine if slider not in fixed)
+def rubbing(found: Solved) -> tuple[Slider, ...]:
+    """Sliders with a height."""
+    return tuple(slider for slider, height in heights_of(found).items() if height > 0.0)
 
 
-def spread(regression: Regression, found: Solved, fixed: frozenset[tuple[str, int]]) -> Spread:
+def spread(polish: Polish, found: Solved) -> Spread:
     """Return the covariance of a law over every sample.
 
     Args:
-        regression: over single samples.
+        polish: the loop.
         found: the law.
-        fixed: sliders whose reach was not fitted.
     """
-    sliders = free_sliders(found, fixed)
-    table = regression.table(found.shape, found.labels)
-    residual = regression.torque - table @ found.coefficients
-    low, high = regression.loop.ends
-    columns = [*table.T]
-    for side in (DRIVE, COAST):
-        for i, value in enumerate(found.shape.breaks(side)):
-            step = _STEP * (high - low)
-            up, down = (found.shape.with_break(side, i, value + way * step) for way in (1.0, -1.0))
-            columns.append(_smooth(regression, found, up, down, step))
-    for slider in sliders:
-        here = found.shape.reach_of(slider, regression.reach)
-        up, down = (found.shape.with_reach(slider, here * math.exp(way * _STEP)) for way in (1.0, -1.0))
-        columns.append(_difference(regression, found, up, down) / (2.0 * _STEP))
+    sliders = rubbing(found)
+    samples = Regression(polish.loop, 0, polish.moments.reach)
+    residual = samples.torque - samples.table(found.shape, found.labels) @ found.coefficients
+    linear = Linear(polish.moments, found, sliders)
     tau = autocorrelation(residual)
-    return Spread(_covariance(np.stack(columns, axis=1), residual, tau), sliders, residual, tau)
-
-
-def _difference(regression: Regression, found: Solved, up: Shape, down: Shape) -> Array:
-    tables = [regression.table(shape, found.labels) @ found.coefficients for shape in (up, down)]
-    return np.asarray(tables[0] - tables[1], dtype=np.float64)
-
-
-def _smooth(regression: Regression, found: Solved, up: Shape, down: Shape, step: float) -> Array:
-    """Derivative in a break, without the samples that its jump passes."""
-    change = _difference(regression, found, up, down) / (2.0 * step)
-    steepest = 4.0 * float(np.median(np.abs(change[change != 0.0]))) if np.any(change) else 0.0
-    jumps = np.abs(change) > 100.0 * steepest
-    return np.where(jumps, 0.0, change)
-
-
-def _covariance(jacobian: Array, residual: Array, tau: float) -> Array:
-    """Of all parameters; those whose column is empty are open."""
-    number = jacobian.shape[1]
-    size = np.linalg.norm(jacobian, axis=0)
-    told = size > 0.0
-    scaled = jacobian[:, told] / size[told]
+    number = linear.columns.shape[1]
     variance = float(residual @ residual) / max(1, residual.size - number) * tau
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-14, hermitian=True)
-    covariance = np.zeros((number, number))
+    return Spread(_covariance(linear.normal()[0], variance), sliders, residual, tau, variance)
+
+
+def _covariance(normal: Array, variance: float) -> Array:
+    """Of all parameters; those whose column is empty are open."""
+    size = np.sqrt(np.diag(normal))
+    told = size > 0.0
+    scaled = normal[np.ix_(told, told)] / size[told][:, None] / size[told]
+    covariance = np.zeros(normal.shape)
+    inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True)
     covariance[np.ix_(told, told)] = variance * inverse / size[told][:, None] / size[told]
     covariance[~told, ~told] = np.inf
     return covariance
@@ -123,22 +112,20 @@ def autocorrelation(residual: Array) -> float:
     return tau
 
 
-def resampled(
-    loop: Loop, found: Solved, without: frozenset[tuple[str, int]], number: int, seed: int
-) -> list[tuple[Search, Solved]]:
+def resampled(polish: Polish, found: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
     """Fit a law again to its own torque with blocks of residuals in another order.
 
     Args:
-        loop: the samples.
-        found: the law.
-        without: sliders it has not.
+        polish: the loop.
+        found: its law.
         number: of fits.
         seed: of the blocks drawn.
 
     Returns:
-        The law of every draw, with its search.
+        The law of every draw, with its polish.
     """
-    whole = Regression(loop, 0, 1e-3 * (loop.ends[1] - loop.ends[0]))
+    loop = polish.loop
+    whole = Regression(loop, 0, polish.moments.reach)
     fitted = whole.table(found.shape, found.labels) @ found.coefficients
     residual = loop.torque - fitted
     length = max(8, math.ceil(4.0 * autocorrelation(residual) * residual.size ** (1.0 / 3.0)))
@@ -148,7 +135,6 @@ def resampled(
     for _ in range(number):
         starts = random.integers(0, residual.size, blocks)
         rows = (starts[:, None] + np.arange(length)).ravel()[: residual.size] % residual.size
-        search = Search(loop.with_torque(fitted + residual[rows]))
-        search.without = without
-        made.append((search, search.refine(search.at(found.shape), 2, near=True)))
+        own = replace(polish, moments=Moments(loop.with_torque(fitted + residual[rows]), polish.moments.reach))
+        made.append((own, own.whole(own.at(found.shape))))
     return made

@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.loop_data import Loop, read_loop
-from gearrattle.identification.loop_errors import free_sliders, resampled, spread
-from gearrattle.identification.loop_law import CENTRE, COAST, DRIVE, Regression, Solved, heights_of, slope_of
+from gearrattle.identification.loop_errors import resampled, rubbing, spread
+from gearrattle.identification.loop_intervals import NORMAL, intervals, places, smaller
+from gearrattle.identification.loop_law import CENTRE, COAST, DRIVE, Solved
+from gearrattle.identification.loop_moments import Moments
+from gearrattle.identification.loop_polish import Polish
 from gearrattle.identification.loop_result import FittedStage, LoopFit
-from gearrattle.identification.loop_search import MOST, Search, idle, select
+from gearrattle.identification.loop_search import MOST, REACH, idle, select
+from gearrattle.identification.loop_settle import STICK, settle, with_defaults
 from gearrattle.identification.loop_values import derivatives, values_of
 
 Array = NDArray[np.float64]
-
-STICK = 20.0
-"""Stick stiffness over the stage's slope where the loop does not tell it: the default of the model file."""
-_WORSE = 12.0  # chi-square by which a slider softer than its stage must fit better than the default
-_KNOWN = 0.35  # standard error of the logarithm of a reach up to which it counts as told
 
 
 def fit_loop(
@@ -79,20 +78,25 @@ def _fitted(
 ) -> LoopFit:
     """Search, settle what the samples tell, and put the findings together."""
     chosen, steps = select(loop, stages)
-    search = Search(loop, fine=True)
-    search.without = frozenset(idle(chosen))
-    samples = Regression(loop, 0, search.regression.reach)
-    law, fixed = _settle(search, samples, chosen)
-    known = spread(samples, law, fixed)
-    values = values_of(law, fixed)
-    slopes = derivatives(law, fixed, known)
+    low, high = loop.ends
+    settled = settle(Polish(Moments(loop, REACH * (high - low)), frozenset(idle(chosen))), chosen)
+    polish, law = settled.polish, settled.law
+    fixed, known = polish.held, spread(polish, law)
+    breaks = places(settled, known)
+    values, slopes = values_of(law, fixed), derivatives(law, fixed, known)
+    slopes_told = slopes * smaller(settled, known, breaks)
     open_ = ~np.isfinite(np.diag(known.covariance))
-    covariance = slopes @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes.T
+    covariance = slopes_told @ np.where(np.isfinite(known.covariance), known.covariance, 0.0) @ slopes_told.T
     covariance[np.diag_indices(len(values))] += np.where(np.any(slopes[:, open_] != 0.0, axis=1), np.inf, 0.0)
+    errors = dict(zip(values, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True))
+    ends = intervals(settled, known, (values, errors), breaks)
+    for stick in (key for key in values if key.endswith("stick_stiffness")):
+        low_end, high_end = ends[stick]
+        errors[stick] = 0.5 * (high_end - low_end) / NORMAL
     checked: Mapping[str, float] = {}
     if draws[0] > 0:
-        again = resampled(loop, law, search.without, *draws)
-        made = [values_of(_defaults(own, each, fixed), fixed) for own, each in again]
+        again = resampled(polish, law, *draws)
+        made = [values_of(with_defaults(own, each) if fixed else each, fixed) for own, each in again]
         checked = {key: float(np.std([each.get(key, np.nan) for each in made], ddof=1)) for key in values}
     return LoopFit(
         name=coupling[0],
@@ -101,7 +105,8 @@ def _fitted(
         coast_stages=_stages(values, "coast_stages"),
         preload=values["preload"],
         values=values,
-        errors=dict(zip(values, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True)),
+        errors=errors,
+        intervals=ends,
         covariance=covariance,
         bootstrap_errors=checked,
         residual=float(np.sqrt(np.mean(known.residual**2))),
@@ -125,46 +130,6 @@ def _numbers(stages: int | tuple[int, int] | None) -> tuple[int, int] | None:
     return pair
 
 
-def _settle(search: Search, samples: Regression, found: Solved) -> tuple[Solved, frozenset[tuple[str, int]]]:
-    """Give sliders whose stretch the samples do not tell that of the default; return the law and those sliders."""
-    fixed: frozenset[tuple[str, int]] = frozenset()
-    for slider in found.shape.sliders():
-        reach = found.shape.reach_of(slider, search.regression.reach)
-        found = found._replace(shape=found.shape.with_reach(slider, reach))
-    for _ in range(1 + sum(1 for _ in found.shape.sliders())):
-        search.without = search.without | frozenset(idle(found))
-        found = search.at(found.shape)
-        known = spread(samples, found, fixed)
-        first = len(found.labels) + len(found.shape.drive) + len(found.shape.coast)
-        open_ = {
-            slider: float(np.sqrt(known.covariance[first + j, first + j])) for j, slider in enumerate(known.sliders)
-        }
-        variance = float(known.residual @ known.residual) / known.residual.size * known.tau
-        for slider in open_:
-            soft = heights_of(found)[slider] < slope_of(found, slider) * found.shape.reach_of(slider, np.inf)
-            if soft and _defaults(search, found, fixed | {slider}).left - found.left < _WORSE * variance:
-                open_[slider] = np.inf
-        with_default = [slider for slider in open_ if slope_of(found, slider) > 0.0]
-        worst = max(with_default, key=lambda slider: open_[slider], default=None)
-        if worst is None or open_[worst] <= _KNOWN:
-            break
-        fixed = fixed | {worst}
-        found = _defaults(search, found, fixed)
-    return found, fixed
-
-
-def _defaults(search: Search, found: Solved, fixed: frozenset[tuple[str, int]]) -> Solved:
-    """Solve with the default stick stiffness of some sliders, whose reach then follows from their height."""
-    for _ in range(4):
-        shape, heights = found.shape, heights_of(found)
-        for slider in fixed:
-            slope = slope_of(found, slider)
-            if slope > 0.0 and heights.get(slider, 0.0) > 0.0:
-                shape = shape.with_reach(slider, heights[slider] / (STICK * slope))
-        found = search.at(shape)
-    return found
-
-
 def _stages(law: Mapping[str, float], key: str) -> tuple[FittedStage, ...]:
     number = sum(1 for name in law if name.startswith(f"{key}.") and name.endswith(".stiffness"))
     return tuple(
@@ -184,7 +149,7 @@ def _told(found: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[
     if words:
         rule = f"stick stiffness of {', '.join(words)}: the samples behind the turns do not tell it"
         notes.append(f"{rule}; the default of {STICK:g} times the stage's slope stands")
-    if not free_sliders(found, frozenset()):
+    if not rubbing(found):
         notes.append("no friction was found")
     low, high = loop.ends
     for side, end in ((DRIVE, high), (COAST, -low)):

@@ -131,9 +131,28 @@ class Regression:
             self._first = np.flatnonzero(np.diff(key, prepend=-1))
         else:
             self._first = np.arange(loop.torque.size)
-        self.weight = np.add.reduceat(self._count, self._first)
+        weight = self.weight = np.add.reduceat(self._count, self._first)
         self.torque, self.reach = self._mean(self.loop.torque), reach
+        self._weigh(weight, float(weight @ self.torque**2))
         self._known: dict[tuple[str, str, float, float], Array] = {}
+
+    @classmethod
+    def over(cls, points: Loop, weight: Array, whole: float, reach: float) -> Regression:
+        """Return a regression over points that stand for samples.
+
+        Args:
+            points: where the columns are looked at.
+            weight: how many samples each stands for.
+            whole: sum of the squared torques of all samples [(N m)^2].
+            reach: of sliders whose reach a shape does not say [rad].
+        """
+        made = cls(points, 0, reach)
+        made._weigh(weight, whole)
+        return made
+
+    def _weigh(self, weight: Array, whole: float) -> None:
+        self.weight, self.whole, self._root = weight, whole, np.sqrt(weight)
+        self._pull = self._root * self.torque
 
     def labels(self, shape: Shape, without: frozenset[tuple[str, int]]) -> tuple[tuple[str, str, int], ...]:
         """What the columns of a shape are; ``without`` leaves some sliders out."""
@@ -149,15 +168,15 @@ class Regression:
     def solve(self, shape: Shape, without: frozenset[tuple[str, int]] = frozenset()) -> Solved:
         """Least squares with slopes and heights that are not negative."""
         labels = self.labels(shape, without)
-        table = self.table(shape, labels)
-        scaled = table * self.weight[:, None]
-        size = np.sqrt(np.maximum(np.sum(scaled * table, axis=0), 1e-300))
-        gram = (scaled.T @ table) / size[:, None] / size + 1e-12 * np.eye(size.size)
-        right, whole = (scaled.T @ self.torque) / size, float(self.weight @ self.torque**2)
+        scaled = np.array([self._column(shape, label) for label in labels]) * self._root
+        gram, right = scaled @ scaled.T, scaled @ self._pull
+        size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
+        gram, right = gram / size[:, None] / size, right / size
+        gram.flat[:: size.size + 1] += 1e-12
         found = np.linalg.solve(gram, right)
         if np.any(found[1:] < 0.0):
             found = _within(gram, right)
-        left = max(whole - float(found @ (2.0 * right - gram @ found)), 1e-30 * whole)
+        left = max(self.whole - float(found @ (2.0 * right - gram @ found)), 1e-30 * self.whole)
         return Solved(shape, labels, found / size, left)
 
     def _column(self, shape: Shape, label: tuple[str, str, int]) -> Array:

@@ -50,8 +50,11 @@ class LoopFit:
         stages, coast_stages: from the centre outward, positive magnitudes.
         preload: torque at zero deflection, without friction [N m].
         values: every fitted number [SI] by its name in the coupling, such as "stages.1.stiffness".
-        errors: their standard errors, by name.
-        covariance: (V, V) of the values, in their order.
+        errors: their standard errors, by name; of breaks the standard deviation of the density of their place, of stick
+            stiffnesses the width of the interval over 2 x 1.96.
+        intervals: their 95 % intervals, by name, and those of stick stiffnesses whose default stands; a stick
+            stiffness that the samples bound on one side only ends at 0 or inf.
+        covariance: (V, V) of the values, in their order; of stick stiffnesses by the curvature.
         bootstrap_errors: standard errors by resampled blocks, by name; empty unless asked for.
         residual: root mean square of measured less fitted torque [N m].
         tau: integrated autocorrelation time of the residuals, in samples; 1 for white noise.
@@ -69,6 +72,7 @@ class LoopFit:
     preload: float
     values: Mapping[str, float]
     errors: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
     covariance: Array
     bootstrap_errors: Mapping[str, float]
     residual: float
@@ -123,7 +127,7 @@ class LoopFit:
         counts = f"{len(self.stages)} drive-side and {len(self.coast_stages)} coast-side stages"
         rms = f"{self.residual:.4g} N m rms, {100.0 * self.residual / self.full_scale:.2g} % of full scale"
         lines = [f"{self.source}: {counts} from {self.measured[0].size} samples; residual {rms}", ""]
-        head = ["", "value", "+- error", *(["bootstrap"] if self.bootstrap_errors else []), "unit"]
+        head = ["", "value", "+- error", "95 % from", "to", *(["bootstrap"] if self.bootstrap_errors else []), "unit"]
         lines += _aligned([head, *(self._row(name) for name in self.values)])
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
@@ -135,6 +139,7 @@ class LoopFit:
             "coupling": self.coupling,
             "values": dict(self.values),
             "errors": dict(self.errors),
+            "intervals": {name: list(ends) for name, ends in self.intervals.items()},
             "bootstrap_errors": dict(self.bootstrap_errors),
             "covariance": self.covariance.tolist(),
             "residual": self.residual,
@@ -147,10 +152,11 @@ class LoopFit:
     def _row(self, name: str) -> list[str]:
         kind = name.rpartition(".")[2]
         factor = _FACTORS.get(kind, 1.0)
-        given = [self.values[name], self.errors[name]]
+        given = [self.values[name], *self.intervals[name], self.errors[name]]
         given += [self.bootstrap_errors[name]] if self.bootstrap_errors else []
-        value, *errors = (each * factor for each in given)
-        return [name, f"{value:.5g}", *(f"{each:.2g}" for each in errors), _UNITS[kind]]
+        value, low, high, error, *more = (each * factor for each in given)
+        words = [f"{value:.5g}", f"{error:.2g}", f"{low:.4g}", f"{high:.4g}", *(f"{each:.2g}" for each in more)]
+        return [name, *words, _UNITS[kind]]
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

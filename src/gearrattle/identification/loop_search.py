@@ -24,15 +24,15 @@ from gearrattle.identification.loop_law import COAST, DRIVE, Regression, Shape, 
 
 MOST = 6
 """Stages that a side may have."""
-_CELLS, _FINE_CELLS = 300, 2000  # of each way
-_LEAST = 0.02  # of the loop's range: no stage is narrower
-_REACH = 0.01  # of the loop's range: where sliders' reaches begin
-_SHORTEST, _LONGEST = 2e-4, 0.25  # of the range: bounds of reaches
+_CELLS = 300  # of each way
+LEAST = 0.02  # of the loop's range: no stage is narrower
+REACH = 0.01  # of the loop's range: where sliders' reaches begin
+SHORTEST, LONGEST = 2e-4, 0.25  # of the range: bounds of reaches
 _NOTHING = 1e-6
+_WORTH = 2.0  # by which BIC must fall: less is not worth more than a bare mention (Kass and Raftery, 1995, p. 777)
 _FIRST, _TRIALS = 24, 9  # values tried at once: over all the room, then ever closer
-_COARSE, _FINE = 3e-4, 2e-5  # of the range: how closely breaks are searched
+_CLOSE, _CLOSE_LOG = 5e-4, 0.15  # how closely breaks, of the range, and logarithms of reaches are searched
 _RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
-_LOGS = {_COARSE: 0.1, _FINE: 0.01}  # how closely logarithms of reaches are
 
 
 class Search:
@@ -40,14 +40,12 @@ class Search:
 
     Args of the constructor:
         loop: what to fit.
-        fine: whether cells are narrow.
     """
 
-    def __init__(self, loop: Loop, *, fine: bool = False) -> None:
+    def __init__(self, loop: Loop) -> None:
         self.low, self.high = loop.ends
         self.span = self.high - self.low
-        self.regression = Regression(loop, _FINE_CELLS if fine else _CELLS, _REACH * self.span)
-        self.least = _FINE if fine else _COARSE
+        self.regression = Regression(loop, _CELLS, REACH * self.span)
         self.without: frozenset[tuple[str, int]] = frozenset()
 
     def at(self, shape: Shape) -> Solved:
@@ -95,7 +93,7 @@ class Search:
             for _ in range(3):
                 shape = other.shape
                 for slider, reach in stuck(other, ratio).items():
-                    shape = shape.with_reach(slider, min(max(reach, _SHORTEST * self.span), _LONGEST * self.span))
+                    shape = shape.with_reach(slider, min(max(reach, SHORTEST * self.span), LONGEST * self.span))
                 other = self.at(shape)
             best = min(best, self.refine(other, 2, near=True), key=lambda each: each.left)
         return best
@@ -103,7 +101,7 @@ class Search:
     def room(self, shape: Shape, side: str, index: int) -> tuple[float, float]:
         """Between which deflections, in magnitude, a break may lie."""
         breaks, end = shape.breaks(side), self.high if side == DRIVE else -self.low
-        least = _LEAST * self.span
+        least = LEAST * self.span
         below = breaks[index - 1] if index > 0 else 0.0
         above = breaks[index + 1] if index + 1 < len(breaks) else end
         return below + least, above - least
@@ -114,15 +112,15 @@ class Search:
 
         low, high = self.room(found.shape, side, index)
         here = found.shape.breaks(side)[index]
-        return _closer(found, trial, here, (low, high), (width * self.span, self.least * self.span))
+        return _closer(found, trial, here, (low, high), (width * self.span, _CLOSE * self.span))
 
     def _move_reach(self, found: Solved, slider: tuple[str, int]) -> Solved:
         def trial(value: float) -> Solved:
             return self.at(found.shape.with_reach(slider, math.exp(value)))
 
-        here = math.log(found.shape.reach_of(slider, _REACH * self.span))
-        ends = math.log(_SHORTEST * self.span), math.log(_LONGEST * self.span)
-        return _closer(found, trial, here, ends, (2.0, _LOGS[self.least]))
+        here = math.log(found.shape.reach_of(slider, REACH * self.span))
+        ends = math.log(SHORTEST * self.span), math.log(LONGEST * self.span)
+        return _closer(found, trial, here, ends, (2.0, _CLOSE_LOG))
 
     def with_more(self, found: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
         """Yield the best of every way to make a shape richer by one thing."""
@@ -136,7 +134,7 @@ class Search:
 
     def _added(self, shape: Shape, side: str) -> Iterator[tuple[float, ...]]:
         end = self.high if side == DRIVE else -self.low
-        least = _LEAST * self.span
+        least = LEAST * self.span
         for value in np.linspace(0.0, max(end, 0.0), 2 * _FIRST)[1:-1].tolist():
             if all(abs(value - other) >= least for other in (0.0, end, *shape.breaks(side))):
                 yield tuple(sorted((*shape.breaks(side), value)))
@@ -177,7 +175,8 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
         stages: how many drive-side and coast-side stages; None lets BIC choose.
 
     Returns:
-        The best law over all samples, and the numbers of drive-side and coast-side stages with their BIC on the way.
+        The best law over cells, a start for ``loop_polish``, and the numbers of drive-side and coast-side stages with
+        their BIC on the way.
     """
     search = Search(loop)
     found = search.refine(search.at(Shape()), 2)
@@ -187,15 +186,13 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
         richer = sorted(search.with_more(found, limits), key=search.bic)[:2]
         if not richer:
             break
-        best = min((search.refine(each) for each in richer), key=search.bic)
+        best = min((search.refine(each, 2) for each in richer), key=search.bic)
         lacking = stages is not None and (len(found.shape.drive) + 1, len(found.shape.coast) + 1) != stages
-        if search.bic(best) >= search.bic(found) and not lacking:
+        if search.bic(best) > search.bic(found) - _WORTH and not lacking:
             break
         found = search.restarted(best)
         steps.append(_step(search, found))
-    fine = Search(loop, fine=True)
-    fine.without = frozenset(idle(found))
-    return fine.refine(fine.at(found.shape), 2, near=True), steps
+    return found, steps
 
 
 def stuck(found: Solved, ratio: float) -> dict[tuple[str, int], float]:
