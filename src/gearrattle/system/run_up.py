@@ -35,8 +35,8 @@ from gearrattle.system.phase import Ramp
 Array = NDArray[np.float64]
 
 DEGREE = 15
-"""Degree of the polynomials: the highest whose every derivative counts in a Taylor window of the exact engine, its ORDER
-less four; intervals are the longer for it."""
+"""Degree of the polynomials: the highest whose every derivative counts in a Taylor window of the exact engine, its
+ORDER less four. Intervals are the longer for it."""
 TRUNCATION = 5e-13
 """Bound on what the polynomials leave out, relative to the sum of the amplitudes; as much again is left to rounding."""
 _RHO = np.geomspace(1.1, 200.0, 200)
