@@ -120,3 +120,14 @@ def test_bad_input_is_refused(
 def test_a_missing_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["spectra", "nowhere.csv", "--channel", "a"]) == 2
     assert "nowhere.csv" in capsys.readouterr().err
+
+
+def test_a_channel_that_no_run_has_is_refused_before_it_is_simulated(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def simulated(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("gearrattle.simulate", simulated)
+    assert main(["spectra", str(CASE), "--channel", "acceleration.hob"]) == 2
+    assert "acceleration.hub" in capsys.readouterr().err

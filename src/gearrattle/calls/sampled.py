@@ -24,6 +24,7 @@ from gearrattle.model.units import Dimension
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
 from gearrattle.signals.order_tracking import TURN, angle_of, speed_of
+from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
 Source = Run | Recording
@@ -186,17 +187,26 @@ def _finite(place: str, values: Array) -> None:
         raise ModelError(Problem(place, f"{values[at]} at sample {at}", rule, remedy))
 
 
-def _of_run(run: Run, channel: str) -> Sampled:
-    """Return a signal of a run."""
-    t, plain = run.trajectory, run.model.units == "dimensionless"
+def column_of(layout: Layout, channel: str) -> tuple[str, int]:
+    """Return which quantity of a run a channel names, and of which inertia, clearance or element, by number.
+
+    Raises:
+        ModelError: the run of this driveline has no such signal.
+    """
     kind, _, subject = channel.partition(".")
-    inertias, clearances, elements = t.layout.inertia_names, t.layout.clearance_names, t.layout.element_names
+    inertias, clearances, elements = layout.inertia_names, layout.clearance_names, layout.element_names
     axes = dict.fromkeys(_OF_INERTIAS, inertias) | dict.fromkeys(_OF_CLEARANCES, clearances) | {"torque": elements}
     if subject not in axes.get(kind, ()):
         names = [f"{quantity}.{name}" for quantity, names in axes.items() for name in names]
         rule = f"no signal of a run; {listed(axes)} of {listed((*inertias, *elements))} are, as in {names[0]}"
         raise ModelError(Problem("channel", shown(channel), rule, did_you_mean(channel, names)))
-    column = axes[kind].index(subject)
+    return kind, axes[kind].index(subject)
+
+
+def _of_run(run: Run, channel: str) -> Sampled:
+    """Return a signal of a run."""
+    t, plain = run.trajectory, run.model.units == "dimensionless"
+    kind, column = column_of(t.layout, channel)
     values = (t.element_torque if kind == "torque" else getattr(t, kind))[:, column]
     mesh = kind in _OF_CLEARANCES and bool(t.layout.is_mesh[t.layout.clearance[column]])
     unit = {**_OF_INERTIAS, "torque": "N m"}.get(kind) or _OF_CLEARANCES[kind][mesh]

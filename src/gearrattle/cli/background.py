@@ -2,7 +2,7 @@
 
 The work runs in a thread of its own; the main thread does nothing but show progress and wait, so that Ctrl-C is
 answered at once, even while a kernel is being compiled. Progress shows only on stderr and only after two seconds: a
-bar on a terminal, now and then a plain line elsewhere.
+bar on a terminal, now and then a plain line elsewhere, none twice in a row.
 
 Takes a function of a ``Watch``; gives what it returns, or raises what it raises.
 """
@@ -112,6 +112,7 @@ class _Display:
         self._watch = watch
         self._next = time.monotonic() + _PATIENCE
         self._bar: Any = None
+        self._told = ""
 
     def update(self) -> None:
         """Show the present state if it is time."""
@@ -124,8 +125,10 @@ class _Display:
         share = f": {100.0 * self._watch.fraction:.0f} %" if self._watch.fraction else ""
         left = self._watch.remaining()
         pace = "" if left is None or left < 1.0 else f", about {_duration(left)} left"
-        print(f"{self._watch.phase}{share}{pace}", file=sys.stderr, flush=True)
         self._next = now + _LINE_EVERY
+        if (line := f"{self._watch.phase}{share}{pace}") != self._told:
+            print(line, file=sys.stderr, flush=True)
+            self._told = line
 
     def _draw(self) -> None:
         if self._bar is None:

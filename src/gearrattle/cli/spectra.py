@@ -71,7 +71,7 @@ def spectra(
     from gearrattle.report.staging import Staging
 
     driveline = None if model is None else gearrattle.load(model)
-    signal = _signal(source, settings)
+    signal = _signal(source, settings, [channel] if against is None else [channel, against])
     found = gearrattle.spectra(signal, channel, against, **asdict(how))
     content = _content(found)
     if output is not None:
@@ -81,13 +81,15 @@ def spectra(
     _tell({**content, "output": None if output is None else str(output)}, json=json)
 
 
-def _signal(source: Path, settings: Settings) -> Run | Recording:
-    """Open a source, or simulate a model.
+def _signal(source: Path, settings: Settings, channels: list[str]) -> Run | Recording:
+    """Open a source, or simulate a model, if its run will have the channels.
 
     Raises:
-        ModelError: settings for what is not simulated.
+        ModelError: settings for what is not simulated; a channel that a run does not have.
     """
     import gearrattle
+    from gearrattle.assembly import assemble, name_plate
+    from gearrattle.calls.sampled import column_of
     from gearrattle.cli.background import watched
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
@@ -95,6 +97,9 @@ def _signal(source: Path, settings: Settings) -> Run | Recording:
     arguments = settings.arguments()
     if is_model(source):
         driveline = gearrattle.load(source)
+        layout = name_plate(driveline, assemble(driveline))
+        for channel in channels:
+            column_of(layout, channel)
 
         def work(watch: Watch) -> Run:
             return gearrattle.simulate(driveline, **arguments, progress=watch)

@@ -99,7 +99,7 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
     labels, what = loads_of(data)
     if data[LOAD].attrs.get("long_name") != BY_PATH:
         return f"{at}, {what.removesuffix(' [1]')} {labels[load]}"
-    return f"{at}, {what} = {labels[load]}" if len(paths_of(data, LOAD)) == 1 else f"{at}, load {load + 1}"
+    return f"{at}, {paths_of(data, LOAD)[0]} = {labels[load]}"
 
 
 def decibels(margin: float) -> str:
