@@ -219,6 +219,6 @@ def test_examples_can_be_computed(path: Path) -> None:
     asked = read_study(path)
     told = asked.kind.prepare(**asked.arguments).estimate(1)
     if asked.kind.name == "grid":
-        count = {"what_decides": 80, "one_at_a_time": 9}.get(path.stem, 64)
+        count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50}.get(path.stem, 64)
         assert told.startswith(f"{count} cases of about ")
     assert "on 1 worker" in told

@@ -220,10 +220,13 @@ def _pass_samples(march, samples, notes, h):
 
 
 @inlined
-def _cross(regions, march, log, k, upward, rate, integrals):
-    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet."""
+def _cross(regions, march, log, k, upward, rate, behind):
+    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet.
+
+    The clearances' force behind are the last of the ``behind`` carried quantities.
+    """
     counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
-    integral = march.carried[integrals + k] if k < regions.clearances else 0.0
+    integral = march.carried[behind - regions.clearances + k] if k < regions.clearances else 0.0
     i, piece = counts[EVENTS], regions.piece[slot, k]
     log_crossing(log, i, counts[CYCLE], clock[0] + clock[1], k, upward, piece, rate, integral)
     for s in range(memories):
@@ -239,7 +242,7 @@ def _cross(regions, march, log, k, upward, rate, integrals):
 
 
 @inlined
-def _pass_instant(regions, instants, march, log, out, integrals):
+def _pass_instant(regions, instants, march, log, out, behind):
     """Begin the next interval of the signals, or let a companion change by the clock."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
     k = instants.watch[counts[INSTANT]]
@@ -252,7 +255,7 @@ def _pass_instant(regions, instants, march, log, out, integrals):
     if counts[ENTERED]:
         past = _elapsed(counts, clock)
         leave(regions.particular, regions.drift, regions.states, slot, march.u, past, march.y, march.carried, out)
-    _cross(regions, march, log, k, 1, 0.0, integrals)
+    _cross(regions, march, log, k, 1, 0.0, behind)
 
 
 @inlined
@@ -279,31 +282,24 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 @kernel
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
-    """March until all samples are noted, or until something above is needed.
+    """March until all samples are noted, or something above is needed; answers an ``Outcome`` code.
 
     Args:
         regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
-        instants: see ``packed``; None where nothing happens at known times, which is then compiled without all that.
+        instants: the same; None where nothing happens at known times: then it is compiled without all that.
         budget: most steps in this slice.
-
-    Returns:
-        an ``Outcome`` code.
     """
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
-    lower, upper, states = regions.lower, regions.upper, regions.states
-    widths, finest, modes, drift = regions.width, regions.fine, regions.modes, regions.drift
-    probe, calm, forced, bounds = regions.probe, regions.calm, regions.forced, regions.bounds
+    lower, upper, states, widths, finest = regions.lower, regions.upper, regions.states, regions.width, regions.fine
+    probe, calm, forced, bounds, modes = regions.probe, regions.calm, regions.forced, regions.bounds, regions.modes
     weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
     series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
     y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
-    bound, tried, bands = march.bound, march.tried, regions.band
-    last, room, per_cycle = samples.first + samples.pieces.shape[0], log.cycle.size, samples.per_cycle
-    watched, integrals = side.size, samples.states.shape[1] - states - regions.clearances
+    bound, tried, bands, watched, per_cycle = march.bound, march.tried, regions.band, side.size, samples.per_cycle
+    last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
-    rows, longest, chain, until = carried.size + y.size, y.size, 0, np.inf
-    if instants is not None:
-        chain = regions.chain
+    rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
     out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
@@ -324,13 +320,13 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         if instants is not None:
             until = until_instant(instants, counts, clock)
             if until <= 0.0:
-                _pass_instant(regions, instants, march, log, out, integrals)
+                _pass_instant(regions, instants, march, log, out, behind)
                 continue
         if not counts[ENTERED]:
             recall(regions, slot, y)
             enter(particular, kept, states, width - chain, slot, u, y, carried, out)
-            counts[ENTERED], counts[ENTRY], counts[UNBOUNDED] = 1, counts[CYCLE], _BOUND_EVERY
-            clock[2] = clock[0] + clock[1]
+            counts[ENTERED], counts[UNBOUNDED] = 1, _BOUND_EVERY
+            counts[ENTRY], clock[2] = counts[CYCLE], clock[0] + clock[1]
         if instants is not None:
             write_chains(regions, inputs, march, terms)
         if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
@@ -367,8 +363,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             turn_little(frequency, passed, u)
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
-            leave(particular, drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
-            _cross(regions, march, log, k, upward, rate, integrals)
+            leave(particular, regions.drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
+            _cross(regions, march, log, k, upward, rate, behind)
             counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
