@@ -188,7 +188,6 @@ def test_the_majorant_holds_all_through_an_interval_of_signals(seed: int) -> Non
     assert np.all(calm <= fourth)
     pushed = region.bound.pushes[0] @ flow.fourth_of_chains[interval]
     assert np.any(pushed > 0.0)
-    assert np.all(fourth >= pushed)
 
 
 @pytest.mark.parametrize("seed", range(5))

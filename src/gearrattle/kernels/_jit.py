@@ -346,7 +346,7 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
 
 
 def _kind(value: Any) -> Any:
-    """What numba tells an argument's type from, twenty times as fast."""
+    """What numba tells an argument's type from, without making the type."""
     if isinstance(value, tuple):
         return type(value), *map(_kind, value)
     if isinstance(value, np.ndarray):

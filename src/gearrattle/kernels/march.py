@@ -223,7 +223,7 @@ def _pass_samples(march, samples, notes, h):
 def _cross(regions, march, log, k, upward, rate, behind):
     """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet.
 
-    The clearances' force behind are the last of the ``behind`` carried quantities.
+    The force integrals of the clearances are the last of the ``behind`` carried quantities.
     """
     counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
     integral = march.carried[behind - regions.clearances + k] if k < regions.clearances else 0.0
