@@ -59,6 +59,11 @@ class Store:
 
     def __init__(self, place: Place, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
         self.place, self.plan, self.outputs, self.work = place, plan, outputs, work
+        self._opened: dict[str, Any] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Workers open what they write to by themselves."""
+        return {**self.__dict__, "_opened": {}}
 
     @classmethod
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
@@ -200,10 +205,12 @@ class Store:
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
-        group, box = self._group(), self.plan.box(chunk)
-        sums = {}
-        for name, values in (*computed.values.items(), (OUTCOME, computed.outcome)):
-            group[name][(*box, *([slice(None)] * (values.ndim - len(box))))] = values
+        box, written, sums = self.plan.box(chunk), {**computed.values, OUTCOME: computed.outcome}, {}
+        if not self._opened.keys() >= written.keys():
+            group = self._group()
+            self._opened = {name: group[name] for name in written}
+        for name, values in written.items():
+            self._opened[name][(*box, *([slice(None)] * (values.ndim - len(box))))] = values
             sums[name] = _sum(values)
         messages = {",".join(map(str, at)): text for at, text in computed.messages.items()}
         failed = int(np.count_nonzero(computed.outcome != DONE))
