@@ -25,6 +25,21 @@ def note(notes, counts, row, slot, y, carried, ahead, elapsed):
     counts[NOTED] = n + 1
 
 
+@inlined
+def _inputs_of(inputs, samples, row, u):
+    """Write the inputs at a sample: turned to in every period alike, or worked out."""
+    whole = (samples.first + row) // samples.per_cycle
+    part = samples.first + row - whole * samples.per_cycle
+    if samples.waves.shape[0] == 0:
+        inputs_at(inputs, whole, part / samples.per_cycle, u)
+        return
+    count = inputs.frequency.size
+    u[0] = inputs.scale[0]
+    for j in range(count):
+        u[1 + j] = inputs.scale[1 + j] * samples.waves[part, 1 + j]
+        u[1 + count + j] = inputs.scale[1 + j] * samples.waves[part, 1 + count + j]
+
+
 @kernel
 def work_out(regions, inputs, notes, samples, counts):
     """Store the samples that were noted, and forget the notes."""
@@ -47,9 +62,7 @@ def work_out(regions, inputs, notes, samples, counts):
             x = (h - done) / inputs.steps[fine]
             chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
             move_within(regions.powers, slot, width, chained, x, y, carried, out, terms, total)
-        whole = (samples.first + row) // samples.per_cycle
-        part = (samples.first + row - whole * samples.per_cycle) / samples.per_cycle
-        inputs_at(inputs, whole, part, u)
+        _inputs_of(inputs, samples, row, u)
         leave(regions.particular, regions.drift, states, slot, u, notes.elapsed[n], y, carried, out)
         for j in range(samples.states.shape[1]):
             samples.states[row, j] = y[j] if j < states else carried[j - states]

@@ -82,6 +82,7 @@ class Samples(NamedTuple):
     first: int
     states: Any  # (samples, N + C) x, carried
     pieces: Any  # (samples, W)
+    waves: Any  # (per_cycle, U) inputs at the samples of a period, not scaled; (0, U) where no two periods are alike
 
 
 class Notes(NamedTuple):

@@ -4,81 +4,86 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from gearrattle.kernels._jit import kernel
+import numpy as np
+
+from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.products import copy, multiply, multiply_row
+
+_REACH = np.array([window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, (ORDER + 1) // 4)] + [np.inf])
+"""How much of a short step 4, 8, 12 ... terms of a Taylor series reach over."""
 
 
 class Powers(NamedTuple):
-    """What the quadrature needs of every region; strips as in ``packed``, Q nodes, n inertias, m elements."""
+    """What the quadrature needs of every region; strips as in ``packed``.
 
-    step: Any  # (regions,) length of a full quadrature step, in periods
-    advance: Any  # (regions, strips, Z, 4) increments of z over a full step
-    nodes: Any  # (regions Q, strips, Z, 4) increments of z to every node of a full step
+    A full step is a short or a long one, which come in this order. Of P and Q nodes they have, P + Q = R.
+    """
+
+    step: Any  # (2, regions) their lengths, in periods
+    advance: Any  # (2 regions, strips, Z, 4) increments of z over a short, over a long step
+    seen: Any  # (R regions, strips, Z, 4) the forms at every node of a full step, of z at its begin
     generator: Any  # (regions, strips, Z, 4) rates of z
-    forms: Any  # (regions, strips, Z, 4) velocities, torques (n each), rates, forces, error rates, forces that are
-    #   not elastic, and of these the friction's (m each)
+    forms: Any  # (regions, strips, Z, 4) rows over z whose products are powers
+    pairs: Any  # (P, 3) two forms, and the sum that their product goes to
     known: Any  # (regions, S) memories on entering, scaled; NaN where they go on
     first_memory: int  # where they stand in z
     chains: Any  # (G, Q) chains of signals at the begin of every interval; they stand last in z
-    drag: Any  # (n,)
-    abscissas: Any  # (Q,) in 0 ... 1
-    weights: Any  # (Q,)
+    nodes: Any  # (3,) where those of a short, of a long step begin, and how many there are
+    abscissas: Any  # (R,) in 0 ... 1
+    weights: Any  # (R,)
 
 
-@kernel
-def _add_powers(powers, region, z, weight, values, torque, drag, loss, error):
-    """Add weight times every power at the state z."""
-    multiply(powers.forms, region, powers.forms.shape[1], powers.forms.shape[2], z, values, 0)
-    n, m = drag.size, error.size
-    for i in range(n):
-        torque[i] += weight * values[n + i] * values[i]
-        drag[i] += weight * powers.drag[i] * values[i] * values[i]
-    for k in range(m):
-        loss[k] += weight * values[2 * n + 3 * m + k] * values[2 * n + k]
-        loss[m + k] += weight * values[2 * n + 4 * m + k] * values[2 * n + k]
-        error[k] -= weight * values[2 * n + m + k] * values[2 * n + 2 * m + k]
+@inlined
+def _add_powers(powers, weight, values, sums):
+    """Add weight times every power, of the values of the forms."""
+    pairs = powers.pairs
+    for p in range(pairs.shape[0]):
+        sums[pairs[p, 2]] += weight * values[pairs[p, 0]] * values[pairs[p, 1]]
 
 
-@kernel
-def _full_step(powers, region, scratch, width, values, torque, drag, loss, error):
+@inlined
+def _full_step(powers, region, is_long, scratch, width, sums):
     """Add the powers over one full step and move z, scratch[0], to its end."""
-    z, at, made = scratch[0], scratch[1], scratch[2]
-    h, nodes = powers.step[region], powers.weights.size
-    for q in range(nodes):
-        multiply(powers.nodes, region * nodes + q, powers.nodes.shape[1], width, z, made, 0)
-        for j in range(width):
-            at[j] = z[j] + made[j]
-        _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
-    multiply(powers.advance, region, powers.advance.shape[1], width, z, made, 0)
+    z, made, values = scratch[0], scratch[2], scratch[3]
+    first, h = region * powers.weights.size, powers.step[is_long, region]
+    for q in range(powers.nodes[is_long], powers.nodes[is_long + 1]):
+        multiply(powers.seen, first + q, powers.seen.shape[1], width, z, values, 0)
+        _add_powers(powers, h * powers.weights[q], values, sums)
+    multiply(powers.advance, 2 * region + is_long, powers.advance.shape[1], width, z, made, 0)
     for j in range(width):
         z[j] += made[j]
 
 
 @kernel
-def _partial_step(powers, region, h, scratch, width, values, torque, drag, loss, error):
-    """The same over a shorter step, by its Taylor series."""
-    z, at, made, series = scratch[0], scratch[1], scratch[2], scratch[4:]
-    order = series.shape[0] - 1
+def _part_of_step(powers, region, h, scratch, width, sums):
+    """The same over less than a short step, by the Taylor series of z."""
+    z, at, made, values, series = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4:]
+    order = 3
+    while h > powers.step[0, region] * _REACH[order // 4]:
+        order += 4
     for j in range(width):
         series[0, j] = z[j]
     for p in range(1, order + 1):
         multiply_row(powers.generator, region, series, p - 1, made)
         for j in range(width):
             series[p, j] = h / p * made[j]
-    for q in range(powers.weights.size + 1):
-        x = powers.abscissas[q] if q < powers.weights.size else 1.0
+    end = powers.nodes[1]
+    for q in range(powers.nodes[0], end + 1):
+        x = powers.abscissas[q] if q < end else 1.0
         for j in range(width):
-            total = series[order, j]
-            for p in range(order - 1, -1, -1):
-                total = total * x + series[p, j]
-            at[j] = total
-        if q < powers.weights.size:
-            _add_powers(powers, region, at, h * powers.weights[q], values, torque, drag, loss, error)
+            at[j] = series[order, j]
+        for p in range(order - 1, -1, -1):
+            for j in range(width):
+                at[j] = at[j] * x + series[p, j]
+        if q < end:
+            multiply(powers.forms, region, powers.forms.shape[1], width, at, values, 0)
+            _add_powers(powers, h * powers.weights[q], values, sums)
     copy(at, width, z)
 
 
 @kernel
-def integrate_powers(powers, path, durations, samples, scratch, torque, drag, loss, error):
+def integrate_powers(powers, path, durations, samples, scratch, sums):
     """Integrate every power over intervals, in periods.
 
     Args:
@@ -88,11 +93,9 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
         durations: (I,) lengths in periods.
         samples: (t, Z) sampled states z.
         scratch: (order of the Taylor series + 5, room for the longest product).
-        torque, drag: (n,) work of the torques and loss to drag; loss, error: (2 m,) and (m,) of elements, the second
-            half of the losses what friction took; all are added to.
+        sums: added to.
     """
     width = samples.shape[1]
-    values = scratch[3]
     for i in range(durations.size):
         region, sample = path[i, 0], path[i, 1]
         if sample >= 0:
@@ -105,8 +108,9 @@ def integrate_powers(powers, path, durations, samples, scratch, torque, drag, lo
             if powers.known[region, j] == powers.known[region, j]:  # not NaN
                 scratch[0, powers.first_memory + j] = powers.known[region, j]
         left = durations[i]
-        while left >= powers.step[region]:
-            _full_step(powers, region, scratch, width, values, torque, drag, loss, error)
-            left -= powers.step[region]
+        for is_long in range(1, -1, -1):
+            while left >= powers.step[is_long, region]:
+                _full_step(powers, region, is_long, scratch, width, sums)
+                left -= powers.step[is_long, region]
         if left > 0.0:
-            _partial_step(powers, region, left, scratch, width, values, torque, drag, loss, error)
+            _part_of_step(powers, region, left, scratch, width, sums)

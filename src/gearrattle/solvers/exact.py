@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
-_NOTES = 256  # samples passed before they are worked out
+_NOTES = 1024  # samples passed before they are worked out
 
 
 def paper(size: Size) -> packed.Notes:
@@ -90,13 +90,14 @@ class ExactMarch:
         self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
         states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
         states[0], pieces[0] = sample, self.initial
-        self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces)
+        self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle))
         self.first_cycle, self.cycles = first_cycle, cycles
         counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
         self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
         counts[packed.INSTANT] = 0
         self.before = counts.copy(), float(self.march.tried[0])
         self.auditor: Auditor | None = None
+        self._sampled_z: Array | None = None
 
     def extend(self, cycles: int) -> None:
         """Go on for some cycles more, with fresh samples and an empty log (see ``base.Extensible``)."""
@@ -201,8 +202,10 @@ class ExactMarch:
         )
 
     def sampled_z(self) -> Array:
-        """(t, Z) states and inputs at the samples."""
-        return sampled_z(self.flow, self.samples)
+        """(t, Z) states and inputs at the samples, once all are there."""
+        if self._sampled_z is None:
+            self._sampled_z = sampled_z(self.flow, self.samples)
+        return self._sampled_z
 
     def _audit(self) -> Auditor:
         system, log = self.flow.system, self._logged()

@@ -41,7 +41,11 @@ def chatters(log: packed.Log, count: int, now: float) -> bool:
 def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
     """(t, Z) states and inputs at the samples."""
     cycle, part = np.divmod(samples.first + np.arange(len(samples.states)), samples.per_cycle)
-    return np.hstack([samples.states[:, : flow.states], flow.inputs_at(cycle, part / samples.per_cycle)])
+    states = samples.states[:, : flow.states]
+    if not len(samples.waves):
+        return np.hstack([states, flow.inputs_at(cycle, part / samples.per_cycle)])
+    inputs = (samples.waves * flow.input_size)[part]
+    return np.hstack([states, inputs, flow.chains_at(cycle, part / samples.per_cycle)])
 
 
 def _by_row(rows: Array, states: Array) -> Array:

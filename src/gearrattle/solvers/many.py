@@ -114,7 +114,7 @@ class _Place:
         shared = pattern.frame(), pattern.statics(), pattern.judged
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
         self.shop, self.desk = _shop(self.store), _desk(flow, self.cases)
-        self.march, self.samples = _march(size), _last_sample(size, pattern.cycles)
+        self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
         self.inputs, self.notes = packed_inputs(flow), paper(size)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
@@ -224,11 +224,10 @@ def _march(size: Size) -> packed.March:
     return packed.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
 
 
-def _last_sample(size: Size, cycles: int) -> packed.Samples:
+def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
     """Room for the state at the end alone."""
-    return packed.Samples(
-        1, cycles, np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
-    )
+    states, pieces = np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
+    return packed.Samples(1, cycles, states, pieces, flow.waves(1))
 
 
 def _tallies(count: int, clearances: int, judged: Judged) -> Tallies:

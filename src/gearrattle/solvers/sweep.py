@@ -88,8 +88,9 @@ class SweepMarch:
         self.room = _room(self.plan, columns.size)
         count = task.cycles * task.samples_per_cycle + 1
         self.samples = packed.Samples(
-            task.samples_per_cycle, 0, np.zeros((count, columns.size)), np.zeros((count, len(clearances)), np.int64)
-        )
+            task.samples_per_cycle, 0, np.zeros((count, columns.size)), np.zeros((count, len(clearances)), np.int64),
+            flow.waves(task.samples_per_cycle),
+        )  # fmt: skip
         self.samples.states[0], self.samples.pieces[0] = columns, self.initial
         self.sweep.counts[packed.SAMPLE] = 1
         high, low = split_cycles(inputs.cycles)
@@ -148,9 +149,9 @@ class SweepMarch:
         count, now = int(self.sweep.counts[packed.EVENTS]), self.sweep.clock[1]
         states = np.polynomial.polynomial.polyval(now, self.sweep.table)
         whole = self._now()
-        samples = packed.Samples(1, 0, self._states(states[None]), self.samples.pieces[:1])
+        samples = self._states(states[None])
         u = self.flow.inputs_at(np.array([whole // 1.0]), np.array([whole % 1.0]))
-        z = np.hstack([samples.states[:, : self.flow.states], u])[0]
+        z = np.hstack([samples[:, : self.flow.states], u])[0]
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         last = int(self.log.clearance[count - 1]) if count else None
         return Place(whole * self.flow.system.inputs.period, deflection, last)

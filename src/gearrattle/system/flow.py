@@ -199,12 +199,20 @@ class Flow:
 
     def inputs_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, U + Q) scaled inputs at times cycle + fraction, in periods, each (t,)."""
+        return np.hstack([self._waves_at(cycle, fraction) * self.input_size, self.chains_at(cycle, fraction)])
+
+    def waves(self, per_cycle: int) -> Array:
+        """(per_cycle, U) inputs but for their sizes at the samples of any period; (0, U) if periods are not alike."""
+        if np.any(np.remainder(self.system.inputs.cycles, 1.0)):
+            return np.zeros((0, self.inputs))
+        return self._waves_at(np.zeros(per_cycle), np.arange(per_cycle) / per_cycle)
+
+    def _waves_at(self, cycle: Array, fraction: Array) -> Array:
+        """(t, U) 1, cosines and sines at such times."""
         high, low = split_cycles(self.system.inputs.cycles)
         turn = np.remainder(np.multiply.outer(cycle, high), 1.0) + np.multiply.outer(cycle, low)
         angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction, high + low), 1.0)
-        waves = np.hstack([np.cos(angle), np.sin(angle)])
-        oscillating = np.hstack([np.ones((len(fraction), 1)), waves]) * self.input_size
-        return np.hstack([oscillating, self.chains_at(cycle, fraction)])
+        return np.hstack([np.ones((len(fraction), 1)), np.cos(angle), np.sin(angle)])
 
     def chains_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, Q) scaled chains of the signals at such times."""
