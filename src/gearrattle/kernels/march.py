@@ -45,6 +45,7 @@ from gearrattle.kernels.packed import (
     LONGEST,
     NOTED,
     ORDER,
+    PASSED,
     PENDING,
     SAMPLE,
     SLOT,
@@ -187,6 +188,7 @@ def _count(counts, clock, first, level, safe, passed):
     clock[3] += passed
     counts[UNANCHORED] += 1
     counts[UNBOUNDED] += 1
+    counts[PASSED] = 0
 
 
 @inlined
@@ -196,9 +198,8 @@ def _elapsed(counts, clock):
 
 
 @inlined
-def _ahead(counts, clock, per_cycle):
-    """Time from now to the next sample, in periods."""
-    i = counts[SAMPLE]
+def _ahead(counts, clock, i, per_cycle):
+    """Time from now to sample i, in periods."""
     whole = i // per_cycle
     part = (i - whole * per_cycle) / per_cycle
     return (whole - counts[CYCLE]) + (part - (clock[0] + clock[1]))
@@ -207,16 +208,22 @@ def _ahead(counts, clock, per_cycle):
 @inlined
 def _pass_samples(march, samples, notes, h):
     """Note every sample in [now, now + h), as long as there is room for notes."""
-    counts = march.counts
+    counts, per_cycle = march.counts, samples.per_cycle
     elapsed, last = _elapsed(counts, march.clock), samples.first + samples.pieces.shape[0]
+    # If a period's first sample was passed in this step before the run went on, the next ones follow from it.
+    i = counts[SAMPLE] - (1 if counts[PASSED] and (counts[SAMPLE] - 1) % per_cycle == 0 else 0)
     while counts[SAMPLE] < last and counts[NOTED] < notes.row.size:
-        ahead = _ahead(counts, march.clock, samples.per_cycle)
-        if ahead >= h and ahead > 0.0:
+        first, ahead = i, max(_ahead(counts, march.clock, i, per_cycle), 0.0)
+        while i < last and (i == first or i % per_cycle != 0):
+            reached = ahead + (i - first) / per_cycle
+            if reached >= h and reached > 0.0:
+                break
+            i += 1
+        if i <= counts[SAMPLE]:
             break
-        ahead = max(ahead, 0.0)
-        row = counts[SAMPLE] - samples.first
-        note(notes, counts, row, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
-        counts[SAMPLE] += 1
+        rows = first - samples.first, i - first
+        note(notes, counts, rows, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
+        counts[SAMPLE], counts[PASSED] = i, 1
 
 
 @inlined
@@ -304,7 +311,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
     band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
     near = (seen, still, bound, side, band)
-    ahead = _ahead(counts, clock, per_cycle)
+    ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
         if counts[SAMPLE] >= last:
             return DONE
@@ -316,7 +323,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         fine, width = finest[slot], widths[slot]
         if counts[UNANCHORED] >= _ANCHOR_EVERY:
             _anchor(inputs, regions, march, width - chain)
-            ahead = _ahead(counts, clock, per_cycle)
+            ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
         if instants is not None:
             until = until_instant(instants, counts, clock)
             if until <= 0.0:
@@ -350,7 +357,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             passed, x = until, NEVER
         if ahead < passed + _NEAR:
             _pass_samples(march, samples, notes, passed)
-            ahead = _ahead(counts, clock, per_cycle)
+            ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
             if counts[SAMPLE] >= last:
                 return DONE  # the step is not taken yet: a later run begins with it, and counts it then
             if counts[NOTED] >= notes.row.size:

@@ -86,12 +86,13 @@ class Samples(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What the march notes of each sample it passes, see ``notes``."""
+    """What the march notes of the samples it passes in a step, see ``notes``."""
 
-    row: Any  # (room,) of the sample
+    row: Any  # (room,) of the first of them
+    count: Any  # (room,) how many there are
     slot: Any  # (room,)
-    ahead: Any  # (room,) periods from the state noted to the sample
-    elapsed: Any  # (room,) periods from the entry of the region to the sample
+    ahead: Any  # (room,) periods from the state noted to the first
+    elapsed: Any  # (room,) periods from the entry of the region to the first
     y: Any  # (room, N + U + Q filled up to fours)
     carried: Any  # (room, C filled up to fours)
 
@@ -142,11 +143,12 @@ ON_CORNER = 8 * 2.220446049250313e-16
 """A deflection this near to a corner, of the terms that make it, sits on it at the start."""
 
 CYCLE, SLOT, LEVEL, SAMPLE, EVENTS, STEPS, TRIALS, EXPANSIONS, PENDING, STALLED, ENTERED, ENTRY = range(12)
-UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, COUNTS = range(12, 19)
+UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, PASSED, COUNTS = range(12, 20)
 """Indices into ``March.counts``. PENDING is 2 k + upward of a crossing into a region not built yet, else -1; ENTERED is
 1 while y is relative to the slot's particular solution; ENTRY is the whole cycles at its entry; UNANCHORED counts steps
 since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken; INTERVAL
-is that of the signals, TICKS counts what clocks have done, INSTANT is the next one."""
+is that of the signals, TICKS counts what clocks have done, INSTANT is the next one; PASSED is 1 while the last sample
+noted lies in the step that is taken next."""
 
 
 def window_norm(terms: int) -> float:

@@ -35,16 +35,14 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
-_NOTES = 1024  # samples passed before they are worked out
+_NOTES = 1024  # steps with samples in them before these are worked out
 
 
 def paper(size: Size) -> packed.Notes:
-    """Room for the notes of some samples."""
+    """Room for some notes."""
     whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
-    places, times = np.empty((2, _NOTES), np.int64), np.empty((2, _NOTES))
-    return packed.Notes(
-        places[0], places[1], times[0], times[1], np.empty((_NOTES, whole)), np.empty((_NOTES, carried))
-    )
+    places, times = np.empty((3, _NOTES), np.int64), np.empty((2, _NOTES))
+    return packed.Notes(*places, *times, np.empty((_NOTES, whole)), np.empty((_NOTES, carried)))
 
 
 class ExactMarch:
