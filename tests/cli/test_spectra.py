@@ -64,7 +64,12 @@ def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: 
     assert main([*words, "--model", str(CASE)]) == 0
     assert f"saved: {target}" in capsys.readouterr().out
     assert {path.name for path in target.iterdir()} == {"results.nc", "results.csv", "summary.json", "figures"}
-    assert {path.stem for path in (target / "figures").iterdir()} == {"psd", "reference_psd", "response", "coherence"}
+    assert {path.stem for path in (target / "figures").glob("*.svg")} == {
+        "psd",
+        "reference_psd",
+        "response",
+        "coherence",
+    }
     expected = gr.spectra(gr.read(rig), "a", "T", resolution="10 Hz")
     with xr.open_dataset(target / "results.nc", engine="h5netcdf") as kept:
         xr.testing.assert_equal(kept, expected)

@@ -53,6 +53,7 @@ def settle_axes(figure: Figure, titles: Mapping[Axes, Text], height: float) -> N
             changed |= _shorter(axes.yaxis.label, 1.05 * axes.get_window_extent().height)
         if not changed:
             return
+    figure.draw_without_rendering()
 
 
 def _grown(figure: Figure, axes: Axes, height: float) -> bool:
@@ -111,8 +112,7 @@ def _shorter(words: Text, most: float) -> bool:
 
 
 def settle_words(figure: Figure, words: dict[Axes, list[Annotation]]) -> None:
-    """Move or leave out words inside panels that would stand on others or leave their panel."""
-    figure.draw_without_rendering()
+    """Move or leave out words inside panels that would stand on others or leave their panel; the layout is done."""
     for axes, written in words.items():
         inside = axes.get_window_extent()
         placed: list[Bbox] = []
