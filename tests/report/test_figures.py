@@ -61,7 +61,10 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
     loop = gr.fit_loop(EXAMPLES / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub"))
     study = gr.study(model, {"excitation.speed": [80.0, 90.0]}, ["regime", "impacts per cycle"], scheduler="local")
     nouns: dict[str, tuple[Any, list[str]]] = {
-        "spectra": (gr.spectra(run, hub, "acceleration.flywheel"), ["psd", "reference_psd", "response", "coherence"]),
+        "spectra": (
+            gr.spectra(run, hub, "acceleration.flywheel"),
+            ["psd", "reference_psd", "cross", "response", "coherence"],
+        ),
         "screen": (gr.screen(model, ["800 rpm", "900 rpm"]), ["screening", "screening_separation"]),
         "campbell": (gr.campbell(model), ["campbell"]),
         "order_map": (gr.order_map(run_up, hub), ["order_map"]),
@@ -69,7 +72,7 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
         "waterfall": (gr.waterfall(run_up, hub), ["waterfall"]),
         "fit_loop": (loop, ["loop"]),
         "study": (study, [chart.key for chart in charts_of(study)]),
-    }
+    }  # fmt: skip
     for name, (noun, keys) in nouns.items():
         assert list(gr.figures(noun)) == keys, name
         assert keys, name

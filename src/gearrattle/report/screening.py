@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from gearrattle.report.comparison import Section
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import figure_of, page_script, plotly_script
@@ -67,15 +68,18 @@ def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
         title: heading of the page.
     """
     drawn = fill_figures(charts_of(data), folder)
+    thresholds = thresholds_table(data)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    page = environment.get_template("screening.html.j2").render(
+    page = environment.get_template("live.html.j2").render(
+        brand="screening",
         title=title,
+        heading="Which gears lift off",
         summary=summary_of(data),
         setting=setting_of(data),
-        gears=gears_table(data),
-        thresholds=thresholds_table(data),
+        found=gears_table(data),
+        sections=[Section("thresholds", "Thresholds", "", (thresholds,))] if thresholds.rows else [],
         figures=[figure_of(chart, svg) for chart, svg in drawn],
         created=now(),
         version=versions().get("gearrattle", ""),
