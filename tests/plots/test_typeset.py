@@ -111,7 +111,7 @@ def test_lines_bars_and_maps_are_the_chart_s_data(drawn: tuple[Chart, Figure]) -
         lines = [line for line in axes.lines if line.get_zorder() >= 2.0]
         assert len(lines) == len(panel.lines)
         for line, artist in zip(panel.lines, lines, strict=True):
-            assert np.array_equal(artist.get_xdata(), line.x)
+            assert np.array_equal(artist.get_xdata(), line.x, equal_nan=True)
             assert np.array_equal(artist.get_ydata(), line.y, equal_nan=True)
             assert to_hex(artist.get_color()) == line.colour
             assert artist.get_alpha() == (None if line.opacity == 1.0 else line.opacity)

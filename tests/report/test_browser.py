@@ -61,9 +61,9 @@ def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
     fill_spectra(spectra(Recording(np.arange(8000) / 1e3, channels, "rig"), "a", "T"), tmp_path, si=True)
     done = browse(tmp_path / "report.html", tmp_path / "profile", "--dump-dom")
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
-    figures = dict(re.findall(r'<figure[^>]*data-key="(\w+)"[^>]*class="([^"]*)"', done.stdout))
-    assert set(figures) == {"psd", "reference_psd", "cross", "response", "coherence"}
-    assert all("drawn" in classes for classes in figures.values())
+    keys = re.findall(r'<figure[^>]*data-key="(\w+)"', done.stdout)
+    assert keys == ["psd", "reference_psd", "cross", "response", "coherence"]
+    assert 'class="main-svg"' in done.stdout  # those that came into view in time
 
 
 def test_it_prints(page: Path, tmp_path: Path) -> None:
