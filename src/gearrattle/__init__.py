@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from gearrattle.model import Model, json_schema, load, loads
     from gearrattle.readers import write
     from gearrattle.recording import Channel, Recording
+    from gearrattle.report.figures import Figures, figures
     from gearrattle.results import Run, open_run
     from gearrattle.sound.listen import Sound, listen
     from gearrattle.studies import (
@@ -98,6 +99,8 @@ _HOME = {
     "Verdict": "criteria",
     "Run": "results",
     "open_run": "results",
+    "figures": "report.figures",
+    "Figures": "report.figures",
     "compare": "comparison.compare",
     "advise": "advice",
     "basins": "studies",
@@ -149,6 +152,7 @@ __all__ = [
     "Condensed",
     "ConvergenceError",
     "Equilibrium",
+    "Figures",
     "Fit",
     "GasTorque",
     "GearRattleError",
@@ -180,6 +184,7 @@ __all__ = [
     "cross_psd",
     "drive",
     "equilibrium",
+    "figures",
     "fit",
     "fit_loop",
     "gas_torque",

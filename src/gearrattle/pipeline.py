@@ -86,11 +86,8 @@ def run(
     """
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.simulate import simulate
-    from gearrattle.calls.statics import equilibrium, modes
 
-    rest = equilibrium(model)
-    at_rest = modes(model, region=rest.region)
-    in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
+    before = _linear(model)
     settings: dict[str, Any] = {
         "algorithm": algorithm, "cycles": cycles, "samples_per_cycle": samples_per_cycle, "discard": discard,
         "tolerance": tolerance, "step": step, "initial": initial,
@@ -102,7 +99,23 @@ def run(
         phase("simulating")
     motion = simulate(model, **settings, progress=progress)
     scores = () if advice is None else advice.scores(motion)
-    return Findings(model, rest, at_rest, in_contact, motion, criteria(motion), advice, scores)
+    return Findings(model, *before, motion, criteria(motion), advice, scores)
+
+
+def judged(motion: Run) -> Findings:
+    """Carry out the procedure on a motion that has been simulated, perhaps saved and opened again; without advice."""
+    from gearrattle.calls.judge import criteria
+
+    return Findings(motion.model, *_linear(motion.model), motion, criteria(motion))
+
+
+def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
+    """Where a driveline rests, how it would vibrate about that, and with every clearance closed."""
+    from gearrattle.calls.statics import equilibrium, modes
+
+    rest = equilibrium(model)
+    in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
+    return rest, modes(model, region=rest.region), in_contact
 
 
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:

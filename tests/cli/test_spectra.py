@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import signal
 
 import gearrattle as gr
 from gearrattle.cli import main
@@ -63,8 +65,16 @@ def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: 
     words = ["spectra", rig, "--channel", "a", "--against", "torque.hub", "--resolution", "10 Hz", "-o", str(target)]
     assert main([*words, "--model", str(CASE)]) == 0
     assert f"saved: {target}" in capsys.readouterr().out
-    assert {path.name for path in target.iterdir()} == {"results.nc", "results.csv", "summary.json", "figures"}
-    assert {path.stem for path in (target / "figures").iterdir()} == {"psd", "reference_psd", "response", "coherence"}
+    assert {path.name for path in target.iterdir()} == {
+        "report.html", "results.nc", "results.csv", "summary.json", "figures",
+    }  # fmt: skip
+    assert {path.stem for path in (target / "figures").glob("*.svg")} == {
+        "psd",
+        "reference_psd",
+        "cross",
+        "response",
+        "coherence",
+    }
     expected = gr.spectra(gr.read(rig), "a", "T", resolution="10 Hz")
     with xr.open_dataset(target / "results.nc", engine="h5netcdf") as kept:
         xr.testing.assert_equal(kept, expected)
@@ -80,6 +90,43 @@ def test_the_folder_holds_numbers_and_figures(rig: str, tmp_path: Path, capsys: 
     assert "(rad/s²)²/Hz" in drawn
     assert ">f1<" in drawn  # of the model
     assert "Transfer function" in (target / "figures" / "response.svg").read_text(encoding="utf-8")
+
+
+def written(path: Path) -> str:
+    """A page without its scripts."""
+    return re.sub(r"<script.*?</script>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def test_the_page_says_what_scipy_says(rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["spectra", rig, "--channel", "a", "--against", "T", "--resolution", "10 Hz", "-o", str(tmp_path / "out")]
+    assert main(words) == 0
+    assert f"page: {tmp_path / 'out' / 'report.html'}" in capsys.readouterr().out
+    page = written(tmp_path / "out" / "report.html")
+    record = gr.read(rig)
+    t, a = (next(c for c in record.channels if c.name == name).values for name in "Ta")
+    how = {"fs": RATE, "nperseg": 300, "detrend": "constant"}  # a Hann window's bin is 1.5 of the lines' distances wide
+    frequency, density = signal.welch(a, **how)
+    explained = signal.coherence(a, t, **how)[1]
+    share = float(np.sum((density * explained)[1:]) / np.sum(density[1:]))
+    (said,) = re.findall(r"weighted by it ([0-9]+) % of the power", page)
+    assert float(said) == pytest.approx(100.0 * share, abs=1.5)
+    (below,) = re.findall(r"90 % of its power lies below ([0-9.]+) Hz", page)
+    rising = np.cumsum(density[1:]) / np.sum(density[1:])
+    assert float(below) == pytest.approx(frequency[1:][np.searchsorted(rising, 0.9)], abs=15.0)
+    (highest,) = re.findall(r"its density is highest at ([0-9.]+) Hz", page)
+    assert float(highest) == pytest.approx(200.0, abs=10.0)
+    for title in ("Spectral density of the reference", "Cross density", "Transfer function", "Coherence"):
+        assert f"<h2>{title}</h2>" in page
+    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
+    assert not re.search(r"\bnan\b", page)
+
+
+def test_the_page_of_one_signal_names_no_other(rig: str, tmp_path: Path) -> None:
+    assert main(["spectra", rig, "--channel", "a", "-o", str(tmp_path)]) == 0
+    page = written(tmp_path / "report.html")
+    assert "Coherence" not in page
+    assert "Spectral density" in page
+    assert list(gr.figures(tmp_path)) == ["psd"]
 
 
 def test_models_and_runs_are_sources(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -211,6 +211,14 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert record["values"]["stages.1.stiffness"] == coupling["stages"][1]["stiffness"]
 
 
+def test_the_figure_s_ending_says_whether_it_is_for_print(tmp_path: Path) -> None:
+    data = written(tmp_path / "loop.csv", ANGLE, 100 * ANGLE, "angle [deg], torque [N*m]")
+    for ending, opening in ((".svg", b"<svg"), (".pdf", b"%PDF"), (".png", b"\x89PNG"), (".eps", b"%!PS")):
+        target = tmp_path / f"loop{ending}"
+        assert main(["loop", str(data), "--stages", "1", "--figure", str(target)]) == 0
+        assert target.read_bytes().startswith(opening)
+
+
 @pytest.mark.parametrize(
     ("head", "more", "words"),
     [
@@ -219,7 +227,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         ("phi [deg], torque [N*m]", [], "no column has this name"),
         ("angle [deg], torque [N*m]", ["--stages", "9"], "from 1 to 6"),
         ("angle [deg], torque [N*m]", ["--stages", "x"], "whole number"),
-        ("angle [deg], torque [N*m]", ["--figure", "a.png"], ".svg"),
+        ("angle [deg], torque [N*m]", ["--figure", "a.bmp"], ".svg"),
         ("angle [deg], torque [N*m]", ["--between", "a"], "two names"),
     ],
 )

@@ -12,7 +12,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.plots import draw, plotly_figure
-from gearrattle.plots.densities import density_chart, response_chart, spectra_charts
+from gearrattle.plots.densities import cross_chart, density_chart, response_chart, spectra_charts
 from gearrattle.recording import Channel, Recording
 
 RATE = 1000.0
@@ -53,9 +53,21 @@ def test_no_phase_is_drawn_where_nothing_is_known_of_it() -> None:
     assert not known[np.searchsorted(data.frequency.values[1:], 125.0)]
 
 
+def test_a_cross_density_is_the_product_of_response_and_cause() -> None:
+    data = found()
+    size, phase = cross_chart(data).panels
+    (line,) = size.lines
+    expected = data.response_magnitude.values[1:] * data.reference_psd.values[1:]
+    assert line.y == pytest.approx(expected, rel=1e-9)
+    assert size.unit == "(rad/s²)·(N m)/Hz" or "·" in size.unit
+    theirs = response_chart(data).panels[1]
+    for mine, other in zip(phase.lines, theirs.lines, strict=True):
+        assert np.array_equal(mine.y, other.y, equal_nan=True)
+
+
 def test_natural_frequencies_are_marked_where_the_density_reaches() -> None:
     charts = spectra_charts(found(), natural=[2.0 * np.pi * 80.0, 2.0 * np.pi * 900.0])
-    assert [chart.key for chart in charts] == ["psd", "reference_psd", "response", "coherence"]
+    assert [chart.key for chart in charts] == ["psd", "reference_psd", "cross", "response", "coherence"]
     assert [(rule.at, rule.label) for rule in charts[0].panels[0].rules] == [(pytest.approx(80.0), "f1")]
     assert "natural frequencies" in charts[0].caption
     assert charts[0].panels[0].x_title == "frequency, Hz"

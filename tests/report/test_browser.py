@@ -7,10 +7,13 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from gearrattle import load, report
+from gearrattle import load, report, spectra
 from gearrattle.pipeline import run as pipeline
+from gearrattle.recording import Channel, Recording
+from gearrattle.report.spectra import fill_spectra
 from tests import synthetic
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -46,6 +49,21 @@ def test_figures_come_alive_without_a_network(page: Path, tmp_path: Path) -> Non
     drawn = {key for key, classes in figures if "drawn" in classes}
     assert {"deflection", "acceleration", "impacts", "phase_plane", "spectrum"} <= drawn
     assert done.stdout.count('class="main-svg"') >= len(drawn)
+
+
+def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    cause = rng.standard_normal(8000)
+    channels = (
+        Channel("T", "torque", "hub", "N m", cause),
+        Channel("a", "acceleration", "hub", "rad/s^2", cause + rng.standard_normal(8000)),
+    )
+    fill_spectra(spectra(Recording(np.arange(8000) / 1e3, channels, "rig"), "a", "T"), tmp_path, si=True)
+    done = browse(tmp_path / "report.html", tmp_path / "profile", "--dump-dom")
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    keys = re.findall(r'<figure[^>]*data-key="(\w+)"', done.stdout)
+    assert keys == ["psd", "reference_psd", "cross", "response", "coherence"]
+    assert 'class="main-svg"' in done.stdout  # those that came into view in time
 
 
 def test_it_prints(page: Path, tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_page_and_file_carry_every_row(found, tmp_path):
     assert "A quick run" in page
     assert "http" not in page.replace("http-equiv", "").replace("http://www.w3.org", "")
     charts = [chart.key for section in found.sections for chart in section.charts]
-    assert sorted(path.stem for path in (tmp_path / "figures").iterdir()) == sorted(charts)
+    assert sorted(path.stem for path in (tmp_path / "figures").glob("*.svg")) == sorted(charts)
 
 
 def test_progress_can_end_it():

@@ -83,6 +83,7 @@ class Campbell:
         orders: ascending.
         crossings: by speed.
         modes: the modes of each state.
+        units: "SI", or "dimensionless": then speeds and frequencies are as in the model.
     """
 
     speeds: tuple[float, float]
@@ -92,6 +93,7 @@ class Campbell:
     orders: tuple[OrderLine, ...]
     crossings: tuple[Crossing, ...]
     modes: tuple[Modes, ...]
+    units: str = "SI"
 
     def nearest(self) -> Crossing | None:
         """The crossing nearest to the model's speed by ratio; None if there are none."""
@@ -144,7 +146,9 @@ def campbell(
     ]
     crossings.sort(key=lambda c: (c.speed, c.state, c.order, c.mode))
     frequencies = np.array([each.frequencies for each in found])
-    return Campbell((low, high), model.excitation.omega, states, frequencies, orders, tuple(crossings), found)
+    return Campbell(
+        (low, high), model.excitation.omega, states, frequencies, orders, tuple(crossings), found, model.units
+    )
 
 
 def _range(model: Model, speeds: str | Sequence[float | str]) -> tuple[float, float]:

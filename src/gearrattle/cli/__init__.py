@@ -37,6 +37,7 @@ COMMANDS = {
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),
     "spectra": ("gearrattle.cli.spectra:spectra", "Density of a signal; transfer function and coherence of two."),
+    "figures": ("gearrattle.cli.figures:figures", "Figures of a result for print: PDF, EPS, SVG, PNG, TIFF."),
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),

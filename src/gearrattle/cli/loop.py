@@ -53,7 +53,7 @@ def loop(
     output
         File for the fitted [[coupling]], ending in .toml.
     figure
-        File for the fitted law drawn over the loop, ending in .svg.
+        File for the fitted law drawn over the loop, ending in .svg; for print .pdf, .eps, .png or .tiff.
     """
     import gearrattle
     from gearrattle.cli.columns import json_text
@@ -77,25 +77,31 @@ def _save(found: LoopFit, output: Path | None, figure: Path | None) -> None:
     """Write what is asked for, each file whole or not at all."""
     from gearrattle.report.staging import Staging
 
-    for path, content in ((output, found.toml.encode("utf-8")), (figure, _drawn(found) if figure else b"")):
+    for path, content in ((output, found.toml.encode("utf-8")), (figure, _drawn(found, figure) if figure else b"")):
         if path is not None:
             with Staging(path.parent) as staging:
                 (staging.path / path.name).write_bytes(content)
                 staging.commit()
 
 
-def _drawn(found: LoopFit) -> bytes:
+def _drawn(found: LoopFit, figure: Path) -> bytes:
+    """Draw a loop: for the screen as SVG, else for print."""
     from gearrattle.plots import draw
     from gearrattle.plots.loop import loop_chart
+    from gearrattle.plots.typeset import matplotlib_figure, saved
 
-    return draw(loop_chart(found), legend=True)
+    chart = loop_chart(found)
+    if figure.suffix == ".svg":
+        return draw(chart, legend=True)
+    return saved(matplotlib_figure(chart), figure.suffix[1:], title=chart.title, subject=chart.caption)
 
 
 def _check_figure(figure: Path | None) -> None:
     from gearrattle.errors import ModelError, Problem
 
-    if figure is not None and figure.suffix != ".svg":
-        raise ModelError(Problem("--figure", f'"{figure}"', "must end in .svg"))
+    endings = (".svg", ".pdf", ".eps", ".png", ".tiff")
+    if figure is not None and figure.suffix not in endings:
+        raise ModelError(Problem("--figure", f'"{figure}"', f"must end in {', '.join(endings[:-1])} or {endings[-1]}"))
 
 
 def _numbers(text: str | None) -> int | tuple[int, int] | None:

@@ -108,7 +108,7 @@ def _of_map(
     places = sorted((inner.nonzero()[0] + 1).tolist(), key=lambda k: -peak[k])[:_MOST]
     lines = _lines(signal, model)
     if output is not None:
-        _write(found, map_chart(amplitude, si=_si(signal), **lines), output)
+        _write(found.assign_attrs(_kept(lines)), map_chart(amplitude, si=_si(signal), **lines), output)
     return _content(found, sorted(places))
 
 
@@ -134,7 +134,8 @@ def _of_spectra(
 
     found, lines = gearrattle.waterfall(signal, channel, **asked), _lines(signal, model)
     if output is not None:
-        _write(found.to_dataset(), map_chart(found, si=_si(signal), **lines), output)
+        chart = map_chart(found, si=_si(signal), **lines)
+        _write(found.assign_attrs(_kept(lines)).to_dataset(), chart, output)
     row, column = divmod(int(found.values.argmax()), found.shape[1])
     peak = {"frequency": float(found.frequency[column]), "amplitude": float(found.values[row, column])}
     peak |= {name: float(found[name][row]) for name in ("time", "speed") if name in found.coords}
@@ -154,6 +155,12 @@ def _lines(signal: Run | Recording, model: Path | None) -> dict[str, list[float]
     natural = gearrattle.modes(driveline).frequencies
     drawn = [line.order for line in gearrattle.campbell(driveline).orders]
     return {"orders": drawn, "natural": natural[natural > 0.0].tolist()}
+
+
+def _kept(lines: dict[str, list[float]]) -> dict[str, list[float]]:
+    """Return what is drawn over a map as attributes of it, so that ``figures`` can draw it as well."""
+    names = {"orders": "excited_orders", "natural": "natural_frequencies"}
+    return {names[key]: values for key, values in lines.items() if values}
 
 
 def _content(found: xr.Dataset, places: Sequence[int]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ _HEIGHT = 240
 
 
 def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float] = ()) -> list[Chart]:
-    """Return every figure: the density; of two signals also the reference's, the transfer function and the coherence.
+    """Return every figure: the density; of two signals also that of the reference, and what they have in common.
 
     Args:
         data: from ``gearrattle.spectra``.
@@ -39,7 +39,8 @@ def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float
     rules = _rules(data, natural)
     made = [density_chart(data, si=si, rules=rules)]
     if "reference" in data.attrs:
-        made += [density_chart(data, "reference", si=si, rules=rules), response_chart(data, si=si, rules=rules)]
+        made += [density_chart(data, "reference", si=si, rules=rules), cross_chart(data, si=si, rules=rules)]
+        made.append(response_chart(data, si=si, rules=rules))
         names = {"coherence_low": "low", "coherence_high": "high"}
         kept = data[["coherence", *names]].rename(names)
         made.append(coherence_chart(kept.assign_attrs(data.attrs), si=si))
@@ -84,24 +85,17 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
     frequency, words = data["frequency"].values[1:], _percent(data)
     gain, radius = data["response_magnitude"].values[1:], data["response_radius"].values[1:]
     low, high = (np.where(each > 0.0, each, np.nan) for each in (gain - radius, gain + radius))
-    phase, limit = (np.degrees(data[f"response_{key}"].values[1:]) for key in ("phase", "phase_limit"))
-    phase = np.where(limit < 180.0, phase, np.nan)
     told = f"{words} limit"
     upper = (
         _line(frequency, low, told, MUTED, 0.7), _line(frequency, high, told, MUTED, 0.7),
         _line(frequency, np.where(gain > 0.0, gain, np.nan), "gain", ACCENT, 1.4),
-    )  # fmt: skip
-    lower = (
-        _line(frequency, phase - limit, told, MUTED, 0.7), _line(frequency, phase + limit, told, MUTED, 0.7),
-        _line(frequency, phase, "phase", ACCENT, 1.4),
     )  # fmt: skip
     x, x_range = _axis(si), (0.0, float(frequency[-1]))
     unit = raised(str(data["response_magnitude"].attrs["units"]))
     panels = (
         Panel("gain", "" if unit == "(1)/(1)" else unit, x, upper, rules=rules, x_range=x_range,
               y_range=_decades(gain, low, high), y_log=True),
-        Panel("phase", "°", x, lower, rules=rules, x_range=x_range, y_range=(-190.0, 190.0),
-              y_ticks=tuple((v, f"{v:g}".replace("-", "−")) for v in (-180.0, -90.0, 0.0, 90.0, 180.0))),
+        _phase_panel(data, x, rules),
     )  # fmt: skip
     caption = (
         f"Transfer function from {data.attrs['reference']} to {data.attrs['channel']}, {data.attrs['averages']:.3g} "
@@ -110,6 +104,41 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
     )
     legend = (Key("transfer function", ACCENT), Key(f"{words} limits", MUTED))
     return Chart("response", "Transfer function", caption, panels, panel_height=_HEIGHT // 2 + 40, legend=legend)
+
+
+def cross_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = ()) -> Chart:
+    """Draw magnitude and phase of a cross density; its phase is the transfer function's, with the same limits."""
+    frequency, words = data["frequency"].values[1:], _percent(data)
+    size = data["cross_magnitude"].values[1:]
+    line = _line(frequency, np.where(size > 0.0, size, np.nan), "cross density", ACCENT, 1.4)
+    unit, x = raised(str(data["cross_magnitude"].attrs["units"])).replace("*", "·"), _axis(si)
+    ends = (0.0, float(frequency[-1]))
+    panels = (
+        Panel("magnitude", unit, x, (line,), rules=rules, x_range=ends, y_range=_decades(size), y_log=True),
+        _phase_panel(data, x, rules),
+    )
+    caption = (
+        f"Cross spectral density of {data.attrs['reference']} and {data.attrs['channel']}, "
+        f"{data.attrs['averages']:.3g} averages; thin lines enclose its phase with a probability of {words}, and no "
+        f"phase is drawn where nothing is known of it.{_marked(rules)}"
+    )
+    legend = (Key("cross density", ACCENT), Key(f"{words} limits", MUTED))
+    return Chart("cross", "Cross density", caption, panels, panel_height=_HEIGHT // 2 + 40, legend=legend)
+
+
+def _phase_panel(data: xr.Dataset, x_title: str, rules: tuple[Rule, ...]) -> Panel:
+    """Draw a phase between its limits, where it is known."""
+    frequency, told = data["frequency"].values[1:], f"{_percent(data)} limit"
+    phase, limit = (np.degrees(data[f"response_{key}"].values[1:]) for key in ("phase", "phase_limit"))
+    phase = np.where(limit < 180.0, phase, np.nan)
+    lines = (
+        _line(frequency, phase - limit, told, MUTED, 0.7), _line(frequency, phase + limit, told, MUTED, 0.7),
+        _line(frequency, phase, "phase", ACCENT, 1.4),
+    )  # fmt: skip
+    return Panel(
+        "phase", "°", x_title, lines, rules=rules, x_range=(0.0, float(frequency[-1])), y_range=(-190.0, 190.0),
+        y_ticks=tuple((v, f"{v:g}".replace("-", "−")) for v in (-180.0, -90.0, 0.0, 90.0, 180.0)),
+    )  # fmt: skip
 
 
 def _line(x: Array, y: Array, name: str, colour: str, width: float) -> Line:

@@ -5,7 +5,7 @@
     report.html     one self-contained page, verdict first
     summary.json    the same for machines
     results.nc      the whole motion, netCDF-4
-    figures/        every figure as SVG
+    figures/        every figure as SVG, and the charts themselves, for ``figures``
 
 all of it or nothing. Takes Findings from the pipeline.
 """
@@ -40,13 +40,11 @@ def write(findings: Findings, folder: str | os.PathLike[str]) -> Path:
 
 def fill(findings: Findings, folder: Path) -> None:
     """Write all files of the report into an existing empty folder."""
-    from gearrattle.plots import charts, draw
+    from gearrattle.report.drawn import charts_of
+    from gearrattle.report.ink import fill_figures
     from gearrattle.report.page import page
 
-    drawn = [(chart, draw(chart)) for chart in charts(findings)]
-    (folder / "figures").mkdir()
-    for chart, svg in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    drawn = fill_figures(charts_of(findings), folder, legend=False)
     (folder / "report.html").write_text(page(findings, drawn), encoding="utf-8")
     text = json.dumps(summary(findings), indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")

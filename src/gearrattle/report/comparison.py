@@ -20,7 +20,6 @@ from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
 from gearrattle.comparison.rows import Comparison
 from gearrattle.plots.comparison import growth_of_errors, work_precision_chart
-from gearrattle.plots.static import draw
 from gearrattle.report.comparison_tables import (
     coherence_table,
     cost_table,
@@ -29,6 +28,7 @@ from gearrattle.report.comparison_tables import (
     transmissibility_table,
     truth_table,
 )
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
 
@@ -51,10 +51,7 @@ def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, fol
     charts = [growth_of_errors(comparison)]
     if precision is not None:
         charts.append(work_precision_chart(precision, labels))
-    drawn = [(chart, draw(chart)) for chart in charts]
-    (folder / "figures").mkdir()
-    for chart, svg in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    drawn = fill_figures(charts, folder, legend=False)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

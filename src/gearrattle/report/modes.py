@@ -21,9 +21,9 @@ from gearrattle.assembly import assemble, name_plate
 from gearrattle.calls.campbell import Campbell, Crossing
 from gearrattle.calls.statics import Modes
 from gearrattle.model import Model
-from gearrattle.plots.campbell import campbell_chart
 from gearrattle.plots.mode_shapes import mode_sketch
-from gearrattle.plots.static import draw
+from gearrattle.report.drawn import charts_of
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.summary import modes_dict, plain
@@ -66,11 +66,10 @@ def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder
         folder: where to.
     """
     si = model.units == "SI"
-    chart = campbell_chart(found, si=si)
-    diagram = Drawing(chart.key, chart.caption, draw(chart))
+    ((chart, ink),) = fill_figures(charts_of(found), folder, legend=False)
+    diagram = Drawing(chart.key, chart.caption, ink)
     shapes = _shapes(model, modes, si)
-    (folder / "figures").mkdir()
-    for drawing in (diagram, *shapes):
+    for drawing in shapes:
         (folder / "figures" / f"{drawing.key}.svg").write_bytes(drawing.svg)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True

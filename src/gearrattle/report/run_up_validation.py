@@ -17,9 +17,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.run_up_validation import run_up_charts
-from gearrattle.plots.static import draw
 from gearrattle.report.comparison import Section
+from gearrattle.report.drawn import charts_of
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
 from gearrattle.validation import RunUp
@@ -55,10 +55,7 @@ def tracks_table(found: RunUp) -> Table:
 
 def fill_run_up(found: RunUp, folder: Path) -> None:
     """Write all files into an existing empty folder."""
-    drawn = [(chart, draw(chart)) for chart in run_up_charts(found)]
-    (folder / "figures").mkdir()
-    for chart, _ in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(draw(chart, legend=True))
+    drawn = fill_figures(charts_of(found), folder)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

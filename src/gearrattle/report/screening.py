@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gearrattle.plots.screening import screening_map
-from gearrattle.plots.static import draw
+from gearrattle.report.comparison import Section
+from gearrattle.report.drawn import charts_of
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import figure_of, page_script, plotly_script
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.screening_tables import (
@@ -66,19 +67,19 @@ def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
         folder: where to.
         title: heading of the page.
     """
-    drawn = [(chart, draw(chart)) for chart in (screening_map(data), screening_map(data, "separation_ratio"))]
-    (folder / "figures").mkdir()
-    for chart, _ in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(draw(chart, legend=True))
+    drawn = fill_figures(charts_of(data), folder)
+    thresholds = thresholds_table(data)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    page = environment.get_template("screening.html.j2").render(
+    page = environment.get_template("live.html.j2").render(
+        brand="screening",
         title=title,
+        heading="Which gears lift off",
         summary=summary_of(data),
         setting=setting_of(data),
-        gears=gears_table(data),
-        thresholds=thresholds_table(data),
+        found=gears_table(data),
+        sections=[Section("thresholds", "Thresholds", "", (thresholds,))] if thresholds.rows else [],
         figures=[figure_of(chart, svg) for chart, svg in drawn],
         created=now(),
         version=versions().get("gearrattle", ""),

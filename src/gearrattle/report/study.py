@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gearrattle.plots.static import draw
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.study_pages import page_of
 
@@ -39,10 +39,7 @@ def fill_study(
         cost: a sentence on what it cost.
     """
     kind = page_of(data)
-    drawn = [(chart, draw(chart)) for chart in kind.charts(data)]
-    (folder / "figures").mkdir()
-    for chart, _ in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(draw(chart, legend=True))
+    drawn = fill_figures(kind.charts(data), folder)
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -16,8 +16,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gearrattle.plots.static import draw
-from gearrattle.plots.validation import validation_charts
+from gearrattle.report.drawn import charts_of
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.validation_tables import (
     budget_table,
@@ -40,10 +40,7 @@ def validation_content(found: Validation) -> dict[str, Any]:
 
 def fill_validation(found: Validation, folder: Path) -> None:
     """Write all files into an existing folder."""
-    drawn = [(chart, draw(chart)) for chart in validation_charts(found)]
-    (folder / "figures").mkdir()
-    for chart, svg in drawn:
-        (folder / "figures" / f"{chart.key}.svg").write_bytes(svg)
+    drawn = fill_figures(charts_of(found), folder, legend=False)
     figures = {
         chart.key: (chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn
     }

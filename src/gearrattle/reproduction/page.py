@@ -16,7 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle import report
-from gearrattle.plots.static import draw
+from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.record import Reproduction, Section
@@ -26,10 +26,8 @@ _HERE, _REPORT = Path(__file__).parent, Path(report.__file__).parent
 
 def fill(found: Reproduction, folder: Path) -> None:
     """Write all files of a reproduction into an existing folder."""
-    drawn = {chart.key: draw(chart) for section in found.sections for chart in section.charts}
-    (folder / "figures").mkdir()
-    for key, svg in drawn.items():
-        (folder / "figures" / f"{key}.svg").write_bytes(svg)
+    charts = [chart for section in found.sections for chart in section.charts]
+    drawn = {chart.key: svg for chart, svg in fill_figures(charts, folder, legend=False)}
     environment = Environment(
         loader=FileSystemLoader([_HERE, _REPORT]), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,

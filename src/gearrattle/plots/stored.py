@@ -1,0 +1,85 @@
+"""Charts as a file, so that figures can be drawn anew, at another width or as another format, without computing again.
+
+A NumPy archive (``.npz``: NumPy Enhancement Proposal 1, in a ZIP file): one entry of JSON that says what the charts
+are, in which ``{"array": k}`` stands for the k-th of the arrays beside it. Nothing in it is executed on reading.
+
+Takes Charts; gives bytes, and Charts again.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
+from gearrattle.trajectory import Array
+
+FORMAT = 1
+_NOUNS = {noun.__name__: noun for noun in (Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule)}
+
+
+def packed_charts(charts: Sequence[Chart]) -> bytes:
+    """Return charts as an archive; the same charts give the same bytes."""
+    arrays: list[Array] = []
+    told = {"format": FORMAT, "charts": [_told(chart, arrays) for chart in charts]}
+    words = np.frombuffer(json.dumps(told, ensure_ascii=False).encode("utf-8"), np.uint8)
+    content = BytesIO()
+    entries: dict[str, Any] = {"charts": words, **{str(k): each for k, each in enumerate(arrays)}}
+    np.savez_compressed(content, **entries)
+    return content.getvalue()
+
+
+def read_charts(path: Path) -> list[Chart]:
+    """Read what ``packed_charts`` wrote.
+
+    Raises:
+        ModelError: it is no such file, it is damaged, or a later version wrote it.
+        OSError: it cannot be read.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            told = json.loads(archive["charts"].tobytes().decode("utf-8"))
+            arrays = {int(name): archive[name] for name in archive.files if name != "charts"}
+        if told["format"] > FORMAT:
+            raise ModelError(
+                Problem(str(path), f"format {told['format']}", "was written by a later version", "upgrade")
+            )
+        made = [_made(each, arrays) for each in told["charts"]]
+        if not all(isinstance(each, Chart) for each in made):
+            raise TypeError("not a chart")
+        return made
+    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        rule = f"holds no charts, or is damaged ({type(error).__name__})"
+        raise ModelError(Problem(str(path), "", rule, "run the command that wrote the folder again")) from None
+
+
+def _told(value: Any, arrays: list[Array]) -> Any:
+    """Return something as JSON; arrays are put beside it."""
+    if is_dataclass(value):
+        return {"noun": type(value).__name__, **{f.name: _told(getattr(value, f.name), arrays) for f in fields(value)}}
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"array": len(arrays) - 1}
+    if isinstance(value, tuple | list):
+        return [_told(each, arrays) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _made(value: Any, arrays: dict[int, Array]) -> Any:
+    """Return what was told."""
+    if isinstance(value, list):
+        return tuple(_made(each, arrays) for each in value)
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        return arrays[value["array"]]
+    return _NOUNS[value["noun"]](**{name: _made(each, arrays) for name, each in value.items() if name != "noun"})

@@ -1,0 +1,123 @@
+"""``figures``: every figure of a result as a matplotlib figure, to be changed, and saved for print.
+
+Takes results; gives matplotlib Figures by name, and files.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.typeset import Style, matplotlib_figure
+from gearrattle.plots.typeset.files import DPI, checked_dpi, known_formats, saved
+from gearrattle.report.drawn import charts_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Figures(Mapping[str, "Figure"]):
+    """Figures by name, made when first asked for and then kept.
+
+    Attributes:
+        titles: what each figure shows, by name.
+        captions: how to read it, by name: a draft of the words below it.
+    """
+
+    def __init__(self, found: Sequence[Chart], style: Style) -> None:
+        self._charts = {chart.key: chart for chart in found}
+        self._style = style
+        self._made: dict[str, Figure] = {}
+        self.titles = {chart.key: chart.title for chart in found}
+        self.captions = {chart.key: chart.caption for chart in found}
+
+    def __getitem__(self, name: str) -> Figure:
+        """Return a matplotlib figure; pyplot does not know it, so it need not be closed."""
+        if name not in self._made:
+            self._made[name] = matplotlib_figure(self._charts[name], self._style)
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._charts)
+
+    def __len__(self) -> int:
+        return len(self._charts)
+
+    def __repr__(self) -> str:
+        return f"Figures({', '.join(self)})"
+
+    def save(
+        self, folder: str | os.PathLike[str], formats: str | Sequence[str] = "pdf", *, dpi: float = DPI,
+        only: Sequence[str] | None = None,
+    ) -> list[Path]:  # fmt: skip
+        """Save figures as NAME.FORMAT into a folder, as they are now; the same figure gives the same bytes.
+
+        Args:
+            folder: where to; it need not exist, what else is in it stays.
+            formats: of "pdf", "eps", "svg", "png", "tiff": one, or several.
+            dpi: points an inch of PNG and TIFF, and of pictures inside the others; 72 to 2400.
+            only: names of those to be saved; None: all.
+
+        Returns:
+            The files.
+
+        Raises:
+            ModelError: another format, a resolution that is none, a name that is none.
+            OSError: the folder cannot be written; then nothing has changed.
+        """
+        from gearrattle.report.staging import Staging
+
+        kinds, resolution, names = known_formats(formats), checked_dpi(dpi), self.named(only)
+        with Staging(folder) as staging:
+            files = [Path(f"{name}.{kind}") for name in names for kind in kinds]
+            for file in files:
+                (staging.path / file).write_bytes(self._saved(file, resolution))
+            staging.commit()
+        return [staging.destination / file for file in files]
+
+    def named(self, only: Sequence[str] | None) -> list[str]:
+        """Return names that are asked for, all for None.
+
+        Raises:
+            ModelError: one that no figure has.
+        """
+        from gearrattle.errors import ModelError, Problem
+
+        wrong = [name for name in only or () if name not in self._charts]
+        if wrong:
+            told = ", ".join(f'"{name}"' for name in wrong)
+            raise ModelError(Problem("only", told, "must be names of its figures", ", ".join(self)))
+        return list(self) if only is None else [name for name in self if name in set(only)]
+
+    def _saved(self, file: Path, dpi: float) -> bytes:
+        name, kind = file.name.rpartition(".")[0], file.suffix[1:]
+        return saved(self[name], kind, dpi=dpi, title=self.titles[name], subject=self.captions[name])
+
+
+def figures(
+    result: Any, *, width: float | str = "double", font: str = "sans", size: float = 8.0,
+    style: str | os.PathLike[str] | None = None,
+) -> Figures:  # fmt: skip
+    """Draw every figure of a result for print, with matplotlib.
+
+    Args:
+        result: a run; the Dataset of a study, of ``screen``, ``spectra``, ``order_map``, ``order_cuts`` or
+            ``waterfall``; what ``validate``, ``validate_run_up``, ``fit_loop`` or ``campbell`` returned; or a folder or
+            file that a command wrote.
+        width: of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
+            60 to 500 mm.
+        font: "sans", "serif", or the name of an installed family.
+        size: of the letters [pt], 5 to 14.
+        style: matplotlib style file, or name of a style, laid over the house's.
+
+    Returns:
+        Figures by name. Settings of matplotlib's running session play no part in them.
+
+    Raises:
+        ModelError: a result without figures; a width, font, size or style that is none.
+    """
+    how = Style(width, font, size, style)
+    return Figures(charts_of(result), how)

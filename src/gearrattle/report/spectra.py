@@ -1,0 +1,105 @@
+"""Spectra as one page: where the power is, how far another signal explains it, and the curves between their limits.
+
+``fill_spectra`` writes report.html, results.nc, results.csv, summary.json and figures/ into a folder. The figures are
+interactive, and ink without JavaScript; the page loads nothing.
+
+Takes the Dataset of ``gearrattle.spectra``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gearrattle.plots.densities import spectra_charts
+from gearrattle.plots.order_maps import raised
+from gearrattle.report.comparison import Section
+from gearrattle.report.ink import fill_figures
+from gearrattle.report.live_figures import figure_of, page_script, plotly_script
+from gearrattle.report.provenance import now, versions
+from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
+from gearrattle.report.summary import plain
+from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_HERE = Path(__file__).parent
+_MOST = 8
+
+
+def spectra_content(data: xr.Dataset) -> dict[str, Any]:
+    """Return for machines where the power is: the highest peaks of the density, ascending."""
+    density = data["psd"].values
+    inner = np.flatnonzero((density[1:-1] >= density[:-2]) & (density[1:-1] > density[2:])) + 1
+    highest = sorted(sorted(inner.tolist(), key=lambda k: -density[k])[:_MOST])
+    names = ["psd", "psd_low", "psd_high"]
+    if "coherence" in data:
+        names += ["coherence", "coherence_low", "coherence_high", "response_magnitude", "response_radius"]
+        names += ["response_phase", "response_phase_limit"]
+    rows = [{"frequency": float(data["frequency"][k]), **{n: float(data[n][k]) for n in names}} for k in highest]
+    attributes: dict[str, Any] = plain(dict(data.attrs))
+    attributes["notes"] = str(data.attrs["notes"]).splitlines()
+    units = {name: str(data[name].attrs["units"]) for name in names}
+    return {**attributes, "bins": int(data.sizes["frequency"]), "units_of": units, "peaks": plain(rows)}
+
+
+def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[float] = ()) -> None:
+    """Write all files into an existing empty folder.
+
+    Args:
+        data: what ``spectra`` returned.
+        folder: where to.
+        si: whether frequencies are hertz.
+        natural: natural frequencies to mark [rad/s].
+    """
+    content = spectra_content(data)
+    table = peaks_table(content, si=si)
+    drawn = fill_figures(spectra_charts(data, si=si, natural=natural), folder)
+    notes = Table(("",), tuple((note,) for note in content["notes"]))
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("live.html.j2").render(
+        brand="spectra",
+        title=_title(data),
+        heading="Where the power is",
+        summary=summary_of(data, si=si),
+        setting=setting_of(data, si=si),
+        found=replace(table, head=tuple(map(raised, table.head))),
+        figures=[figure_of(chart, svg) for chart, svg in drawn],
+        sections=[Section("notes", "Notes", "What the reader must know.", (notes,))] if notes.rows else [],
+        created=now(),
+        version=versions().get("gearrattle", ""),
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+        script=page_script(),
+        plotly=plotly_script(),
+    )
+    (folder / "report.html").write_text(page, encoding="utf-8")
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    data.to_netcdf(folder / "results.nc", engine="h5netcdf")
+    _write_csv(data, folder / "results.csv", si=si)
+
+
+def _title(data: xr.Dataset) -> str:
+    pair = f" and {data.attrs['reference']}" if "reference" in data.attrs else ""
+    return f"{data.attrs['channel']}{pair}, {data.attrs['source']}"
+
+
+def _write_csv(data: xr.Dataset, path: Path, *, si: bool) -> None:
+    """Write every variable over frequency, units in the head."""
+    names = [str(name) for name in data.data_vars]
+    head = ["frequency [Hz]" if si else "frequency", *(f"{name} [{data[name].attrs['units']}]" for name in names)]
+    with open(path, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write(f"# {data.attrs['channel']} of {' '.join(str(data.attrs['source']).split())}\n")
+        stream.write(",".join(head) + "\n")
+        for row in zip(data["frequency"].values.tolist(), *(data[n].values.tolist() for n in names), strict=True):
+            stream.write(",".join(map(repr, row)) + "\n")
