@@ -41,8 +41,9 @@ _NOTES = 1024  # steps with samples in them before these are worked out
 def paper(size: Size) -> packed.Notes:
     """Room for some notes."""
     whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
-    places, times = np.empty((3, _NOTES), np.int64), np.empty((2, _NOTES))
-    return packed.Notes(*places, *times, np.empty((_NOTES, whole)), np.empty((_NOTES, carried)))
+    row, count, slot = np.empty((3, _NOTES), np.int64)
+    ahead, elapsed = np.empty((2, _NOTES))
+    return packed.Notes(row, count, slot, ahead, elapsed, np.empty((_NOTES, whole)), np.empty((_NOTES, carried)))
 
 
 class ExactMarch:
