@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearrattle.kernels._jit import call_code, kernel
+from gearrattle.kernels.products import copy
 from gearrattle.kernels.vector_field import element_states
 
 DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
@@ -248,7 +249,7 @@ def _store(library, m, size, through):
 def settle(field, size, held, m, s):
     """Find the elements' states at the beginning; hold the pieces it starts in, where pieces are held."""
     _look(field, size, m.numbers[TIME], m.z, s)
-    m.deflection[:] = s.deflection
+    copy(s.deflection, m.deflection.size, m.deflection)
     if held.on:
         for i in range(held.clearances.size):
             hold(field, held, i, m.piece[held.clearances[i]])
@@ -281,7 +282,7 @@ def march_on(field, size, held, library, m, s, after, most_events, budget):
             _pass_corners(field, size, library, m, s, after, begin, time)
         elif _leave(field, held, library, m, after, flag == ROOT_FOUND) > 0 and _restart(library, m, end) < 0:
             return NO_CONVERGENCE
-        m.deflection[:] = after.deflection
+        copy(after.deflection, m.deflection.size, m.deflection)
         if m.counts[IDLE] > PATIENCE:
             return CHATTER if held.on else NO_CONVERGENCE
     return SLICE_SPENT

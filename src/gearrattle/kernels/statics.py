@@ -189,7 +189,8 @@ def rest(system, frame, statics, acceleration, x, travel):
     for e in range(elastic.size):
         travel[e] = 0.0
     for _ in range(_MOST_SEARCHES if size else 0):
-        residual[:] = load
+        for j in range(size):
+            residual[j] = load[j]
         _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, stiffness)
         is_balanced = True
         for j in range(size):

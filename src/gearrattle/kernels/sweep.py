@@ -34,6 +34,7 @@ from gearrattle.kernels.network import error_series, expand, move, tie_up, wave_
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
 from gearrattle.kernels.polynomial import NEVER, evaluate, exit_from, slope
+from gearrattle.kernels.products import copy
 
 WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
 """More indices into ``counts``: the window in its period, crossings since all was made afresh, whether it ever was."""
@@ -268,7 +269,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budge
     """
     counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
     if not counts[EXPANDED]:
-        room.y[:] = sweep.table[0]
+        copy(sweep.table[0], room.y.size, room.y)
         _refresh(network, laws, band, inputs, sweep, room)
         counts[EXPANDED] = 1
     for _ in range(budget):

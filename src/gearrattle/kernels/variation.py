@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gearrattle.kernels._jit import kernel
+from gearrattle.kernels.products import copy
 
 
 @kernel
@@ -11,15 +12,18 @@ def propagate(tables, generator, steps, fine, h, order, columns, term):
     done = 0.0
     for level in range(fine + 1):
         while h - done >= steps[level]:
-            term[:] = tables[level] @ columns
-            columns += term
+            columns += tables[level] @ columns
             done += steps[level]
     rest = h - done
     if rest > 0.0:
-        term[:] = columns
+        for i in range(term.shape[0]):
+            copy(columns[i], term.shape[1], term[i])
         for m in range(1, order + 1):
-            term[:] = (rest / m) * (generator @ term)
-            columns += term
+            made = generator @ term
+            for i in range(term.shape[0]):
+                for j in range(term.shape[1]):
+                    term[i, j] = (rest / m) * made[i, j]
+                    columns[i, j] += term[i, j]
 
 
 @kernel
