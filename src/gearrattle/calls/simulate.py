@@ -61,7 +61,7 @@ def simulate(
         tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
         step: fixed-step algorithms: the step [s] or a string with a unit.
         initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
-        audit: whether to audit the energy (exact only; takes some tenths of a second for a hundred cycles).
+        audit: whether to audit the energy (exact only; takes about as long as the run itself).
         progress: called with the fraction done, now and then; what it raises ends the run.
 
     Raises:
