@@ -20,7 +20,7 @@ def test_chunks_are_neither_too_short_nor_too_few(seconds: float, count: int) ->
     assert chunks <= 128 or length > 0.5 * SHORTEST_CHUNK or 2 * size > MOST_IN_CHUNK or size == 1
 
 
-def test_a_study_of_a_minute_is_cut_into_a_chunk_a_second() -> None:
-    assert fit_size(1.0 / 256, 64 * 256) == 256
+def test_a_study_of_a_minute_is_cut_into_chunks_of_two_seconds() -> None:
+    assert fit_size(1.0 / 256, 64 * 256) == 512
     assert fit_size(1.0 / 256, 8 * 256) == 256  # eight seconds: eight chunks
     assert fit_size(1.0 / 256, 640 * 256) == 1024  # ten minutes: as long as they may be

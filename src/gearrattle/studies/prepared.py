@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[float], None]
-CHUNK_SECONDS, SHORTEST_CHUNK, MOST_IN_CHUNK = 5.0, 1.0, 10_000
+CHUNK_SECONDS, SHORTEST_CHUNK, MOST_IN_CHUNK = 5.0, 2.0, 10_000
 _CHUNKS, _FEWEST_CHUNKS = 64, 8  # of a study: enough to share among many workers; those of a study that is soon over
 _STARTING = 5.0  # seconds until a fresh process is warm
 
@@ -207,7 +207,7 @@ def with_failures(done: Done) -> xr.Dataset:
 
 
 def fit_size(seconds: float, count: int) -> int:
-    """Return how many cases a chunk should hold: a share of them, of one second at least and five at most.
+    """Return how many cases a chunk should hold: a share of them, of two seconds or so and five at most.
 
     A power of two: machines of about one speed cut a study alike, and can go on with each other's.
     """
