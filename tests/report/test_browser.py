@@ -59,11 +59,14 @@ def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
         Channel("a", "acceleration", "hub", "rad/s^2", cause + rng.standard_normal(8000)),
     )
     fill_spectra(spectra(Recording(np.arange(8000) / 1e3, channels, "rig"), "a", "T"), tmp_path, si=True)
-    done = browse(tmp_path / "report.html", tmp_path / "profile", "--dump-dom")
-    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    for attempt in range(3):  # the browser may look before a busy machine has let it draw
+        done = browse(tmp_path / "report.html", tmp_path / f"profile-{attempt}", "--dump-dom")
+        assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+        if 'class="main-svg"' in done.stdout:
+            break
     keys = re.findall(r'<figure[^>]*data-key="(\w+)"', done.stdout)
     assert keys == ["psd", "reference_psd", "cross", "response", "coherence"]
-    assert 'class="main-svg"' in done.stdout  # those that came into view in time
+    assert 'class="main-svg"' in done.stdout
 
 
 def test_it_prints(page: Path, tmp_path: Path) -> None:
