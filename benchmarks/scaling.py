@@ -1,186 +1,121 @@
 """What a scheduler costs beside the cases: ``python -m benchmarks.scaling``.
 
-Writes docs/reference/scaling.md. One study of the paper's case 1, shortened, is cut into chunks of 1, 2, 4, 8 cases
-and computed by every scheduler; T = a + b chunks, fitted to the least of some repeats, gives what a case and what a
-chunk cost. A loaded machine makes times longer, never shorter: so the least counts.
+Writes docs/reference/scaling.md: what a chunk costs (chunks of next to nothing), how one study grows with workers
+(strong) and how studies grow with them (weak), both at the chunk size that studies choose by themselves. Workers note
+the processor time that computing took them: what is left of the time they were there is what all else costs. So others
+on the machine, who slow both down, spoil little; the fastest of some repeats counts, taken in turn.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import gearrattle as gr
-from benchmarks.machine import machine
+from benchmarks.scaling_page import Costs, Growth, Measured, Taken, page
+from benchmarks.scaling_work import folder_of, noted
+from benchmarks.variants import PAIR, axis_of, model_of
 from gearrattle.studies import Prepared, carry_out, opened, prepare
+from gearrattle.studies.plan import Plan
 from gearrattle.studies.store import Store
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "scaling.md"
-CASES, WORKERS, REPEATS = 192, 2, 3
-SIZES = (1, 2, 4, 8)
-SHORT = {"simulation.cycles": 30, "simulation.discard": 15, "simulation.samples_per_cycle": 32}
-NAMES = ("one process", "local", "threads", "cluster")
-
-HEAD = """\
-# What many cases cost
-
-Written by `make scaling` on {date}; do not edit. {machine}, {cores} cores; {load}
-
-A study of {cases} cases of the paper's case 1 (30 cycles; {case:.2f} ms a case, warm, in a run of its own), two workers, cut into chunks of
-several sizes; the least of {repeats} repeats, with the start of workers left out: what a whole study takes [s].
-
-| scheduler | {sizes} | a chunk costs [ms] | a case costs [ms] | efficiency |
-|---|{rule}---|---|---|
-"""
-
-TAIL = """
-*A chunk costs*: slope of the time against the number of chunks, on both workers together; most of it is writing {arrays} arrays and the
-marker. *A case costs*: what is left for no chunks, times workers, over cases. *Efficiency*: that of one process beside it. `threads` take
-turns at everything that is not a compiled kernel. The store takes {storage:.0f} bytes a case in chunks of {largest} (and {per_chunk:.1f} kB
-a chunk, of which the marker is {marker:.1f} kB); files: {files} a chunk.
-
-## How long a study takes
-
-$$ T = \\frac{{\\text{{cases}} \\times t_{{case}}}}{{\\text{{workers}} \\times \\text{{efficiency}}}}
-   + \\text{{chunks}} \\times t_{{chunk}} $$
-
-`--estimate` measures the time of a case. Chunks are cut so that one takes about five seconds, or holds 10 000 cases at most, so the second
-term is small: two workers on a cluster, computing included, get through {rate:.0f} chunks a second or more, so its scheduler is enough for {most:.0f} workers
-at least with chunks of five seconds; more was not tried. With
-the figures above, an efficiency of {efficiency:.2f}, and 64 workers on a cluster (extrapolated, not measured):
-
-| cases | chunks | core hours | on 2 workers | on 64 workers | store |
-|---|---|---|---|---|---|
-{rows}
-
-A billion cases must be allowed (`most`), and points of distributions stand in memory, eight bytes each: vary in order, or in several studies
-with seeds of their own. Markers are read one by one at every start: about {start:.1g} s for a million chunks' worth of names, more on a network
-file system. Cases of the paper at full length take longer in proportion to their cycles.
-"""
+NAMES = ("threads", "local", "cluster")
+SECONDS, REPEATS, EMPTY = 24.0, 2, 512  # of one worker, of a study whose growth is measured; chunks of next to nothing
+_FEW, _WEAK = 4, 5.0  # cases of a chunk of next to nothing; seconds a worker, of studies that grow with them
 
 
 @contextlib.contextmanager
-def _workers() -> Iterator[Any]:
-    """A cluster of this machine."""
+def _cluster(workers: int) -> Iterator[Any]:
+    """A Dask cluster of this machine, its client."""
     from distributed import Client, LocalCluster
 
     with (
-        LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
         yield client
 
 
-def _taken(found: Prepared, address: Any, workers: int | None) -> float:
-    """Seconds from the first chunk that is kept to the last, scaled to all: the start of workers is left out."""
-    with tempfile.TemporaryDirectory() as name, opened(address, workers, 1) as compute:
-        folder = Path(name) / "s"
-        store = Store.open(folder, found.plan, found.outputs, resume=False)
-        at: list[tuple[float, float]] = []
-
-        def told(share: float) -> None:
-            if not at or share > at[-1][0]:
-                at.append((share, time.perf_counter()))
-
-        carry_out(store, compute, progress=told)
-    reached = [each for each in at if each[0] >= _WARM]
-    (first, begun), (last, ended) = reached[0], reached[-1]
-    return (ended - begun) / (last - first)
-
-
-_WARM = 0.25  # share of a study after which every worker has compiled
+def _taken(found: Prepared, scheduler: Any) -> Taken:
+    """Have a study computed, and see what its workers were busy with once they had begun."""
+    with tempfile.TemporaryDirectory() as name:
+        store = Store.open(Path(name) / "s", found.plan, found.outputs, noted, resume=False)
+        folder_of(store).mkdir()
+        carry_out(store, scheduler)
+        notes = [json.loads(file.read_text(encoding="utf-8")) for file in folder_of(store).iterdir()]
+    workers = {note[0] for note in notes}
+    begun = {worker: min(note[1] for note in notes if note[0] == worker) for worker in workers}
+    ended = {worker: max(note[2] for note in notes if note[0] == worker) for worker in workers}
+    return Taken(
+        seconds=max(ended.values()) - min(begun.values()), busy=sum(note[3] for note in notes), chunks=len(notes),
+        there=sum(ended[worker] - begun[worker] for worker in workers),
+        waiting=sum(max(ended.values()) - ended[worker] for worker in workers),
+    )  # fmt: skip
 
 
-def _storage(found: Prepared) -> tuple[float, float, float, int]:
-    """Bytes a case, kB a chunk, kB a marker, files a chunk."""
-    with tempfile.TemporaryDirectory() as name, opened("local", 1, 1) as compute:
+@contextlib.contextmanager
+def _schedulers(workers: int) -> Iterator[dict[str, Any]]:
+    """One of each kind."""
+    with (
+        opened("threads", workers, workers) as threads,
+        opened("local", workers, workers) as local,
+        _cluster(workers) as client,
+        opened(client, None, workers) as cluster,
+    ):
+        yield dict(zip(NAMES, (threads, local, cluster), strict=True))
+
+
+def costs_of_chunks(workers: int) -> Costs:
+    """What a chunk costs, by scheduler: that of one with next to nothing to compute, on so many workers."""
+    model = gr.loads(PAIR).with_({"simulation.cycles": 2, "simulation.discard": 1})
+    found = prepare(model, axis_of(model, "mesh.gear.backlash", EMPTY * _FEW))
+    found = replace(found, plan=replace(found.plan, chunk_size=_FEW))
+    with _schedulers(workers) as ways:
+        return Costs(workers, _least(ways, found))
+
+
+def _least(ways: dict[str, Any], found: Prepared) -> dict[str, Taken]:
+    """The fastest of some repeats, by scheduler."""
+    taken = [{name: _taken(found, way) for name, way in ways.items()} for _ in range(REPEATS)]
+    return {name: min((each[name] for each in taken), key=lambda one: one.seconds) for name in ways}
+
+
+def growths(counts: list[int]) -> list[Growth]:
+    """How studies grow with workers, in strength and in weakness."""
+    model = model_of("case3_loaded")
+    few = prepare(model, axis_of(model, "coupling.clutch.stiffness", 512))
+
+    def study(seconds: float) -> Prepared:
+        return prepare(model, axis_of(model, "coupling.clutch.stiffness", int(seconds / few.seconds)))
+
+    strong, found = study(SECONDS), []
+    for workers in counts:
+        weak = study(_WEAK * workers)
+        with _schedulers(workers) as ways:
+            found.append(Growth(workers, (strong.plan, weak.plan), (_least(ways, strong), _least(ways, weak))))
+        print(found[-1].told(), file=sys.stderr, flush=True)
+    return found
+
+
+def _stored(found: Prepared) -> tuple[float, int]:
+    """Bytes a case in the store, and files a chunk."""
+    with tempfile.TemporaryDirectory() as name, opened("threads", 1, 1) as scheduler:
         folder = Path(name) / "s"
         store = Store.open(folder, found.plan, found.outputs, resume=False)
         empty = {path for path in folder.rglob("*") if path.is_file()}
-        carry_out(store, compute)
+        carry_out(store, scheduler)
         new = [path for path in folder.rglob("*") if path.is_file() and path not in empty]
-        total = sum(path.stat().st_size for path in new)
-        markers = sum(path.stat().st_size for path in (folder / "done").iterdir())
-    chunks = found.plan.chunks
-    return total / found.plan.count, total / chunks / 1e3, markers / chunks / 1e3, len(new) // chunks
-
-
-def measured() -> tuple[Prepared, dict[str, list[float]]]:
-    """The study, and by scheduler the least time for every size of chunk [s]."""
-    model = gr.load(ROOT / "examples" / "paper" / "case1.toml")
-    axes = {"mesh.gear.backlash": {"from": "0.02 mm", "to": "0.2 mm", "count": CASES}}
-    found = prepare(model, axes, fixed=SHORT)
-    times = {name: [float("inf")] * len(SIZES) for name in NAMES}
-    with _workers() as client:
-        asked = {"one process": ("local", 1), "local": ("local", WORKERS), "threads": ("threads", WORKERS)}
-        for _ in range(REPEATS):
-            for i, size in enumerate(SIZES):
-                cut = replace(found, plan=replace(found.plan, chunk_size=size))
-                for name in NAMES:
-                    took = _taken(cut, *asked.get(name, (client, None)))
-                    times[name][i] = min(times[name][i], took)
-    return found, times
-
-
-def page(found: Prepared, times: dict[str, list[float]], load: float) -> str:
-    """The page in words."""
-    chunks = np.array([CASES / size for size in SIZES])
-    fits = {name: np.polyfit(chunks, row, 1) for name, row in times.items()}
-    alone = float(fits["one process"][1]) / CASES
-    busy = (
-        f"others kept {load:.1f} of them busy before it began: times are upper bounds, efficiencies may be off by tens of per cent."
-        if load > 0.3
-        else "idle but for this."
-    )
-    text = HEAD.format(
-        date=datetime.now(UTC).date().isoformat(), machine=machine(), cores=os.cpu_count(), cases=CASES, load=busy,
-        case=1e3 * found.seconds, repeats=REPEATS, sizes=" | ".join(f"{size} a chunk" for size in SIZES),
-        rule="---|" * len(SIZES),
-    )  # fmt: skip
-    shares = {}
-    for name, row in times.items():
-        workers = 1 if name == "one process" else WORKERS
-        case = float(fits[name][1]) * workers / CASES
-        shares[name] = alone / case
-        cells = " | ".join(f"{value:.2f}" for value in row)
-        text += f"| {name} | {cells} | {1e3 * fits[name][0]:.1f} | {1e3 * case:.2f} | {shares[name]:.2f} |\n"
-    largest = replace(found, plan=replace(found.plan, chunk_size=SIZES[-1]))
-    storage, per_chunk, marker, files = _storage(largest)
-    each = float(fits["cluster"][0])
-    rows = "\n".join(_row(cases, alone, shares["cluster"], each, storage) for cases in (10**4, 10**6, 10**9))
-    return text + TAIL.format(
-        arrays=len(found.outputs.all) + 1, storage=storage, largest=SIZES[-1], per_chunk=per_chunk, marker=marker,
-        files=files, rate=1.0 / each, most=5.0 / each, efficiency=shares["cluster"], rows=rows, start=_names(),
-    )  # fmt: skip
-
-
-def _row(cases: int, case: float, efficiency: float, chunk: float, storage: float) -> str:
-    size = min(10_000, 1 << int(np.log2(5.0 / case)))
-    chunks = -(-cases // size)
-    spans = [cases * case / (workers * efficiency) + chunks * chunk * 2 / workers for workers in (2, 64)]
-    cells = " | ".join(_span(each) for each in spans)
-    kept = cases * storage
-    unit, scale = next((u, s) for u, s in (("GB", 1e9), ("MB", 1e6)) if kept >= s or u == "MB")
-    return (
-        f"| 1e{round(np.log10(cases))} | {chunks} | {cases * case / 3600.0:.3g} | {cells} | {kept / scale:.2g} {unit} |"
-    )
-
-
-def _span(seconds: float) -> str:
-    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2.0 * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds:.2g} s"
+        return sum(path.stat().st_size for path in new) / found.plan.count, len(new) // found.plan.chunks
 
 
 def _names() -> float:
@@ -193,10 +128,20 @@ def _names() -> float:
         return 100.0 * (time.perf_counter() - begun)
 
 
+def measured() -> Measured:
+    """Measure everything."""
+    load, cores = os.getloadavg()[0], len(os.sched_getaffinity(0))
+    counts = [2**i for i in range(cores.bit_length()) if 2**i <= cores]
+    model = model_of("case3_loaded")
+    typical = prepare(model, axis_of(model, "coupling.clutch.stiffness", 2048))
+    gr.study(model, axis_of(model, "coupling.clutch.stiffness", 32), workers=1)  # warm
+    stored, files = _stored(Prepared(Plan(model, typical.plan.axes, None, 256), typical.outputs, typical.seconds))
+    return Measured(load, cores, costs_of_chunks(counts[-1]), growths(counts), stored, files, _names())
+
+
 def main() -> None:
     """Measure and write the page."""
-    load = os.getloadavg()[0]
-    text = page(*measured(), load)
+    text = page(measured())
     PAGE.write_text(text, encoding="utf-8")
     print(text)
 
