@@ -60,7 +60,7 @@ def stream(
         tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
         step: fixed-step algorithms: the step [s] or a string with a unit.
         initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
-        audit: whether to audit the energy of every chunk (takes half a millisecond a cycle or so: far longer than the motion).
+        audit: whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
         progress: called with the fraction of the whole motion done; what it raises ends the call, not the motion: ask
             for the next chunk to go on.
         store: folder that keeps every chunk as a file; None keeps nothing.

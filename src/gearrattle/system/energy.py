@@ -26,9 +26,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 NODES = 7
-"""Nodes that integrate a quadratic power over the finest step to rounding: with n of them the error is at most
-(n!)^4 / ((2n)!^3 (2n + 1)) (2 |h A|)^2n of the power, |h A| <= 1.17 there (M. Abramowitz, I. A. Stegun, Handbook of
-Mathematical Functions, 25.4.30)."""
+"""Nodes that integrate a quadratic power over the finest step to rounding: with n of them the error is about
+(n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of the power (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions,
+25.4.30), a = |(h A)^20|^(1/20) <= 1.17 there (``finest_level``)."""
 LONG, LONG_NODES = 4, 12
 """A long step is so many finest ones, and takes so many nodes for the same."""
 
