@@ -183,7 +183,7 @@ _FOUR: Any = ir.VectorType(ir.DoubleType(), 4)
 
 
 def _group(
-    builder: Any, count: int, at: Any, stride: Any, apart: int, columns: Any, weights: Any, out: Any, adds: bool
+    builder: Any, count: int, at: Any, stride: Any, apart: Any, columns: Any, weights: Any, out: Any, adds: bool
 ) -> None:
     """Write the sums of so many strips side by side: every weight is read once, and no sum waits for another."""
     integer, four, lane = stride.type, _FOUR.as_pointer(), ir.IntType(32)
@@ -196,7 +196,7 @@ def _group(
         weight = builder.insert_element(_FOUR(ir.Undefined), builder.load(builder.gep(weights, [loop.index])), lane(0))
         spread = builder.shuffle_vector(weight, _FOUR(ir.Undefined), ir.VectorType(lane, 4)([0] * 4))
         for strip, total in zip(strips, sums, strict=True):
-            column = builder.gep(strip, [builder.mul(loop.index, integer(apart))])
+            column = builder.gep(strip, [builder.mul(loop.index, apart)])
             rows = builder.load(builder.bitcast(column, four), align=8)
             product = builder.fmul(rows, spread, flags=("contract",))
             builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
@@ -204,14 +204,11 @@ def _group(
         builder.store(builder.load(total), place, align=8)
 
 
-def _strip_product(adds: bool, apart: int = 4) -> Any:
-    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself.
+def _strip_product(adds: bool) -> Any:
+    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
 
-    The columns of a strip lie so many entries ``apart``.
-    """
-
-    def plain(stack: Any, where: tuple[int, int, int, int], y: Any, out: Any, at: int) -> None:
-        (first, stride, strips, columns), flat = where, stack.reshape(-1)
+    def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
+        (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
         for i, begin in enumerate(range(first, first + strips * stride, stride)):
             for r in range(4):
                 sums = out[at + 4 * i + r] if adds else 0.0
@@ -222,7 +219,7 @@ def _strip_product(adds: bool, apart: int = 4) -> Any:
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
         def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
             kinds, (_, where, _, _, at) = signature.args, given
-            first, stride, strips, columns = cgutils.unpack_tuple(builder, where)
+            first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
             data, weights, sums = (context.make_array(kinds[i])(context, builder, given[i]).data for i in (0, 2, 3))
             entry, place, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
 
@@ -238,8 +235,8 @@ def _strip_product(adds: bool, apart: int = 4) -> Any:
                 group(builder.shl(pairs, integer(1)), 1)
             return context.get_dummy_value()
 
-        four = numba.types.UniTuple(numba.types.intp, len(where))
-        return numba.types.void(stack, four, y, out, numba.types.unliteral(at)), write
+        five = numba.types.UniTuple(numba.types.intp, len(where))
+        return numba.types.void(stack, five, y, out, numba.types.unliteral(at)), write
 
     return intrinsic(product) if is_compiling() else plain
 
@@ -250,12 +247,10 @@ def is_compiling() -> bool:
 
 
 strip_product = _strip_product(False)
-"""strip_product(stack, (first, stride, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
-entries apart from the entry ``first`` of the stack on, times y[:columns]."""
+"""strip_product(stack, (first, stride, apart, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
+entries apart from the entry ``first`` of the stack on, their columns so many ``apart``, times y[:columns]."""
 strip_product_added = _strip_product(True)
 """The same, added to what stands there."""
-sliding_product = _strip_product(False, 1)
-"""The same with columns one entry apart: strips four apart make entry i of out from what lies from first + i on."""
 
 call_count = _native(numba.int64)
 """Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the

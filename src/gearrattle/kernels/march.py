@@ -66,6 +66,7 @@ from gearrattle.kernels.window import (
     move_within,
     recall,
     strips_of,
+    window_scratch,
 )
 
 _REACH = 2  # how many times a step may double
@@ -307,9 +308,9 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
     # Scratch is made here, where the compiler sees that nothing else is stored in it.
     rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
-    out, terms, total, gap = np.zeros(rows), np.zeros(3 * rows), np.zeros(longest), np.zeros(ORDER + 1)
+    scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
+    out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
-    band, unsafe = np.zeros(side.size), np.zeros((side.size, 2), dtype=np.bool_)
     near = (seen, still, bound, side, band)
     ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
@@ -366,7 +367,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         _count(counts, clock, first, level, safe, passed)
         ahead -= passed
         if x < NEVER:
-            move_within(powers, slot, width, chained, x, y, carried, out, terms, total)
+            move_within(powers, slot, width, chained, x, y, carried, scratch)
             turn_little(frequency, passed, u)
             before = clock[0] + clock[1]
             _pass_time(counts, clock, passed, False)
@@ -377,7 +378,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
                 return CHATTER
             continue
         if instants is not None and passed < h:
-            move_within(powers, slot, width, chained, passed / h, y, carried, out, terms, total)
+            move_within(powers, slot, width, chained, passed / h, y, carried, scratch)
             turn_little(frequency, passed, u)
             stand_at_instant(instants, counts, clock)
             continue

@@ -15,7 +15,7 @@ from gearrattle.kernels._jit import inlined, kernel
 from gearrattle.kernels.oscillators import inputs_at
 from gearrattle.kernels.packed import NOTED
 from gearrattle.kernels.products import copy
-from gearrattle.kernels.window import advance, leave, move_within
+from gearrattle.kernels.window import advance, leave, move_within, window_scratch
 
 
 @inlined
@@ -59,7 +59,7 @@ def work_out(regions, inputs, notes, samples, counts):
     longest, behind, states, spacing = notes.y.shape[1], notes.carried.shape[1], regions.states, 1.0 / samples.per_cycle
     y, carried, u = np.zeros(longest), np.zeros(behind), np.zeros(1 + 2 * inputs.frequency.size)
     x, totals = np.zeros(longest), np.zeros(behind)
-    out, terms, total = np.zeros(behind + longest), np.zeros(3 * (behind + longest)), np.zeros(longest)
+    scratch = window_scratch(behind, longest)
     for n in range(counts[NOTED]):
         slot, fine = notes.slot[n], regions.fine[notes.slot[n]]
         chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
@@ -72,16 +72,16 @@ def work_out(regions, inputs, notes, samples, counts):
             for level in range(fine + 1):
                 while h - done >= inputs.steps[level]:
                     index = regions.first_table[slot] + level
-                    advance(regions.tables, index, regions.width[slot], 0, y, carried, out)
+                    advance(regions.tables, index, regions.width[slot], 0, y, carried, scratch[0])
                     done += inputs.steps[level]
             if h > done:
                 part = (h - done) / inputs.steps[fine]
-                move_within(regions.powers, slot, regions.width[slot], chained, part, y, carried, out, terms, total)
+                move_within(regions.powers, slot, regions.width[slot], chained, part, y, carried, scratch)
             _inputs_of(inputs, samples, row, u)
             copy(y, longest, x)
             copy(carried, behind, totals)
             elapsed = notes.elapsed[n] + i * spacing
-            leave(regions.particular, regions.drift, states, slot, u, elapsed, x, totals, out)
+            leave(regions.particular, regions.drift, states, slot, u, elapsed, x, totals, scratch[0])
             for j in range(samples.states.shape[1]):
                 samples.states[row, j] = x[j] if j < states else totals[j - states]
             for k in range(samples.pieces.shape[1]):

@@ -9,7 +9,7 @@ from math import cos, factorial, floor, pi, sin
 
 import numpy as np
 
-from gearrattle.kernels._jit import inlined, kernel, sliding_product
+from gearrattle.kernels._jit import inlined, kernel, strip_product
 
 _SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(8))
 _COSINE = tuple(-((-1) ** i) / factorial(2 * i + 2) for i in range(8))  # of cos - 1, divided by the square
@@ -41,7 +41,8 @@ def chains_at(inputs, interval, since, y, first, scratch):
         part *= moved * _PART[k + 1]
     for c in range(inputs.chains.shape[1]):
         begin = (interval * inputs.chains.shape[1] + c) * padded
-        sliding_product(inputs.chains, (begin, 4, strips, links), scratch, scratch, links)
+        # columns one entry apart: entry i is made from what lies from begin + i on
+        strip_product(inputs.chains, (begin, 4, 1, strips, links), scratch, scratch, links)
         for j in range(links):
             y[first + c * links + j] = scratch[links + j]
 

@@ -13,14 +13,14 @@ from gearrattle.kernels._jit import inlined, kernel, strip_product, strip_produc
 def multiply(stack, index, strips, columns, y, out, at):
     """out[at:] = rows @ y[:columns], the first strips of stack[index]."""
     stride = 4 * stack.shape[2]
-    strip_product(stack, (index * stack.shape[1] * stride, stride, strips, columns), y, out, at)
+    strip_product(stack, (index * stack.shape[1] * stride, stride, 4, strips, columns), y, out, at)
 
 
 @inlined
 def multiply_add(stack, index, strips, columns, y, out):
     """out += rows @ y[:columns], the first strips of stack[index]."""
     stride = 4 * stack.shape[2]
-    strip_product_added(stack, (index * stack.shape[1] * stride, stride, strips, columns), y, out, 0)
+    strip_product_added(stack, (index * stack.shape[1] * stride, stride, 4, strips, columns), y, out, 0)
 
 
 @kernel

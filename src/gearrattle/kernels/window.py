@@ -6,7 +6,7 @@ from math import factorial
 
 import numpy as np
 
-from gearrattle.kernels._jit import inlined, kernel
+from gearrattle.kernels._jit import inlined, kernel, strip_product, strip_product_added
 from gearrattle.kernels.corners import lifted
 from gearrattle.kernels.packed import ORDER, window_norm
 from gearrattle.kernels.polynomial import NEVER, first_exit, slope
@@ -17,6 +17,13 @@ _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
 _FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
 _REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
 """How far into the window n rounds of four terms reach."""
+
+
+@inlined
+def window_scratch(behind, longest):
+    """Room for ``move_within``."""
+    rows = behind + longest
+    return np.zeros(rows), np.zeros(4 * rows), np.zeros(longest), np.zeros(4)
 
 
 @inlined
@@ -33,19 +40,6 @@ def advance(tables, index, width, chain, y, carried, out):
     multiply(tables, index, behind + strips, width, y, out, 0)
     add(behind, out, 0, carried)
     add(strips, out, 4 * behind, y)
-
-
-@inlined
-def _combine(c0, c1, c2, c3, y, terms, first, rows, width, out, total):
-    """total = out + c0 y + c1 B y + c2 B^2 y + c3 B^3 y, in strips of four."""
-    for i in range(0, width, 4):
-        a = first + i
-        b, d = a + rows, a + 2 * rows
-        t0 = out[a] + (c0 * y[i] + c1 * terms[a] + (c2 * terms[b] + c3 * terms[d]))
-        t1 = out[a + 1] + (c0 * y[i + 1] + c1 * terms[a + 1] + (c2 * terms[b + 1] + c3 * terms[d + 1]))
-        t2 = out[a + 2] + (c0 * y[i + 2] + c1 * terms[a + 2] + (c2 * terms[b + 2] + c3 * terms[d + 2]))
-        t3 = out[a + 3] + (c0 * y[i + 3] + c1 * terms[a + 3] + (c2 * terms[b + 3] + c3 * terms[d + 3]))
-        total[i], total[i + 1], total[i + 2], total[i + 3] = t0, t1, t2, t3
 
 
 @inlined
@@ -69,7 +63,7 @@ def _combine_chains(c0, c1, c2, c3, y, begin, chained, total):
 
 
 @kernel
-def move_within(powers, slot, width, chained, x, y, carried, out, terms, total):
+def move_within(powers, slot, width, chained, x, y, carried, scratch):
     """Move y and what is carried by x finest steps, 0 <= x <= 1; the chains at the end of y are left as they are.
 
     The Taylor polynomial sum_j x^j / j! B^j y, B = h A, after Paterson and Stockmeyer: the powers up to B^3 y once,
@@ -82,13 +76,16 @@ def move_within(powers, slot, width, chained, x, y, carried, out, terms, total):
         chained: how many entries of y are chains, how many links each has, and what B takes of the next link.
         x: part of the finest step.
         y, carried: moved.
-        out, terms, total: scratch.
+        scratch: see ``window_scratch``.
     """
-    first, moved = 4 * strips_of(carried.size), width - chained[0]
-    strips = strips_of(carried.size) + strips_of(moved)
+    out, terms, total, weight = scratch
+    behind, moved = strips_of(carried.size), width - chained[0]
+    first, strips = 4 * behind, behind + strips_of(moved)
     rows = 4 * strips
+    for i in range(4 * strips_of(moved)):
+        terms[first + i] = y[i]
     for r in range(3):
-        multiply(powers, 4 * slot + r, strips, width, y, terms, r * rows)
+        multiply(powers, 4 * slot + r, strips, width, y, terms, (r + 1) * rows)
     for i in range(rows):
         out[i] = 0.0
     for i in range(moved, width):
@@ -102,15 +99,16 @@ def move_within(powers, slot, width, chained, x, y, carried, out, terms, total):
         p = _INVERSE[4 * q]
         for _ in range(q):
             p *= x4
-        c1, c2, c3 = x * _FALLING[q, 1], x2 * _FALLING[q, 2], x3 * _FALLING[q, 3]
-        _combine(p, p * c1, p * c2, p * c3, y, terms, first, rows, moved, out, total)
-        _combine_chains(p, p * c1, p * c2, p * c3, y, moved, chained, total)
+        c1, c2, c3 = p * x * _FALLING[q, 1], p * x2 * _FALLING[q, 2], p * x3 * _FALLING[q, 3]
+        weight[0], weight[1], weight[2], weight[3] = p, c1, c2, c3
+        strip_product(terms, (first, 4, rows, strips - behind, 4), weight, total, 0)
+        add(strips - behind, out, first, total)
+        _combine_chains(p, c1, c2, c3, y, moved, chained, total)
         multiply(powers, 4 * slot + 3, strips, width, total, out, 0)
-    c2, c3 = x2 / 2.0, x3 / 6.0
-    _combine(0.0, x, c2, c3, y, terms, first, rows, moved, out, total)
-    add(strips_of(moved), total, 0, y)
-    _combine(0.0, x, c2, c3, carried, terms, 0, rows, carried.size, out, total)
-    add(strips_of(carried.size), total, 0, carried)
+    weight[0], weight[1], weight[2] = x, x2 / 2.0, x3 / 6.0
+    strip_product_added(terms, (rows, 4, rows, strips, 3), weight, out, 0)
+    add(behind, out, 0, carried)
+    add(strips - behind, out, first, y)
 
 
 @kernel
