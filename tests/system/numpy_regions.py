@@ -273,7 +273,7 @@ def built_with_numpy(flow: Flow, pieces: Pieces) -> Region:
     calm += [calm[0] @ np.linalg.matrix_power(generator, j) for j in (1, 2, 3)]
     watched = [deflection[:, columns], rate[:, columns], curvature[:, columns], curvature[:, columns] @ generator]
     fine = max(finest_level(generator), level_of_turns(flow.frequency))
-    increments = exponential_increments(generator, carried[:, columns], LONGEST / 2.0**fine, fine)
+    increments = exponential_increments(generator, carried[:, columns], fine)
     corners = [flow.system.laws[k].bounds(pieces[k]) for k in flow.system.clearances]
     limits = np.array(corners).reshape(-1, 2) / flow.corner_scale[:, None]
     return Region(

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from gearrattle.kernels import bench
-from gearrattle.kernels.packed import LONGEST
+from gearrattle.kernels.packed import LONGEST, step_of
 from gearrattle.system.building import ELIMINATION, Bench, stages
 from gearrattle.system.flow import Flow, flow_of
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -45,8 +45,8 @@ def exponential(matrix: np.ndarray, carried: np.ndarray, step: mpmath.mpf) -> np
 def test_tables_are_the_exponential_at_50_digits(seed: int) -> None:
     _, region = case(seed)
     with mpmath.workdps(50):
-        for level in (0, region.fine // 2, region.fine):
-            want = exponential(region.generator, region.carried, mpmath.mpf(LONGEST) / 2**level)
+        for level in {0, min(1, region.fine), region.fine // 2, max(0, region.fine - 1), region.fine}:
+            want = exponential(region.generator, region.carried, mpmath.mpf(step_of(level)))
             size = np.abs(want).max(axis=1, keepdims=True)
             assert np.all(np.abs(region.tables[level] - want) <= 2e-13 * size)
 
@@ -96,10 +96,10 @@ def test_resonance_is_kept_as_a_state_and_a_detuned_order_is_not() -> None:
 
 def test_doubling_keeps_small_increments_accurate_to_their_own_size() -> None:
     stiff = np.array([[0.0, 1e4], [-1e4, -30.0]])
-    out = exponential_increments(stiff, np.zeros((0, 2)), 1e-6, 10)
+    out = exponential_increments(stiff, np.zeros((0, 2)), 34)
     with mpmath.workdps(40):
-        for level in range(11):
-            step = mpmath.mpf(1e-6) * 2 ** (10 - level)
+        for level in range(15, 35):
+            step = mpmath.mpf(step_of(level))
             want = mpmath.expm(mpmath.matrix(stiff.tolist()) * step) - mpmath.eye(2)
             error = out[level] - np.array(want.tolist(), dtype=float)
             assert np.abs(error).max() <= 4e-15 * float(mpmath.norm(want, mpmath.inf)) * (1 + 1e4 * float(step))

@@ -46,8 +46,9 @@ from gearrattle.kernels.bench import (
     WIDTH,
 )
 from gearrattle.kernels.corners import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
-from gearrattle.kernels.packed import BAND, EVENTS, EXPANSIONS, LEVEL, LONGEST, NOTED, PENDING, SAMPLE, SLOT, STEPS
+from gearrattle.kernels.packed import BAND, EVENTS, EXPANSIONS, LEVEL, NOTED, PENDING, SAMPLE, SLOT, STEPS
 from gearrattle.kernels.start import choose, stand
+from gearrattle.kernels.strips import step
 from gearrattle.kernels.variants import Coefficients
 
 FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
@@ -154,7 +155,7 @@ def _pack(at, shop, regions, slot, first):
     work, waves, laws, marks, a = shop.work, shop.waves, shop.laws, shop.marks, regions
     width, modes, fine = marks[SIZES, WIDTH], marks[SIZES, MODES], marks[SIZES, FINE]
     k, states = marks[SIZES, WATCHED_COUNT], marks[SIZES, STATES]
-    c, u, h = marks[SIZES, REFERENCE_COUNT] + k, a.kept.shape[1], LONGEST / 2.0**fine
+    c, u, h = marks[SIZES, REFERENCE_COUNT] + k, a.kept.shape[1], step(fine)
     a.width[slot], a.modes[slot], a.fine[slot], a.first_table[slot] = width, modes, fine, first
     for j in range(states, width):
         a.kept[slot, j - states] = marks[COLUMN, j] - states

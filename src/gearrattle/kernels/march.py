@@ -69,8 +69,8 @@ from gearrattle.kernels.window import (
     window_scratch,
 )
 
-_REACH = 2  # how many times a step may double
-_LEAP = 5  # the same after a finest step: behind a crossing all may be quiet
+_REACH = 4  # levels: how much longer than the last one a step may be
+_LEAP = 6  # the same after a finest step: behind a crossing all may be quiet
 _ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
 _SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
 _BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step

@@ -12,7 +12,7 @@ increments hold the carried quantities' strips first, then those of y.
 
 from __future__ import annotations
 
-from math import factorial
+from math import ceil, factorial, log2
 from typing import Any, NamedTuple
 
 
@@ -23,7 +23,7 @@ class Inputs(NamedTuple):
     cycles_low: Any  # (H,) the rest
     frequency: Any  # (H,) radians a period
     scale: Any  # (1 + H,) constant amplitudes
-    steps: Any  # (levels,) LONGEST / 2^level
+    steps: Any  # (levels,) see ``step_of``
     knot_cycle: Any  # (G,) begins of the signals' intervals, whole periods
     knot_fraction: Any  # (G,) the rest
     chains: Any  # (G, channels, D + 1, and zeros of as many strips) at the begin of every interval
@@ -125,7 +125,10 @@ class March(NamedTuple):
 
 
 LONGEST = 0.125
-"""Step of level 0, in periods; level l steps LONGEST / 2^l."""
+"""Step of level 0, in periods."""
+
+DEEPEST = 120
+"""The last level of all: 2^-60 of it."""
 
 ORDER = 19
 """Order of the Taylor window; ORDER + 1 is a multiple of four."""
@@ -149,6 +152,17 @@ UNANCHORED, UNBOUNDED, NOTED, INTERVAL, TICKS, INSTANT, PASSED, COUNTS = range(1
 since the inputs were last computed afresh, UNBOUNDED those since the bounds were; NOTED are the notes taken; INTERVAL
 is that of the signals, TICKS counts what clocks have done, INSTANT is the next one; PASSED is 1 while the last sample
 noted lies in the step that is taken next."""
+
+
+def step_of(level: int) -> float:
+    """Step of a level, in periods: LONGEST, three quarters of it, a half, three eighths, a quarter ..., all dyadic."""
+    return LONGEST * (1.0 - 0.25 * (level % 2)) / 2.0 ** (level // 2)
+
+
+def level_within(longest: float) -> int:
+    """The first level whose step is no longer than this."""
+    octaves = max(0, ceil(log2(LONGEST / longest)))
+    return 2 * octaves - 1 if octaves > 0 and 1.5 * LONGEST / 2.0**octaves <= longest else 2 * octaves
 
 
 def window_norm(terms: int) -> float:

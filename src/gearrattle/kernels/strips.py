@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from math import ceil, log2
 
-from gearrattle.kernels._jit import strict, strict_entry
+from gearrattle.kernels._jit import inlined, strict, strict_entry
 from gearrattle.kernels.bench import (
     BOUNDS,
     DEEPEST,
     FORCED,
     FOUND,
+    FOUR,
     FREQUENCY,
     GENERATOR,
     HARMONICS,
@@ -31,8 +32,10 @@ from gearrattle.kernels.bench import (
     WIDTH,
 )  # fmt: skip
 from gearrattle.kernels.dense import copy_rows, norm_of_columns, times
-from gearrattle.kernels.packed import LONGEST, ORDER, window_norm
+from gearrattle.kernels.packed import LONGEST, ORDER, level_within, step_of, window_norm
 
+step = inlined(step_of)
+_level_within = inlined(level_within)
 _WINDOW = window_norm(ORDER + 1)
 NOTHING = 1e-19  # of the largest: terms of a forced deflection below this are left out
 
@@ -81,18 +84,36 @@ def finest_level(work, marks):
     times(work, 1.0, ONE, TOP, ONE, size, size, THREE, TOP)
     times(work, 1.0, THREE, TOP, TWO, size, size, ONE, TOP)  # the twentieth
     power = norm_of_columns(work, ONE, size) ** (1.0 / (ORDER + 1)) * norm
-    return min(deepest, max(least, int(ceil(log2(LONGEST * max(power, 1e-300) / _WINDOW)))))
+    return min(deepest, max(least, _level_within(_WINDOW / max(power, 1e-300))))
+
+
+@strict
+def _append(work, page, to, carried, width):
+    """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); E(b) stands on another page."""
+    rows = carried + width
+    copy_rows(work, to, carried, width, width, TWO)
+    times(work, 1.0, page, TOP, TWO, rows, width, THREE, TOP)
+    for i in range(rows):
+        for j in range(width):
+            work[to, i, j] += work[page, i, j] + work[THREE, i, j]
+
+
+@strict
+def _fill_table(tables, index, work, page, carried, width):
+    """Write the carried quantities' increments, and those of y."""
+    behind = fill(tables, index, TOP, work, page, TOP, carried, width)
+    fill(tables, index, behind, work, page, carried, width, width)
 
 
 @strict_entry
 def fill_tables(tables, first, work, carried, width, fine):
     """Increments E(h) = exp(A h) - I over every level's step, those of the carried quantities first.
 
-    Built where the Taylor series converges in a dozen terms and doubled by E(2 h) = 2 E + E E.
+    Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
     """
-    rows, behind = carried + width, (carried + 3) // 4
-    h = LONGEST / 2.0**fine
-    below = max(0, int(ceil(log2(max(norm_of_columns(work, GENERATOR, width) * h, 1e-300) / 0.25))))
+    rows, octaves = carried + width, (fine + 1) // 2
+    h = LONGEST / 2.0**octaves
+    below = max(1, int(ceil(log2(max(norm_of_columns(work, GENERATOR, width) * h, 1e-300) / 0.25))))
     h /= 2.0**below
     for i in range(rows):
         for j in range(width):
@@ -104,16 +125,15 @@ def fill_tables(tables, first, work, carried, width, fine):
             for j in range(width):
                 work[ONE, i, j] += work[THREE, i, j]
         copy_rows(work, THREE, carried, width, width, TWO)
-    for level in range(below + fine + 1):
-        if level >= below:
-            index = first + fine - (level - below)
-            fill(tables, index, TOP, work, ONE, TOP, carried, width)
-            fill(tables, index, behind, work, ONE, carried, width, width)
-        copy_rows(work, ONE, carried, width, width, TWO)
-        times(work, 1.0, ONE, TOP, TWO, rows, width, THREE, TOP)
-        for i in range(rows):
-            for j in range(width):
-                work[ONE, i, j] = 2.0 * work[ONE, i, j] + work[THREE, i, j]
+    for octave in range(below + octaves - 1, -1, -1):
+        copy_rows(work, ONE, TOP, rows, width, FOUR)
+        _append(work, FOUR, ONE, carried, width)
+        level = 2 * octave
+        if level <= fine:
+            _fill_table(tables, first + level, work, ONE, carried, width)
+        if 0 < level <= fine + 1:  # half as long again
+            _append(work, ONE, FOUR, carried, width)
+            _fill_table(tables, first + level - 1, work, FOUR, carried, width)
 
 
 @strict_entry

@@ -20,9 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import INTERVAL, LONGEST, TICKS, Inputs, Instants, Regions
+from gearrattle.kernels.packed import DEEPEST, INTERVAL, TICKS, Inputs, Instants, Regions, step_of
 from gearrattle.remember import remembered
-from gearrattle.system.building import DEEPEST
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.store import Room, Store, strips_for
@@ -35,7 +34,7 @@ MOST_BYTES = 256 << 20  # of arrays, which double when they are full: slots that
 def packed_inputs(flow: Flow) -> Inputs:
     """Oscillators of the flow, with their rotation over every level's step."""
     high, low = split_cycles(flow.system.inputs.cycles)
-    steps = LONGEST * 0.5 ** np.arange(DEEPEST + 1)
+    steps = np.array([step_of(level) for level in range(DEEPEST + 1)])
     angle = 2 * np.pi * np.remainder(np.multiply.outer(steps, flow.system.inputs.cycles), 1.0)
     whole = np.floor(flow.knots[:-1])
     knots = whole, flow.knots[:-1] - whole

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from math import ceil, log2
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels import bench
-from gearrattle.kernels.packed import LONGEST, ORDER
+from gearrattle.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of
 from gearrattle.kernels.variants import Scales
 from gearrattle.system.companion import Companion
 from gearrattle.system.flow import Flow, Pieces
@@ -28,7 +27,6 @@ from gearrattle.system.law import PiecewiseLaw
 
 Array = NDArray[np.float64]
 
-DEEPEST = 60  # finest step: LONGEST / 2^60
 FAST = 4.0  # times the highest input frequency: modes beyond are bounded by their amplitude where they are small
 FAST_ROUNDING = 1e-10  # corner scales, added to the bound on fast modes: what the decomposition itself may round
 _WIDEST_TURN = 0.5  # of an input over the finest step, radians
@@ -190,7 +188,7 @@ class Bench:
     def pack(self, a: dict[str, NDArray[Any]], slot: int, first: int) -> None:
         """Write it into a slot of the arrays of ``packed.Regions``, its tables from ``first`` on."""
         do, work, marks, (width, modes, fine) = stages(), self.work, self.marks, self.found()
-        c, k, u, h = self.carried, self.watched, self.inputs, LONGEST / 2.0**fine
+        c, k, u, h = self.carried, self.watched, self.inputs, step_of(fine)
         a["width"][slot], a["modes"][slot], a["fine"][slot], a["first_table"][slot] = width, modes, fine, first
         a["kept"][slot, : width - self.states] = marks[bench.COLUMN, self.states : width] - self.states
         do.fill_tables(a["tables"], first, work, c, width, fine)
@@ -233,5 +231,5 @@ def typical_of(flow: Flow) -> float:
 
 def level_of_turns(frequency: Array) -> int:
     """Smallest level at which every input turns by less than ``_WIDEST_TURN``."""
-    fastest = float(frequency.max(initial=0.0)) * LONGEST / _WIDEST_TURN
-    return min(DEEPEST, max(0, ceil(log2(fastest)))) if fastest > 0.0 else 0
+    fastest = float(frequency.max(initial=0.0))
+    return min(DEEPEST, level_within(_WIDEST_TURN / fastest)) if fastest > 0.0 else 0

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST, ORDER
+from gearrattle.kernels.packed import ORDER, step_of
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.region import finest_level, strips
@@ -223,7 +223,7 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
     steps, advance, seen, generators = [], [], [], []
     for pieces, forms in zip(regions, rows, strict=True):
         matrix = flow.generator(pieces)
-        short = LONGEST / 2.0 ** finest_level(matrix)
+        short = step_of(finest_level(matrix))
         steps.append([short, LONG * short])
         at = abscissas * np.repeat(steps[-1], (NODES, LONG_NODES))
         moves = _increments(matrix, np.concatenate([steps[-1], at]))

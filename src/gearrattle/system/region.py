@@ -1,7 +1,8 @@
 """One region made ready for marching: its motion split into a free and a forced part, exponential tables, rows, bounds.
 
-Steps are LONGEST / 2^l, l = 0 ... fine. Tables hold E(h) = exp(A h) - I, built at a step where the Taylor series
-converges in a dozen terms and doubled by E(2 h) = 2 E + E E, which keeps small increments accurate to their own size.
+Steps are those of the levels 0 ... fine (``packed.step_of``). Tables hold E(h) = exp(A h) - I, built at a step where
+the Taylor series converges in a dozen terms, doubled and made half as long again by E(a + b) = E(a) + E(b) + E(b) E(a),
+which keeps small increments accurate to their own size.
 At the finest step a Taylor series of order ``ORDER`` represents the motion to rounding: crossings are located there.
 
 A acts on y = (w, kept inputs), w = x - P u: see ``forced``. Regions are built in compiled code (``kernels.region``) and
@@ -11,13 +12,11 @@ packed (``store``); here one is unpacked, for whoever needs its matrices.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log2
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST, ORDER, window_norm
-from gearrattle.system.building import DEEPEST
+from gearrattle.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.forced import Split
 from gearrattle.system.majorant import Majorant
@@ -36,7 +35,7 @@ class Region:
         generator: (Y, Y) A, rates of y.
         carried: (C, Y) rates of the carried quantities.
         carried_particular, drift: (C, U) and (C,) what the inputs split off do to them: Q u + drift s.
-        tables: (fine + 1, Y + C, Y) increments over LONGEST / 2^l.
+        tables: (fine + 1, Y + C, Y) increments over the step of every level.
         watched: (4, K, Y) deflections and their first three derivatives by s, corner scales.
         calm: (4, K, Y) the same without the fast modes.
         forced: (K, U) the deflections' forced part.
@@ -70,8 +69,7 @@ def finest_level(matrix: Array) -> int:
     if norm == 0.0:
         return 0
     power = np.linalg.norm(np.linalg.matrix_power(matrix / norm, ORDER + 1), 1) ** (1.0 / (ORDER + 1)) * norm
-    level = ceil(log2(LONGEST * max(float(power), 1e-300) / window_norm(ORDER + 1)))
-    return min(DEEPEST, max(0, level))
+    return min(DEEPEST, level_within(window_norm(ORDER + 1) / max(float(power), 1e-300)))
 
 
 def strips(rows: Array) -> Array:
@@ -91,21 +89,21 @@ def unpacked(packed: Array, *rows: int) -> list[Array]:
     return out
 
 
-def exponential_increments(matrix: Array, carried: Array, step: float, doublings: int) -> Array:
-    """E(step 2^l) for l = doublings ... 0, longest first.
+def exponential_increments(matrix: Array, carried: Array, fine: int) -> Array:
+    """E of every level's step, longest first.
 
     Args:
         matrix: (Z, Z) M.
         carried: (C, Z) rates integrated beside z.
-        step: shortest step wanted.
-        doublings: how many times it is doubled.
+        fine: the last level.
 
     Returns:
-        (doublings + 1, Z + C, Z) increments of z and of the carried quantities.
+        (fine + 1, Z + C, Z) increments of z and of the carried quantities.
     """
-    norm = float(np.linalg.norm(matrix, 1)) * step
-    below = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
-    h = step / 2.0**below
+    octaves = (fine + 1) // 2
+    norm = float(np.linalg.norm(matrix, 1)) * LONGEST / 2.0**octaves
+    below = max(1, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
+    h = LONGEST / 2.0 ** (octaves + below)
     width = matrix.shape[0]
     stacked = np.vstack([matrix, carried]) * h
     increment = stacked.copy()
@@ -113,11 +111,13 @@ def exponential_increments(matrix: Array, carried: Array, step: float, doublings
     for j in range(2, 17):
         term = np.vstack([matrix * h @ term[:width], stacked[width:] @ term[:width]]) / j
         increment += term
-    out = np.empty((doublings + 1, *increment.shape))
-    for level in range(below + doublings + 1):
-        if level >= below:
-            out[doublings - (level - below)] = increment
-        increment = 2.0 * increment + increment @ increment[:width]
+    out = np.empty((fine + 1, *increment.shape))
+    for octave in range(below + octaves - 1, -1, -1):
+        half, increment = increment, 2.0 * increment + increment @ increment[:width]
+        if 2 * octave <= fine:
+            out[2 * octave] = increment
+        if 0 <= 2 * octave - 1 <= fine:
+            out[2 * octave - 1] = half + increment + increment @ half[:width]
     return out
 
 
@@ -138,7 +138,7 @@ def region_in(store: Store, slot: int) -> Region:
         carried, moved = unpacked(packed[:, :width], c, width)
         tables.append(np.vstack([moved, carried]))
     rates = unpacked(a.powers[4 * slot][:, :width], c, width)
-    per_step = LONGEST / 2.0 ** store.fine(slot)
+    per_step = step_of(store.fine(slot))
     integral, particular = unpacked(a.particular[slot], c, n)
     watched, calm = (rows[slot][:, :width].transpose(2, 0, 1).copy() for rows in (a.probe, a.calm))
     parts = unpacked(a.bounds[slot][:, :width], 8 * -(-modes // 4))[0].reshape(-(-modes // 4), 2, 4, width)

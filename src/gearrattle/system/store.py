@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels import bench
-from gearrattle.kernels.packed import BAND, ORDER, Regions
-from gearrattle.system.building import DEEPEST, Bench
+from gearrattle.kernels.packed import BAND, DEEPEST, ORDER, Regions
+from gearrattle.system.building import Bench
 from gearrattle.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import LONGEST, ORDER
+from gearrattle.kernels.packed import LONGEST, ORDER, step_of
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.region import exponential_increments, finest_level
 
@@ -224,11 +224,11 @@ def _kicks(flow: Flow) -> Array:
 
 
 def _free_motion(flow: Flow, pieces: Pieces) -> tuple[Array, Array]:
-    """(N, N) A of one region, and (fine + 1, N, N) exp(A h) - 1 over LONGEST / 2^l."""
+    """(N, N) A of one region, and (fine + 1, N, N) exp(A h) - 1 over the step of every level."""
     n = flow.states
     generator = flow.generator(pieces)[:n, :n]
     fine = finest_level(generator)
-    return generator, exponential_increments(generator, np.zeros((0, n)), LONGEST / 2.0**fine, fine)
+    return generator, exponential_increments(generator, np.zeros((0, n)), fine)
 
 
 def _run(
@@ -246,6 +246,6 @@ def _run(
     for i, (_, table) in enumerate(free):
         tables[i, : len(table)] = table
     generators = np.array([generator for generator, _ in free])
-    steps = LONGEST * 0.5 ** np.arange(levels)
+    steps = np.array([step_of(level) for level in range(levels)])
     fine = np.array([len(table) - 1 for _, table in free], dtype=np.int64)
     vectorised(gradient_segments)(tables, generators, steps, fine, ORDER, *path, segments)
