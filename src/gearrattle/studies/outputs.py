@@ -155,6 +155,22 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
     return found
 
 
+def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
+    """Return an output for every quantity that is said of a run, by name."""
+    layout, by_name, found = run.trajectory.layout, dict[str, list[Entry | Row]](), dict[str, Output]()
+    for entry in said:
+        by_name.setdefault(entry.quantity, []).append(entry)
+    for name, entries in by_name.items():
+        first = entries[0]
+        is_part, is_inertia = first.subject in layout.element_names, first.subject in layout.inertia_names
+        dimension = "part" if is_part else "inertia" if is_inertia else ""
+        words = REGIMES if isinstance(first.value, str) else ()
+        subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
+        owner = first.metric if isinstance(first, Row) else first.criterion
+        found[name] = Output(name, dimension, subjects if dimension else (), units, words, owner)
+    return found
+
+
 def outputs_of(names: Sequence[str], run: Run, function: Function | None = None) -> Outputs:
     """Find outputs by name in what one run has.
 
@@ -166,21 +182,11 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     Raises:
         ModelError: a name there is not; all of them.
     """
-    verdict, layout = criteria(run), run.trajectory.layout
-    parts = layout.element_names
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
-    by_name: dict[str, list[Entry | Row]] = {}
-    said: list[Entry | Row] = [*verdict.entries, *_measured(run, METRICS)]
-    for entry in said:
-        by_name.setdefault(entry.quantity, []).append(entry)
-    for name, entries in by_name.items():
-        first = entries[0]
-        dimension = "part" if first.subject in parts else "inertia" if first.subject in layout.inertia_names else ""
-        words = REGIMES if isinstance(first.value, str) else ()
-        subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
-        owner = first.metric if isinstance(first, Row) else first.criterion
-        known[name] = Output(name, dimension, subjects if dimension else (), units, words, owner)
+    known |= _outputs_in(criteria(run).entries, run)
+    if any(name not in known for name in names):  # metrics need samples, and take longer than all else here
+        known = _outputs_in(_measured(run, METRICS), run) | known
     problems = [
         Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
                 did_you_mean(name, tuple(known)))

@@ -133,10 +133,12 @@ def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
     if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
         return alone
     few = Plan(plan.model, plan.axes, plan.samples, count)
-    batched(few, outputs, 0)
-    begun = time.perf_counter()
-    done = batched(few, outputs, 0)[1]
-    taken = time.perf_counter() - begun
+    for _ in range(2):
+        begun = time.perf_counter()
+        done = batched(few, outputs, 0)[1]
+        taken = time.perf_counter() - begun
+        if taken < alone * done.size:  # else something was compiled meanwhile
+            break
     return (taken + alone * float((~done).sum())) / done.size
 
 
