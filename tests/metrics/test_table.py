@@ -182,13 +182,23 @@ def test_a_model_without_units_gives_values_without() -> None:
 
 
 def test_energy_by_the_log_is_the_work_that_the_audit_finds() -> None:
-    """Velocities at crossings against quadrature of the damping's power, over a whole run of short contacts."""
-    run = gr.simulate(gr.load("examples/manual_transmission.toml"), cycles=60, discard=0)
-    value = gr.metrics(run).set_index(["quantity", "subject"]).value
-    for mesh in ("second_mesh", "fifth_mesh"):
-        assert value["impact energy rate", mesh] == pytest.approx(value["contact work rate", mesh], rel=1e-2)
-        (exact,) = [part.mean_impulse for part in gr.criteria(run).parts if part.name == mesh]
-        assert value["mean impulse m (1 + e) |v|", mesh] == pytest.approx(exact, rel=1e-2)
+    """Velocities at crossings against quadrature of the damping's power, over whole runs of contacts short as blows.
+
+    What drives the gears during a contact does work that the log does not know: an eighth of it, as contacts of 64
+    times the stiffness and the same restitution last an eighth. Motions are chaotic, so several are looked at.
+    """
+    model = gr.load("examples/manual_transmission.toml")
+    meshes, inertia = model.to_tables()["mesh"], model.to_tables()["inertia"][1]
+    stiff = {f"mesh.{mesh['name']}.stiffness": 64.0 * mesh["stiffness"] for mesh in meshes}
+    stiff |= {f"mesh.{mesh['name']}.damping": 8.0 * mesh["damping"] for mesh in meshes}
+    for change in (0.0, 1e-13, 1e-12):
+        begun_nearby = stiff | {f"inertia.{inertia['name']}.J": inertia["J"] * (1.0 + change)}
+        run = gr.simulate(model.with_(begun_nearby), cycles=60, discard=0)
+        value = gr.metrics(run).set_index(["quantity", "subject"]).value
+        for mesh in ("second_mesh", "fifth_mesh"):
+            assert value["impact energy rate", mesh] == pytest.approx(value["contact work rate", mesh], rel=1e-2)
+            (exact,) = [part.mean_impulse for part in gr.criteria(run).parts if part.name == mesh]
+            assert value["mean impulse m (1 + e) |v|", mesh] == pytest.approx(exact, rel=2e-3)
 
 
 def test_orders_do_not_depend_on_sampling() -> None:
