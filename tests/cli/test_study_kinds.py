@@ -65,6 +65,7 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
     ("old", "new", "match"),
     [
         ("[sweep]", "[swept]", "needs sweep"),
+        ("[sweep]", "[[sweep]]", "begin it with [sweep], not [[sweep]]"),
         ("[sweep]", '[sweep]\n"inertia.gear.drag" = [0.5, 0.6]', "one value is swept"),
         ("cycles = 40", 'cycles = "40"', "over.toml:5: cycles"),
         ("cycles = 40", "samples = 40", "there is no such key"),

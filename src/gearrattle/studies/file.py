@@ -98,7 +98,8 @@ def _form(table: Any, known: Mapping[str, type], positions: Positions, under: st
             rule = f"there is no such key; there are {', '.join(known)}"
             found.append(Problem(at, "", rule, did_you_mean(key, known)))
         elif not _is_a(value, known[key]):
-            found.append(Problem(at, shown(value), f"must be {_WORDS[known[key]]}"))
+            remedy = f"begin it with [{key}], not [[{key}]]" if known[key] is dict and isinstance(value, list) else ""
+            found.append(Problem(at, shown(value), f"must be {_WORDS[known[key]]}", remedy))
     return found
 
 

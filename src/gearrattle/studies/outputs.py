@@ -186,7 +186,8 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
     known |= _outputs_in(criteria(run).entries, run)
     if any(name not in known for name in names):  # metrics need samples, and take longer than all else here
-        known = _outputs_in(_measured(run, METRICS), run) | known
+        measured = _outputs_in(_measured(run, METRICS), run)
+        known |= {name: output for name, output in measured.items() if name not in known}
     problems = [
         Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
                 did_you_mean(name, tuple(known)))
