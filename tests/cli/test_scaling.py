@@ -10,7 +10,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import main
 
-CASE = str(Path(__file__).parents[2] / "examples" / "paper" / "case3.toml")
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CASE = str(EXAMPLES / "paper" / "case3.toml")
 
 
 def test_scale_prints_coefficients_and_conditions(capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,6 +58,21 @@ def test_stiffness_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_wrong_ratio_is_refused(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stiffness", CASE, "--contact-ratio", word]) == 2
     assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("measured_flywheel", "a torque over time, a prescribed motion or a sweep needs exact"),
+        ("run_up", "a torque over time, a prescribed motion or a sweep needs exact"),
+        ("clutch_friction", "friction, clipped contact damping and alternation need exact; the model has damper"),
+    ],
+)
+def test_stiffness_says_why_it_judges_no_fixed_step(name: str, reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["stiffness", str(EXAMPLES / f"{name}.toml")]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("R_lambda ")
+    assert f"note: no fixed step is judged: {reason}" in err
 
 
 def test_stiffness_of_the_regions_visited(capsys: pytest.CaptureFixture[str]) -> None:

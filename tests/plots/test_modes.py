@@ -65,6 +65,16 @@ def test_labels_stand_apart_and_are_drawn_in_both_renderings() -> None:
             assert label.words in notes
 
 
+def test_a_sketch_shows_an_inertia_of_prescribed_motion_as_held() -> None:
+    model = gr.load(EXAMPLES / "measured_flywheel.toml")
+    modes, layout = gr.modes(model), name_plate(model, assemble(model))
+    root = ElementTree.fromstring(mode_sketch(layout, modes, 0, "mode 1").decode())
+    words = [element.text for element in root.iter() if element.text]
+    assert words[words.index("flywheel") + 1] == "held"
+    assert words[words.index("fifth_gear") + 1] == "1"
+    assert "flywheel 0, hub 0.73" in next(word for word in words if word.startswith("flywheel 0"))
+
+
 def test_a_sketch_shows_angles_up_and_down_and_the_elements_that_work() -> None:
     modes, layout = gr.modes(MODEL), name_plate(MODEL, assemble(MODEL))
     svg = mode_sketch(layout, modes, 1, "mode 2").decode()

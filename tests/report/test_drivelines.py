@@ -41,6 +41,24 @@ mesh = [{ name = "m", between = ["b", "c"], radii = [0.1, 0.05], stiffness = 1e6
 torque = [{ on = "a", mean = 5, harmonics = [{ order = 0.5, amplitude = 20 }] }]
 excitation = { speed = "60 rpm" }
 """,
+    "a prescribed motion through a coupling and a mesh": """
+schema = 1
+inertia = [{ name = "a", J = 0.1 }, { name = "b", J = 0.2, drag = 0.5 }, { name = "c", J = 0.1, drag_torque = 1 }]
+coupling = [{ name = "s", between = ["a", "b"], stiffness = 400, damping = 1, clearance = 0.01 }]
+[[mesh]]
+name = "m"
+between = ["a", "c"]
+radii = [0.1, 0.05]
+stiffness = 1e6
+damping = 10
+backlash = 1e-4
+transmission_error = [{ order = 3, amplitude = 1e-6 }]
+[[motion]]
+on = "a"
+speed = { time = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5], value = [0.0, 1.0, -1.0, 0.5, 2.0, 0.0] }
+[excitation]
+speed = 40
+""",
     "staged and asymmetric": """
 schema = 1
 inertia = [{ name = "a", J = 0.1 }, { name = "b", J = 0.2, drag = 0.5 }]
@@ -69,5 +87,8 @@ def test_a_report_for_every_driveline(name: str, cycles: int, samples: int, tmp_
     assert findings.verdict.sentence.split(":")[0] in page
     for body in model.inertias:
         assert f'<tspan class="name">{body.name}</tspan>' in page
+    elements = {"s": "the motion of a through s", "m": "the motion of a through m and the transmission error of m"}
+    prescribed = [f"work of {cause}" in page for cause in elements.values()]
+    assert prescribed == [bool(model.motions)] * 2
     reopened = gr.open_run(tmp_path / "out" / "results.nc")
     assert len(reopened.trajectory.events) == len(findings.run.trajectory.events)

@@ -144,6 +144,24 @@ def test_a_case_that_the_model_refuses_says_why_and_the_others_are_computed_toge
     assert all("stages out of order" in text for text in made.messages.values())
 
 
+RECORD = {"time": [0.0, 0.25, 0.5, 0.75, 1.0, 1.25], "value": [0.0, 2.0, -1.0, 1.0, 0.5, 0.0]}
+NO_LOOP: dict[str, dict[str, Any]] = {
+    "a run-up": {"excitation.speed": None, "excitation.sweep": {"from": 60.0, "to": 90.0, "over": 0.5}},
+    "a torque record": {"torque.0.signal": RECORD},
+    "a prescribed motion": {"torque": [], "motion": [{"on": "engine", "speed": RECORD}]},
+    "friction": {"coupling.joint.hysteresis": 0.2, "coupling.joint.stick_stiffness": 500.0},
+    "clipped damping": {"coupling.joint.contact_damping": "clipped"},
+}
+
+
+@pytest.mark.parametrize("kind", NO_LOOP)
+def test_what_the_loop_does_not_take_goes_alone_in_processes(kind: str) -> None:
+    prepared = prepare(model().with_(NO_LOOP[kind]), {GAP: {"from": 0.005, "to": 0.02, "count": 9}}, OUTPUTS)
+    assert prepared.scheduler == "local"
+    plan = Plan(prepared.plan.model, prepared.plan.axes, prepared.plan.samples, prepared.plan.count)
+    assert not check(plan, prepared.outputs).any()
+
+
 def test_a_few_cases_are_not_worth_a_loop() -> None:
     plan, outputs = planned(model(), {GAP: [0.008, 0.01, 0.012]}, OUTPUTS)
     assert not check(plan, outputs).any()

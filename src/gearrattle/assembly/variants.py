@@ -169,7 +169,7 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
     """Assemble variants.
 
     Args:
-        model: one of them; what is not varied stands in it.
+        model: one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
         given: by path (V,) values in SI.
         count: V.
 

@@ -144,18 +144,18 @@ def check_takes(model: Model, system: PiecewiseSystem, algorithm: str) -> None:
     Raises:
         ModelError: friction, clipped contact damping, a torque over time or a sweep.
     """
-    if algorithm == "exact":
-        return
-    if system.companions:
-        name, rule = (
-            name_plate(model, system).companion_names[0],
-            "friction, clipped contact damping and alternation need exact",
-        )
+    if algorithm != "exact" and (reason := needs_exact(model)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
-        raise ModelError(Problem("algorithm", algorithm, f"{rule}; the model has {name}", remedy))
-    if system.signals is not None:
-        rule = "a torque over time, a prescribed motion or a sweep needs exact"
-        raise ModelError(Problem("algorithm", algorithm, rule))
+        raise ModelError(Problem("algorithm", algorithm, reason, remedy if system.companions else ""))
+
+
+def needs_exact(model: Model) -> str:
+    """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
+    system = assemble(model)
+    if system.companions:
+        name = name_plate(model, system).companion_names[0]
+        return f"friction, clipped contact damping and alternation need exact; the model has {name}"
+    return "" if system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.calls.simulate import prepare
+from gearrattle.calls.simulate import needs_exact, prepare
 from gearrattle.calls.stiffness import RegionStiffness
 from gearrattle.model import Model
 
@@ -46,12 +46,11 @@ def step_limits(
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
-    from gearrattle.assembly import assemble
     from gearrattle.solvers import SOLVERS
     from gearrattle.solvers.one_step import FixedStep
     from gearrattle.solvers.stability import largest_stable_step
 
-    if assemble(model).companions:
+    if needs_exact(model):
         return ()
     values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]
     every = np.hstack(values)

@@ -48,6 +48,7 @@ def stiffness(
         Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays.
     """
     import gearrattle
+    from gearrattle.calls.simulate import needs_exact
     from gearrattle.calls.statics import element_names
     from gearrattle.calls.steps import step_limits
     from gearrattle.calls.stiffness import r_lambda_over, regions
@@ -62,7 +63,8 @@ def stiffness(
     moving = [name for name in element_names(driveline) if name in met[0].labels]
     grid = {n: r_lambda_over(driveline, n, RATIOS, ratios, with_damping=with_damping).tolist() for n in moving}
     limits = step_limits(driveline, met, number_or_text(step))
-    for line in (*([note] if note else ()), *found.notes):
+    fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
+    for line in (*filter(None, (note, fixed)), *found.notes):
         print(f"note: {line}", file=sys.stderr)
     if json:
         steps = [asdict(limit) for limit in limits]

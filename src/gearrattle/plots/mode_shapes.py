@@ -49,7 +49,7 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     width += max(0.0, 32.0 + 8.0 * max(meshes, default=0) - _FRAME.right)
     width = max(width, _FRAME.left + 8.5 * len(title))
     shares, works = np.nan_to_num(modes.strain_energy[:, mode]), modes.works_in(mode)
-    angles = modes.shapes[:, mode]
+    angles, names = _angles(layout, modes, mode), layout.inertia_names
     drawn = [f'<text class="title" x="12" y="24">{escape(title)}</text>']
     for element in np.argsort(shares, kind="stable").tolist():  # words of those that work stand on top
         name, share = layout.element_names[element], float(shares[element])
@@ -57,24 +57,32 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
         line = driveline.element(scene, element, _mixed(share), words if name in works else [])
         drawn.append(f'<g stroke-width="{1.6 + 3.0 * share:.2f}">{line}</g>')
     drawn += [f'<g stroke-width="1.6">{ground}</g>' for ground in driveline.grounds(scene)]
-    drawn += [_body(scene, modes, body, angles) for body in scene.placement.bodies]
+    drawn += [
+        _body(scene, body, angles, is_held=names[body] not in modes.inertia_names) for body in scene.placement.bodies
+    ]
     drawn += [_shape(scene, angles)]
-    told = ", ".join(f"{n} {numeral(v, 2)}" for n, v in zip(modes.inertia_names, angles.tolist(), strict=True))
+    words_of_shape = ", ".join(f"{n} {numeral(v, 2)}" for n, v in zip(names, angles.tolist(), strict=True))
     document = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
         f'height="{height:g}" font-family="{_FONT}" font-size="13" fill="{MUTED}"><title>{escape(title)}</title>'
-        f"<desc>{escape(told)}</desc><style>{_STYLE}</style>{''.join(drawn)}</svg>\n"
+        f"<desc>{escape(words_of_shape)}</desc><style>{_STYLE}</style>{''.join(drawn)}</svg>\n"
     )
     return document.encode("utf-8")
 
 
-def _body(scene: driveline.Scene, modes: Modes, body: int, angles: Array) -> str:
+def _angles(layout: Layout, modes: Modes, mode: int) -> Array:
+    """(n,) angles of all inertias; one of prescribed motion is held fast in every mode."""
+    by_name = dict(zip(modes.inertia_names, modes.shapes[:, mode].tolist(), strict=True))
+    return np.array([by_name.get(name, 0.0) for name in layout.inertia_names])
+
+
+def _body(scene: driveline.Scene, body: int, angles: Array, *, is_held: bool) -> str:
     """Draw one body with its name and angle, clear of its stem."""
     angle = float(angles[body])
     tip = _TALLEST * angle
     words = [
-        f'<tspan class="name">{escape(modes.inertia_names[body])}</tspan>',
-        f'<tspan class="value">{_angle(angle)}</tspan>',
+        f'<tspan class="name">{escape(scene.layout.inertia_names[body])}</tspan>',
+        f'<tspan class="value">{"held" if is_held else _angle(angle)}</tspan>',
     ]
     return driveline.body(scene, body, words, up=max(tip, 0.0) + 4.0, down=max(-tip, 0.0) + 4.0)
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.assembly import elements_of, free_names
+from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
@@ -23,12 +25,12 @@ def energy_table(findings: Findings) -> Table | None:
     unit = "J" if findings.model.units == "SI" else ""
     rows = [
         (f"work of the torques on {name}", engineering(work, unit), "")
-        for name, work in zip(layout.inertia_names, energy.torque_work.tolist(), strict=True)
+        for name, work in zip(free_names(findings.model), energy.torque_work.tolist(), strict=True)
         if work
     ]
     rows += [
-        (f"work of the transmission error of {name}", engineering(work, unit), "")
-        for name, work in zip(layout.element_names, energy.error_work.tolist(), strict=True)
+        (f"work of {cause}", engineering(work, unit), "")
+        for cause, work in zip(_causes(findings.model), energy.error_work.tolist(), strict=True)
         if work
     ]
     if energy.drag_loss.any():
@@ -44,19 +46,35 @@ def energy_table(findings: Findings) -> Table | None:
 
 
 def energy_dict(findings: Findings) -> dict[str, Any] | None:
-    """Return the same by name [J]."""
+    """Return the same by name [J]; inertias of prescribed motion stand outside the balance.
+
+    ``error_work`` is what transmission errors and prescribed motions put in through each element.
+    """
     energy, layout = findings.run.trajectory.energy, findings.run.trajectory.layout
     if energy is None:
         return None
+    inertia_names = free_names(findings.model)
     by_inertia = {name: getattr(energy, name) for name in ("torque_work", "drag_loss")}
     by_element = {"error_work": energy.error_work, "element_loss": energy.element_loss}
     by_element["friction_loss"] = _friction(energy)
     return {
-        **{key: dict(zip(layout.inertia_names, values.tolist(), strict=True)) for key, values in by_inertia.items()},
+        **{key: dict(zip(inertia_names, values.tolist(), strict=True)) for key, values in by_inertia.items()},
         **{key: dict(zip(layout.element_names, values.tolist(), strict=True)) for key, values in by_element.items()},
         "stored": list(energy.stored),
         "residual": energy.residual,
     }
+
+
+def _causes(model: Model) -> list[str]:
+    """What moves the ends of every element beside its inertias, in words."""
+    prescribed = {motion.on for motion in model.motions}
+    causes = []
+    for element in elements_of(model):
+        motions = [f"the motion of {name} through {element.name}" for name in element.between if name in prescribed]
+        if getattr(element, "transmission_error", ()) or not motions:
+            motions.append(f"the transmission error of {element.name}")
+        causes.append(" and ".join(motions))
+    return causes
 
 
 def _friction(energy: EnergyAudit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

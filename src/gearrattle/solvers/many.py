@@ -54,11 +54,8 @@ class Pattern:
     judged: Judged
 
     def can_march(self) -> bool:
-        """Whether there is a compiled loop for it: not for more than laws and harmonics, what the sweep suits better,
-        nor without a compiler."""
-        from gearrattle.kernels._jit import is_compiling
-
-        return is_compiling() and self.system.is_plain and not is_large(self.system) and bool(self.system.clearances)
+        """Whether the loop marches them: there is one, and clearances whose crossings it counts."""
+        return has_loop(self.system) and bool(self.system.clearances)
 
     def frame(self) -> Frame:
         """What the compiled code needs to know of the structure."""
@@ -68,6 +65,17 @@ class Pattern:
         """The same for the equilibrium."""
         elastic = elastic_elements(self.system)
         return statics_of(elastic, relative_coordinates(self.system, elastic))
+
+
+def has_loop(system: PiecewiseSystem) -> bool:
+    """Whether there is a compiled loop for variants of a system.
+
+    There is none for inputs over time, friction, clipped damping or alternation, for large systems, which the sweep
+    suits better, and without a compiler.
+    """
+    from gearrattle.kernels._jit import is_compiling
+
+    return is_compiling() and system.is_plain and not is_large(system)
 
 
 def march_variants(

@@ -24,7 +24,7 @@ from gearrattle.errors import GearRattleError
 from gearrattle.kernels.variants import Tallies, picked
 from gearrattle.model import Initial, Model
 from gearrattle.signals import judged_of
-from gearrattle.solvers.many import Pattern, march_variants
+from gearrattle.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.studies.outputs import VERDICT, Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.trajectory import Layout
@@ -41,7 +41,9 @@ _COUNTED = ("crossings per cycle", "function calls")
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
     of_events = all(each.criterion in MEASURED or each.name in _COUNTED for each in outputs.chosen)
-    return of_events and outputs.function is None and type(plan) is Plan and plan.model.simulation.algorithm == "exact"
+    is_exact = plan.model.simulation.algorithm == "exact"
+    is_grid = outputs.function is None and type(plan) is Plan
+    return of_events and is_grid and is_exact and has_loop(assemble(plan.model))
 
 
 def batched(
@@ -74,7 +76,7 @@ def batched(
         if waiting.size < FEWEST:
             break
         model = _pattern(plan.model, {path: column[waiting[0]] for path, column in given.items()})
-        if model is None:
+        if model is None or not assemble(model).is_plain:
             waiting = waiting[1:]
             continue
         alike = _Alike.of(model, {path: column[waiting] for path, column in given.items()}, waiting.size)

@@ -38,8 +38,8 @@ class EnergyAudit:
     """Where the energy went [J].
 
     Attributes:
-        torque_work: (n,) work of the torques on every inertia, mean drag torques included.
-        error_work: (m,) work of every transmission error.
+        torque_work: (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
+        error_work: (m,) work of every transmission error, and of prescribed motions through every element.
         drag_loss: (n,) viscous drag.
         element_loss: (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
             where that gives more.
