@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gearrattle.calls.drive import drive
     from gearrattle.calls.gas_torque import GasTorque, gas_torque
     from gearrattle.calls.judge import criteria
+    from gearrattle.calls.look import Contents, look
     from gearrattle.calls.measure import metrics
     from gearrattle.calls.orders import order_cuts, order_map
     from gearrattle.calls.read import read
@@ -129,6 +130,8 @@ _HOME = {
     "Sound": "sound.listen",
     "torque_angle": "calls.torque_angle",
     "TorqueAngle": "calls.torque_angle",
+    "look": "calls.look",
+    "Contents": "calls.look",
     "read": "calls.read",
     "write": "readers",
     "drive": "calls.drive",
@@ -150,6 +153,7 @@ __all__ = [
     "Cancelled",
     "Channel",
     "Condensed",
+    "Contents",
     "ConvergenceError",
     "Equilibrium",
     "Figures",
@@ -192,6 +196,7 @@ __all__ = [
     "listen",
     "load",
     "loads",
+    "look",
     "metrics",
     "modes",
     "nondimensionalize",

@@ -151,8 +151,8 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
     (tmp_path / "torque.csv").mkdir()
     assert "must be a CSV file" in told(FILE, tmp_path)
     (tmp_path / "torque.csv").rmdir()
-    (tmp_path / "torque.csv").write_bytes(b"\xff\xfe\x00")
-    assert "UTF-8" in told(FILE, tmp_path)
+    (tmp_path / "torque.csv").write_bytes(b"\x00\x01\x02")
+    assert "torque.csv: must be a text" in told(FILE, tmp_path)
 
 
 @pytest.mark.parametrize(

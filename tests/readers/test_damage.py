@@ -126,8 +126,9 @@ def test_samples_that_are_no_numbers(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("t [s], n [rpm]\n0, 1\n1, 2, 3\n", "x.csv:3: found 3 entries; must have 2"),
-        ("t [s], n [rpm]\n0, 1\n1, \n2, 2\n", "x.csv:3: n"),
-        ("t [s], n [rpm], n [rpm]\n0, 1, 2\n", "two columns have this name"),
+        ("t [s], n [rpm]\n0, 1\n1, x\n2, 2\n", 'x.csv:3: n: found "x"'),
+        ("t [s], n [rpm]\n0, 1\n1, \n2, 2\n", "x.csv: n: found nan at sample 1"),
+        ("t [s], n [rpm], n [rpm]\n0, 1, 2\n", "columns 2 and 3 have this name"),
         ("n [rpm], T [N*m]\n1, 2\n3, 4\n", "no column of as many times"),
         ("t [rpm], n [rpm]\n1, 2\n3, 4\n", "x.csv: t"),
     ],

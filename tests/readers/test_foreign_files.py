@@ -72,7 +72,7 @@ def test_mat_7_3_and_hdf5_by_group_scale_and_name(tmp_path: Path) -> None:
     np.testing.assert_array_equal(by_name["slow/n"].time, T[::4])
     np.testing.assert_array_equal(by_name["fast/n"].time, T)
     assert by_name["slow/n"].unit == "rpm"
-    with pytest.raises(ModelError, match=r"different times.*mapping with rate"):
+    with pytest.raises(ModelError, match=r"different times.*a mapping that brings them to one rate"):
         gr.read(path)
 
 

@@ -18,7 +18,7 @@ from gearrattle.model.table import listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.readers import READERS, Column, read_raw
 from gearrattle.readers.mapping import Mapped, Measurement, read_mapping
-from gearrattle.readers.quantities import factor, guess
+from gearrattle.readers.quantities import DIMENSIONS, factor, guess
 from gearrattle.recording import QUANTITIES, Array, Channel, Recording
 from gearrattle.signals.conditioning import resample
 from gearrattle.signals.synchrony import Delay, delay_by_correlation, delay_by_phase
@@ -55,7 +55,7 @@ def read(source: str | os.PathLike[str] | Mapping[str, Any], format: str = "") -
     for column in raw.columns:
         if column.time is None or not np.array_equal(column.time, time):
             rule = "its channels have different times; a recording has one"
-            remedy = "write a mapping with rate, which brings them to one"
+            remedy = f"gearrattle look {raw.source} -o measurement.toml writes a mapping that brings them to one rate"
             raise ModelError(Problem(raw.source, f"{raw.columns[0].name} and {column.name}", rule, remedy))
         channel, said = _plain(column, raw.source)
         channels.append(channel)
@@ -71,6 +71,10 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
         rule, remedy = "samples must be finite numbers", 'a mapping can leave the channel out, or gaps = "bridge"'
         raise ModelError(Problem(f"{source}: {column.name}", f"{column.values[at]} at sample {at}", rule, remedy))
     said = column.quantity if column.quantity in QUANTITIES else ""
+    if said and not column.unit and len(DIMENSIONS[said]) > 1:
+        either = " or ".join(dimension.si for dimension in DIMENSIONS[said])
+        note = f"{column.name}: in SI, taken to be {either}; the file does not say its unit"
+        return Channel(column.name, said, column.subject, either, column.values), [note]
     quantity = said or guess(column.unit)
     if not quantity:
         return Channel(column.name, "", column.subject, column.unit or "1", column.values), []

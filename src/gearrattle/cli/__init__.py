@@ -35,6 +35,7 @@ COMMANDS = {
     "study": ("gearrattle.cli.study:study", "Many variants of one driveline; stop it and go on."),
     "screen": ("gearrattle.cli.screen:screen", "Which loose gear rattles at which speed and load, as a map."),
     "reproduce": ("gearrattle.cli.reproduce:reproduce", "The 1995 paper's numbers beside ours, and why they differ."),
+    "look": ("gearrattle.cli.look:look", "Channels, units and rates of a measured file."),
     "orders": ("gearrattle.cli.orders:orders", "Orders and spectra along a run-up, simulated or measured."),
     "spectra": ("gearrattle.cli.spectra:spectra", "Density of a signal; transfer function and coherence of two."),
     "figures": ("gearrattle.cli.figures:figures", "Figures of a result for print: PDF, EPS, SVG, PNG, TIFF."),

@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.csv_columns import RecordError, read_columns
+from gearrattle.model.csv_columns import read_columns
+from gearrattle.model.csv_layout import RecordError
 
 Array = NDArray[np.float64]
 

@@ -1,13 +1,9 @@
 """Columns of a measured record: CSV whose header names the units.
 
-    t [s], T [N*m]
-    0.000, 12.1
-    0.001, 12.4
+Numbers are read in one go; only where that fails is the file read line by line to say where. How the file is written is
+the business of ``csv_layout``.
 
-Lines that begin with # are comments; columns are parted by commas, semicolons or tabs, decimals by a point. Numbers are
-read in one go; only where that fails is the file walked line by line to say where.
-
-Takes a path; gives columns in SI.
+Takes a path and a layout; gives columns in SI.
 """
 
 from __future__ import annotations
@@ -15,13 +11,13 @@ from __future__ import annotations
 import itertools
 import math
 import os
-import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from gearrattle.model import units
+from gearrattle.model.csv_layout import Layout, RecordError, layout_of
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import Dimension, UnitError
 
@@ -31,30 +27,7 @@ if TYPE_CHECKING:
 
 LARGEST = 200_000_000
 """A record has at most so many bytes."""
-_CELL = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\]]*)\])?\s*")
-_LONGEST_LINE = 100_000
 T = TypeVar("T")
-
-
-class RecordError(ValueError):
-    """A file that is no such record.
-
-    Attributes:
-        place: file, line and column.
-        found: what stands there.
-        rule, remedy: as in ``errors.Problem``.
-    """
-
-    def __init__(self, place: str, found: str, rule: str, remedy: str = "") -> None:
-        super().__init__(rule)
-        self.place, self.found, self.rule, self.remedy = place, found, rule, remedy
-
-
-class Head(NamedTuple):
-    """Name and unit of a column; unit None where no brackets stand."""
-
-    name: str
-    unit: str | None
 
 
 class Columns(NamedTuple):
@@ -62,11 +35,11 @@ class Columns(NamedTuple):
 
     path: Path
     values: dict[str, NDArray[np.float64]]
+    layout: Layout
 
     def place(self, row: int, name: str) -> str:
         """File, line and column of one sample, counted from 0."""
-        with open(self.path, encoding="utf-8-sig") as stream:
-            number, _ = next(itertools.islice(_kept(stream), row + 1, None))
+        number, _ = next(itertools.islice(self.layout.rows(self.path), row, None))
         return f"{self.path}:{number}: {name}"
 
 
@@ -74,123 +47,124 @@ def read_columns(path: Path, wanted: Mapping[str, Dimension], dimensionless: boo
     """Read some columns of a record.
 
     Args:
-        path: the file, UTF-8.
+        path: the file.
         wanted: name of a column to what it measures.
         dimensionless: whether the columns are plain numbers without units.
 
     Raises:
-        RecordError: the file is missing or no text, a column is missing or without its unit, a unit has the wrong
-            dimension, a value is no finite number.
+        RecordError: the file is missing or no text, a column is missing or without its unit, two columns have one
+            name, a unit has the wrong dimension, a value is no finite number.
     """
-    return Columns(path, _guarded(path, lambda number, header: _read(path, number, header, wanted, dimensionless)))
+    return _guarded(path, lambda layout: _read(path, layout, wanted, dimensionless))
 
 
-def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[list[Head], NDArray[np.float64]]:
-    """Read columns as they stand: no unit is asked for, and NaN is a value.
+def read_all(path: Path, use: Callable[[str, str], bool]) -> tuple[Layout, NDArray[np.float64]]:
+    """Read columns as they stand: no unit is asked for, NaN is a value, and an empty entry is NaN.
 
     Args:
-        path: the file, UTF-8.
+        path: the file.
         use: tells from name and unit whether a column is wanted; others need not be numbers.
 
     Returns:
-        All heads, and the values (N, columns wanted).
+        The layout with all heads, and the values (N, columns wanted).
 
     Raises:
         RecordError: the file is missing or no text, two columns have one name, a value is no number.
     """
 
-    def read(number: int, header: str) -> tuple[list[Head], NDArray[np.float64]]:
-        mark, heads = _header(path, header, "such as: t [s], n [rpm]")
-        names = [head.name for head in heads]
-        twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
-        if twice is not None:
-            raise RecordError(f"{path}:{number}", shown(twice), "two columns have this name", "rename one of them")
-        chosen = {head.name: index for index, head in enumerate(heads) if use(head.name, head.unit or "")}
-        return heads, _numbers(path, mark, len(heads), chosen)
+    def read(layout: Layout) -> tuple[Layout, NDArray[np.float64]]:
+        chosen = {head.name: index for index, head in enumerate(layout.heads) if use(head.name, head.unit or "")}
+        return layout, _numbers(path, layout, chosen, gaps=True)
 
     return _guarded(path, read)
 
 
-def _guarded(path: Path, read: Callable[[int, str], T]) -> T:
-    """Open a record, hand over number and text of its first line, and put what the machine refuses in our words."""
+def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
+    """Find out how a record is written, have it read, and put what the machine refuses in our words."""
     try:
         if os.path.isdir(path):
             raise RecordError(str(path), "a folder", "must be a CSV file")
         if os.path.getsize(path) > LARGEST:
             raise RecordError(str(path), f"more than {LARGEST // 1_000_000} MB", "a record must be smaller than that")
-        with open(path, encoding="utf-8-sig") as stream:
-            number, header = next(_kept(stream), (1, ""))
-        return read(number, header)
+        layout = layout_of(path)
+        names = [head.name for head in layout.heads]
+        twice = [index for index, name in enumerate(names) if name and name in names[:index]]
+        if twice:
+            name = names[twice[0]]
+            rule = f"columns {names.index(name) + 1} and {twice[0] + 1} have this name"
+            raise RecordError(f"{path}:{layout.names_line}", shown(name), rule, "rename one of them")
+        return read(layout)
     except FileNotFoundError:
         raise RecordError(str(path), "", "no such file", "a path is relative to the model file") from None
-    except UnicodeDecodeError:
-        raise RecordError(str(path), "", "must be a text in UTF-8") from None
     except OSError as error:
         raise RecordError(str(path), "", f"cannot be read: {(error.strerror or str(error)).lower()}") from None
 
 
-def _kept(lines: Iterator[str]) -> Iterator[tuple[int, str]]:
-    """Yield number and text of the lines that are neither blank nor comments."""
-    for number, line in enumerate(lines, 1):
-        if line.strip() and not line.lstrip().startswith("#"):
-            yield number, line
-
-
-def _read(
-    path: Path, number: int, header: str, wanted: Mapping[str, Dimension], dimensionless: bool
-) -> dict[str, NDArray[np.float64]]:
+def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     import numpy as np
 
-    place = f"{path}:{number}"
+    place = f"{path}:{layout.names_line}"
     example = "such as: " + ", ".join(f"{name} [{d.si}]" for name, d in wanted.items())
-    mark, heads = _header(path, header, example)
-    found = {head.name: (index, head.unit) for index, head in enumerate(heads)}
-    missing = [name for name in wanted if name not in found]
+    columns = {head.name: (index, head.unit) for index, head in enumerate(layout.heads)}
+    missing = [name for name in wanted if name not in columns]
     if missing:
-        rule = f"no column has this name; there are {listed(shown(name) for name in found)}"
-        raise RecordError(place, shown(missing[0]), rule, did_you_mean(missing[0], found) or example)
-    factors = [_factor(place, name, found[name][1], d, dimensionless) for name, d in wanted.items()]
-    use = {name: found[name][0] for name in wanted}
-    table = _numbers(path, mark, len(heads), use)
+        rule = f"no column has this name; there are {listed(shown(name) for name in columns)}"
+        raise RecordError(place, shown(missing[0]), rule, did_you_mean(missing[0], columns) or example)
+    factors = [_factor(place, name, columns[name][1], d, dimensionless) for name, d in wanted.items()]
+    use = {name: columns[name][0] for name in wanted}
+    table = _numbers(path, layout, use)
     if table.size and not np.isfinite(table).all():
-        raise _first_wrong(path, mark, use)
-    return {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+        raise _first_wrong(path, layout, use)
+    values = {name: table[:, k] * factor for k, (name, factor) in enumerate(zip(wanted, factors, strict=True))}
+    return Columns(path, values, layout)
 
 
-def _header(path: Path, header: str, example: str) -> tuple[str, list[Head]]:
-    """Return the mark between columns, and their heads."""
-    if not header or len(header) > _LONGEST_LINE:
-        raise RecordError(str(path), "", "must begin with a line of column names and units", example)
-    mark = next((mark for mark in (";", "\t") if mark in header), ",")
-    cells = header.rstrip("\n").split(mark)
-    matches = [(_CELL.fullmatch(cell), cell) for cell in cells]
-    return mark, [Head(match[1].strip(), match[2]) if match else Head(cell.strip(), None) for match, cell in matches]
+def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool = False) -> NDArray[np.float64]:
+    """Read columns (N, columns) in one go; only where that fails the first wrong line is looked for.
 
-
-def _numbers(path: Path, mark: str, count: int, use: Mapping[str, int]) -> NDArray[np.float64]:
-    """Read columns (N, columns) in one go; only where that fails the first wrong line is looked for."""
+    Args:
+        path: the file.
+        layout: how it is written.
+        use: name of a column to its index.
+        gaps: whether an empty entry is NaN; otherwise it is refused.
+    """
     import numpy as np
 
-    try:
-        with open(path, encoding="utf-8-sig") as stream, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
-            rows = _rows(path, stream, mark, count)
-            table = np.loadtxt(rows, delimiter=mark, usecols=list(use.values()), ndmin=2, comments=None)
-    except RecordError:
-        raise
-    except ValueError:
-        raise _first_wrong(path, mark, use) from None
-    return table.reshape(-1, len(use))
+    if not use:
+        return np.empty((0, 0))
+    wanted = list(use.values())
+    ways: list[Any] = [None, dict.fromkeys(wanted, _or_nan)] if gaps else [None]
+    for converters in ways:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
+                table = np.loadtxt(
+                    _rows(path, layout), delimiter=layout.separator, usecols=wanted, ndmin=2, comments=None,
+                    quotechar='"', converters=converters,
+                )  # fmt: skip
+        except RecordError:
+            raise
+        except ValueError:
+            continue
+        return table.reshape(-1, len(use))
+    raise _first_wrong(path, layout, use, gaps=gaps)
 
 
-def _rows(path: Path, stream: Iterator[str], mark: str, count: int) -> Iterator[str]:
-    """Yield the lines below the header; each must have as many entries, for a decimal comma is easily overlooked."""
-    for number, line in itertools.islice(_kept(stream), 1, None):
-        if line.count(mark) != count - 1:
-            remedy = "decimals are parted by a point" if line.count(mark) >= count else ""
+def _or_nan(cell: str) -> float:
+    """Return a number; NaN for an empty entry."""
+    return float(cell.strip() or "nan")
+
+
+def _rows(path: Path, layout: Layout) -> Iterator[str]:
+    """Yield the rows; each must have as many entries as there are names."""
+    separator, count = layout.separator, len(layout.heads)
+    for number, line in layout.rows(path):
+        if line.count(separator) != count - 1:
+            several = separator == "," and line.count(separator) >= count
+            remedy = "decimals need a point where commas part columns" if several else ""
             rule = f"must have {count}, as the header has"
-            raise RecordError(f"{path}:{number}", f"{line.count(mark) + 1} entries", rule, remedy)
-        yield line
+            raise RecordError(f"{path}:{number}", f"{line.count(separator) + 1} entries", rule, remedy)
+        yield layout.with_points(line)
 
 
 def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
@@ -208,18 +182,23 @@ def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimen
         raise RecordError(place, f"{name} [{unit}]", error.rule, error.remedy) from None
 
 
-def _first_wrong(path: Path, mark: str, columns: Mapping[str, int]) -> RecordError:
+def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:
     """Find the first line that cannot be read."""
-    with open(path, encoding="utf-8-sig") as stream:
-        for number, line in itertools.islice(_kept(stream), 1, None):
-            cells = line.rstrip("\n").split(mark)
-            for name, index in columns.items():
-                place = f"{path}:{number}: {name}"
-                try:
-                    value = float(cells[index])
-                except ValueError:
-                    value = math.nan
-                if not math.isfinite(value):
-                    remedy = "decimals are parted by a point" if "," in cells[index] else ""
-                    return RecordError(place, shown(cells[index].strip()), "must be a finite number", remedy)
+    for number, line in layout.rows(path):
+        cells = line.rstrip("\r\n").split(layout.separator)
+        for name, index in columns.items():
+            cell = cells[index].strip().strip('"')
+            value = _number(layout.with_points(cell))
+            if not math.isfinite(value) and not (gaps and cell in ("", "nan")):
+                other = math.isfinite(_number(cell.replace(",", ".")))
+                remedy = "part decimals by a point, or by a comma, in all rows alike" if other else ""
+                return RecordError(f"{path}:{number}: {name}", shown(cell), "must be a finite number", remedy)
     return RecordError(str(path), "", "must be a table of numbers")
+
+
+def _number(text: str) -> float:
+    """Return a number; NaN for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

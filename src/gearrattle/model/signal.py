@@ -22,7 +22,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from gearrattle.model import units
-from gearrattle.model.csv_columns import RecordError, read_columns
+from gearrattle.model.csv_columns import read_columns
+from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.quantity import Plain, Quantity
 from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension

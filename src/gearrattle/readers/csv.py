@@ -1,7 +1,8 @@
-"""CSV whose header names the units, as the records of a model file do: ``t [s], n_engine [rpm]``.
+"""CSV whose header names the units: ``t [s], n_engine [rpm]``, or a line of names and one of units.
 
 Lines that begin with # are comments; ``write`` uses them to say what each column is (``# n = velocity of flywheel``),
-and this reader to know it again. Numbers are written so that they are read back to the last bit.
+and this reader to know it again. Names of a saved run, such as ``angle.flywheel``, say their quantity and subject
+themselves. Numbers are written so that they are read back to the last bit.
 
 Takes a path; gives columns with times.
 """
@@ -14,26 +15,26 @@ from pathlib import Path
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.csv_columns import RecordError, read_all
+from gearrattle.model.csv_columns import read_all
+from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
 from gearrattle.readers.base import Column, Raw, Request, is_time, unfit, with_times
 from gearrattle.recording import QUANTITIES, Recording
 
 NAME = "csv"
 SUFFIXES = (".csv", ".txt", ".tsv", ".asc")
 _SAID = re.compile(rf"# (.+) = ({'|'.join(QUANTITIES)})(?: of (.+))?")
+_OF_A_RUN = re.compile(r"(angle|velocity|acceleration|deflection|force)\.([A-Za-z0-9_-]+)")
+_SI = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "speed": "rad/s"}
 _FORBIDDEN = set(",;\t[]\n\r#\"'")
 
 
 def knows(_path: Path, head: bytes) -> bool:
-    """Tell a text whose first line that is no comment has several columns."""
-    try:
-        text = head.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        if error.start < len(head) - 4:
-            return False
-        text = head[: error.start].decode("utf-8-sig")
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    return "\0" not in text and bool(lines) and any(mark in lines[0] for mark in ",;\t")
+    """Tell a text with several columns."""
+    encoding = encoding_of(head)
+    if encoding is None:
+        return False
+    text = head.decode(encoding, errors="ignore")
+    return any(mark in line for _, line in numbered(iter(text.splitlines())) for mark in ",;\t")
 
 
 def read(path: Path, request: Request) -> Raw:
@@ -45,15 +46,22 @@ def read(path: Path, request: Request) -> Raw:
         return name == request.time if request.time else is_time(name, unit)
 
     try:
-        heads, values = read_all(path, use)
+        layout, values = read_all(path, use)
     except RecordError as error:
         raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
-    said, read_ones = _said(path), iter(values.T)
+    said, read_ones = _said(path, layout.encoding), iter(values.T)
     columns = []
-    for name, unit in heads:
+    for name, unit in layout.heads:
         array = next(read_ones) if use(name, unit or "") else np.empty(0)
-        columns.append(Column(name, unit or "", array, None, *said.get(name, ("", ""))))
-    return Raw(with_times(columns, path, request), str(path), NAME)
+        quantity, subject = said.get(name) or _of_a_run(name)
+        columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
+    return Raw(with_times(columns, path, request), str(path), NAME, layout.notes)
+
+
+def _of_a_run(name: str) -> tuple[str, str]:
+    """Return quantity and subject of a column of a saved run; two empty texts for other names."""
+    match = _OF_A_RUN.fullmatch(name)
+    return (match[1], match[2]) if match else ("", "")
 
 
 def write(recording: Recording, path: Path) -> None:
@@ -75,10 +83,10 @@ def write(recording: Recording, path: Path) -> None:
             stream.write(",".join(map(repr, row)) + "\n")
 
 
-def _said(path: Path) -> dict[str, tuple[str, str]]:
+def _said(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
     """Return quantity and subject by column, from the comments at the beginning."""
     found: dict[str, tuple[str, str]] = {}
-    with open(path, encoding="utf-8-sig") as stream:
+    with open(path, encoding=encoding, errors="replace") as stream:
         for line in stream:
             if not line.startswith("#"):
                 break

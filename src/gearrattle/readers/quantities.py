@@ -38,7 +38,7 @@ _GUESSES = ("angle", "velocity", "acceleration", "torque", "surface acceleration
 _SPELLINGS = {
     "Nm": "N*m", "N.m": "N*m", "kNm": "kN*m", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm", "U/min": "rpm",
     "rev/min": "rpm", "r/min": "rpm", "RPM": "rpm", "m/s2": "m/s^2", "m/s**2": "m/s^2", "rad/s2": "rad/s^2",
-    "degree": "deg", "Deg": "deg", "g": "g_n", "gn": "g_n",
+    "degree": "deg", "Deg": "deg", "Grad": "deg", "Upm": "rpm", "g": "g_n", "gn": "g_n",
 }  # fmt: skip
 _NONE = ("", "-", "1", "[-]", "none", "no_units")
 
@@ -82,5 +82,6 @@ def guess(unit: str) -> str:
 
 
 def _spelt(unit: str) -> str:
+    """Return a unit as ``model.units`` spells it."""
     text = unit.strip().replace("µ", "u").replace("μ", "u")
     return _SPELLINGS.get(text, text)

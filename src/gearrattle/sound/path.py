@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.csv_columns import RecordError, read_columns
+from gearrattle.model.csv_columns import read_columns
+from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.units import Dimension
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ Takes two Recordings; gives pairs of channels and what has no partner.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import listed
@@ -64,9 +64,10 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
         found.append((channel, partner))
     if not found:
         raise ModelError(_nothing(measured, simulated))
-    wrong = [_unit(one, other, measured.source) for one, other in found if one.unit != other.unit]
+    wrong = [_unit(one, other, measured.source) for one, other in found if other.unit not in one.unit.split(" or ")]
     if wrong:
         raise ModelError(wrong)
+    found = [(replace(one, unit=other.unit), other) for one, other in found]
     with_partner = {one.name for one, _ in found}, {other.name for _, other in found}
     alone = tuple(name for name in measured.names if name not in with_partner[0])
     other_alone = tuple(name for name in simulated.names if name not in with_partner[1])
