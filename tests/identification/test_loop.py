@@ -204,11 +204,15 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "stages.1.hysteresis" in told
     coupling = tomllib.loads((tmp_path / "d.toml").read_text(encoding="utf-8"))["coupling"][0]
     assert coupling["between"] == ["engine", "gearbox"]
-    assert coupling["stages"][1]["stiffness"] == pytest.approx(1000.0, rel=0.03)
+    assert coupling["stages"][1]["stiffness"].endswith(" N*m/deg")
+    assert coupling["stages"][0]["until"].endswith(" deg")
+    assert "N m/deg" in told
+    stages = model_of(coupling).couplings[0].drive_pieces
+    assert stages[1].stiffness == pytest.approx(1000.0, rel=0.03)
     assert (tmp_path / "d.svg").read_bytes().startswith(b"<svg")
     assert main([*words[:4], "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    assert record["values"]["stages.1.stiffness"] == coupling["stages"][1]["stiffness"]
+    assert record["values"]["stages.1.stiffness"] == pytest.approx(stages[1].stiffness, rel=1e-7)
 
 
 def test_the_figure_s_ending_says_whether_it_is_for_print(tmp_path: Path) -> None:

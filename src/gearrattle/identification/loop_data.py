@@ -49,6 +49,7 @@ class Loop:
         leg: (N,) number of the leg, counted from 0.
         source: where it came from, in words.
         notes: what was left out.
+        angle_unit: "deg" where the file's angles are degrees, else "rad".
     """
 
     deflection: Array
@@ -58,6 +59,7 @@ class Loop:
     leg: NDArray[np.int64]
     source: str
     notes: tuple[str, ...] = ()
+    angle_unit: str = "rad"
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -92,7 +94,9 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
             columns = read_columns(path, {angle: units.ANGLE, torque: units.TORQUE}, False)
         except RecordError as error:
             raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
-        return _cut(columns.values[angle], columns.values[torque], str(path))
+        loop = _cut(columns.values[angle], columns.values[torque], str(path))
+        degrees = units.convert(f"1 {columns.unit(angle)}", units.ANGLE) == units.convert("1 deg", units.ANGLE)
+        return replace(loop, angle_unit="deg" if degrees else "rad")
     try:
         deflection, torques = (np.asarray(each, dtype=np.float64) for each in data)
     except (TypeError, ValueError):

@@ -116,6 +116,7 @@ def _fitted(
         source=loop.source,
         steps=tuple(steps),
         notes=(*loop.notes, *_told(law, fixed, loop)),
+        angle_unit=loop.angle_unit,
     )
 
 

@@ -19,9 +19,14 @@ from gearrattle.model.writing import toml_text
 
 Array = NDArray[np.float64]
 
-_DEGREE = math.pi / 180.0
-_UNITS = {"stiffness": "N m/deg", "until": "deg", "hysteresis": "N m", "stick_stiffness": "N m/deg", "preload": "N m"}
-_FACTORS = {"stiffness": _DEGREE, "until": 1.0 / _DEGREE, "stick_stiffness": _DEGREE}
+_UNITS = {
+    "stiffness": "N*m/rad",
+    "until": "rad",
+    "hysteresis": "N*m",
+    "stick_stiffness": "N*m/rad",
+    "preload": "N*m",
+}
+_POWERS_OF_ANGLE = {"stiffness": -1, "until": 1, "stick_stiffness": -1}
 
 
 class FittedStage(NamedTuple):
@@ -63,6 +68,7 @@ class LoopFit:
         source: where they came from.
         steps: drive-side and coast-side stages tried, with their BIC.
         notes: what the user must know.
+        angle_unit: in which the report and ``toml`` are written: "deg" or "rad", as in the file.
     """
 
     name: str
@@ -82,6 +88,7 @@ class LoopFit:
     source: str
     steps: tuple[tuple[int, int, float], ...]
     notes: tuple[str, ...]
+    angle_unit: str = "rad"
 
     @property
     def hysteresis(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -104,8 +111,14 @@ class LoopFit:
 
     @property
     def toml(self) -> str:
-        """The ``[[coupling]]`` as text for a model file."""
-        return toml_text({"coupling": [self.coupling]}).lstrip("\n")
+        """The ``[[coupling]]`` as text for a model file: numbers in SI, or with their units where angles are in deg."""
+        coupling = self.coupling
+        if self.angle_unit == "rad":
+            return toml_text({"coupling": [coupling]}).lstrip("\n")
+        for key in ("stages", "coast_stages"):
+            coupling[key] = [{k: self._with_unit(k, v) for k, v in stage.items()} for stage in coupling[key]]
+        coupling["preload"] = self._with_unit("preload", coupling["preload"])
+        return toml_text({"coupling": [coupling]}).lstrip("\n")
 
     def drawn(self, low: float | None = None, high: float | None = None) -> TorqueAngle:
         """The loop of the fitted law by ``torque_angle`` between two deflections [rad]; default: the measured ends."""
@@ -150,13 +163,23 @@ class LoopFit:
         }
 
     def _row(self, name: str) -> list[str]:
-        kind = name.rpartition(".")[2]
-        factor = _FACTORS.get(kind, 1.0)
+        factor, unit = self._unit(name.rpartition(".")[2])
         given = [self.values[name], *self.intervals[name], self.errors[name]]
         given += [self.bootstrap_errors[name]] if self.bootstrap_errors else []
         value, low, high, error, *more = (each * factor for each in given)
         words = [f"{value:.5g}", f"{error:.2g}", f"{low:.4g}", f"{high:.4g}", *(f"{each:.2g}" for each in more)]
-        return [name, *words, _UNITS[kind]]
+        return [name, *words, unit.replace("*", " ")]
+
+    def _unit(self, key: str) -> tuple[float, str]:
+        """Return the factor of a key's SI value to the unit it is shown in, and that unit."""
+        if self.angle_unit == "rad":
+            return 1.0, _UNITS[key]
+        return math.degrees(1.0) ** _POWERS_OF_ANGLE.get(key, 0), _UNITS[key].replace("rad", "deg")
+
+    def _with_unit(self, key: str, value: float) -> str:
+        """Return a value as a model file has it, to eight digits."""
+        factor, unit = self._unit(key)
+        return f"{value * factor:.8g} {unit}"
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

@@ -37,6 +37,10 @@ class Columns(NamedTuple):
     values: dict[str, NDArray[np.float64]]
     layout: Layout
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a column as the file has it; empty: none."""
+        return next(head.unit or "" for head in self.layout.heads if head.name == name)
+
     def place(self, row: int, name: str) -> str:
         """File, line and column of one sample, counted from 0."""
         number, _ = next(itertools.islice(self.layout.rows(self.path), row, None))
