@@ -66,3 +66,26 @@ def test_wrong_input_is_told_and_writes_nothing(
     assert main(["reduce", str(EIGHT), *words, *output]) == 2
     assert said in capsys.readouterr().err
     assert list(Path().iterdir()) == []
+
+
+def test_check_simulate_prints_what_differs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    model = gr.load(EIGHT).with_({"simulation.cycles": 12, "simulation.discard": 6, "simulation.samples_per_cycle": 64})
+    (tmp_path / "short.toml").write_text(model.to_toml(), encoding="utf-8")
+    words = ["reduce", str(tmp_path / "short.toml"), *BAND, *PAPER, "--check", "simulate"]
+    assert main([*words, "--json"]) == 0
+    entries = json.loads(capsys.readouterr().out)["simulated"]["entries"]
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    begin = next(i for i, line in enumerate(lines) if "quantities differ" in line)
+    assert f"of {len(entries)} quantities differ, numbers by more than 1 %" in lines[begin]
+    rows = [line for line in lines[begin + 2 :] if line.startswith("  ")]
+    for entry in entries:
+        full, reduced = entry["full"], entry["reduced"]
+        if entry["criterion"] == "spectrum" or full is None or reduced is None:
+            continue
+        if isinstance(full, str):
+            different = full != reduced
+        else:
+            different = abs(full - reduced) > 0.01 * max(abs(full), abs(reduced))
+        listed = any(row.split()[0] == entry["subject"] and f" {entry['quantity']}  " in row for row in rows)
+        assert listed == different, entry

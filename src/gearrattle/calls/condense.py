@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,7 @@ class Condensed:
         stiffness: (r, r), likewise.
         error: how far from the full model, over all contact states.
         notes: what the matrices leave out: friction and the clipping of contact damping.
+        units: of the model, "SI" or "dimensionless".
     """
 
     method: str
@@ -55,6 +57,33 @@ class Condensed:
     error: ReductionError
     _request: Request
     notes: tuple[str, ...] = ()
+    units: str = "SI"
+
+    @property
+    def report(self) -> str:
+        """The whole in words."""
+        names = [name or "a shape" for name in self.coordinates]
+        size = f"{len(self.inertia_names)} bodies become {len(names)} coordinates by {self.method}"
+        kept = f"clearances kept: {', '.join(self.clearances) or 'none'}"
+        lines = [size, f"  {', '.join(names)}", kept, *self.error.lines(self.units)]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    @property
+    def matrices(self) -> dict[str, Array]:
+        """Basis, rows, mass, damping and stiffness by name; shapes and units as of the attributes."""
+        return {name: getattr(self, name) for name in ("basis", "rows", "mass", "damping", "stiffness")}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the whole in JSON types."""
+        return {
+            "method": self.method,
+            "inertias": list(self.inertia_names),
+            "coordinates": list(self.coordinates),
+            "clearances": list(self.clearances),
+            **{name: matrix.tolist() for name, matrix in self.matrices.items()},
+            "error": self.error.to_dict(),
+            "notes": list(self.notes),
+        }
 
     def frequencies(self, contact_ratio: Mapping[str, float] | None = None) -> Array:
         """Return (r,) natural frequencies [rad/s].
@@ -128,6 +157,7 @@ def condense(
         error=stated(found, names, limit),
         _request=request,
         notes=left_out(model),
+        units=model.units,
     )
 
 

@@ -53,6 +53,30 @@ class ReductionError:
         """Return the largest relative error of a frequency in the band."""
         return self.frequency
 
+    def lines(self, units: str) -> list[str]:
+        """Return the errors in words, for a model of these units, "SI" or "dimensionless"."""
+        if math.isnan(self.at):
+            lines = ["no elastic mode lies in the band"]
+        else:
+            state = ", ".join(f"{name} at {factor:g} of its last slope" for name, factor in self.state.items())
+            lines = [
+                f"frequencies in the band: at most {100 * self.frequency:.2g} % off over {self.states} contact states "
+                f"(allowed {100 * self.limit:g} %), at {frequency_text(self.at, units)}, {state or 'all in contact'}"
+            ]
+        for full, reduced, mac in zip(self.frequencies, self.reduced_frequencies, self.mac, strict=True):
+            pair = f"{frequency_text(full, units)} becomes {frequency_text(reduced, units)}"
+            lines.append(f"  {pair}, MAC {mac:.6f}")
+        if not math.isnan(self.response_db):
+            lines.append(
+                f"responses in the band, all in contact: at most {self.response_db:.2g} dB and "
+                f"{100 * self.response_peak:.2g} % of their peak off"
+            )
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the errors in JSON types; numbers that are not finite are null."""
+        return {key: _plain(value) for key, value in vars(self).items()}
+
 
 def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
     """Put names to errors.
@@ -113,6 +137,23 @@ class Compared:
     full: float | str
     reduced: float | str
 
+    def differs(self, above: float) -> bool:
+        """Return whether texts differ, or numbers by more than a part of the larger."""
+        if isinstance(self.full, str) or isinstance(self.reduced, str):
+            return self.full != self.reduced
+        if math.isnan(self.full) or math.isnan(self.reduced):
+            return math.isnan(self.full) != math.isnan(self.reduced)
+        return abs(self.full - self.reduced) > above * max(abs(self.full), abs(self.reduced))
+
+    @property
+    def change(self) -> str:
+        """The change from full to reduced, in dB or per cent; empty for texts and where the full model has zero."""
+        if isinstance(self.full, str) or isinstance(self.reduced, str) or not math.isfinite(self.full) or not self.full:
+            return ""
+        if self.unit == "dB":
+            return f"{self.reduced - self.full:+.3g} dB"
+        return f"{100 * (self.reduced / self.full - 1):+.3g} %"
+
 
 @dataclass(frozen=True)
 class Simulated:
@@ -127,6 +168,35 @@ class Simulated:
     full: str
     reduced: str
     entries: tuple[Compared, ...]
+
+    def differences(self, above: float = 0.01) -> list[str]:
+        """Return lines: a head, and a row for each entry that differs; entries of the spectra are only counted.
+
+        Args:
+            above: relative difference of numbers from which an entry counts as different.
+        """
+        different = [entry for entry in self.entries if entry.differs(above)]
+        listed = [entry for entry in different if entry.criterion != "spectrum"]
+        head = f"{len(different)} of {len(self.entries)} quantities differ, numbers by more than {100 * above:g} %"
+        if len(listed) < len(different):
+            head += f" ({len(different) - len(listed)} of them in the spectra: --json lists them)"
+        if not listed:
+            return [head]
+        rows = [
+            (entry.subject, entry.quantity, _shown(entry.full), _shown(entry.reduced), entry.unit, entry.change)
+            for entry in listed
+        ]
+        table = [("", "quantity", "full", "reduced", "unit", "change"), *rows]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        left_aligned = (0, 1, 4)
+        lines = [
+            "  ".join(
+                cell.ljust(width) if k in left_aligned else cell.rjust(width)
+                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ).rstrip()
+            for row in table
+        ]
+        return [f"{head}:", *(f"  {line}" for line in lines)]
 
 
 @dataclass(frozen=True)
@@ -154,18 +224,21 @@ class Reduction:
     @property
     def report(self) -> str:
         """The whole in words."""
-        return "\n".join([*self._groups(), *self._elements(), *self._errors(), *(f"note: {n}" for n in self.notes)])
+        lines = [*self._groups(), *self._elements(), *self.error.lines(self.model.units)]
+        if self.simulated is not None:
+            lines += [f"full model simulated: {self.simulated.full}", f"reduced: {self.simulated.reduced}"]
+            lines += self.simulated.differences()
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the record in JSON types; numbers that are not finite are null."""
-        error = {key: _plain(value) for key, value in vars(self.error).items()}
         return {
             "name": self.model.name,
             "up_to": self.up_to,
             "inertias": [body.name for body in self.model.inertias],
             "groups": {kept: dict(members) for kept, members in self.groups.items()},
             "elements": {n: {k: _plain(v) for k, v in vars(fate).items()} for n, fate in self.elements.items()},
-            "error": error,
+            "error": self.error.to_dict(),
             "notes": list(self.notes),
             "simulated": None if self.simulated is None else _simulated(self.simulated),
         }
@@ -173,7 +246,7 @@ class Reduction:
     def _groups(self) -> list[str]:
         merged = sum(len(members) for members in self.groups.values())
         left = len(self.model.inertias)
-        lines = [f"{left + merged} bodies become {left}, for up to {self._frequency(self.up_to)}"]
+        lines = [f"{left + merged} bodies become {left}, for up to {frequency_text(self.up_to, self.model.units)}"]
         for kept, members in self.groups.items():
             words = ", ".join(f"{body} (x {ratio:.6g})" if ratio != 1.0 else body for body, ratio in members.items())
             lines.append(f"  {kept} takes {words}")
@@ -184,33 +257,20 @@ class Reduction:
         for name, fate in self.elements.items():
             share = ""
             if not math.isnan(fate.share):
-                share = f"; at most {100 * fate.share:.3g} % of the strain energy, at {self._frequency(fate.at)}"
+                at = frequency_text(fate.at, self.model.units)
+                share = f"; at most {100 * fate.share:.3g} % of the strain energy, at {at}"
             lines.append(f"  {name}: {'merged' if fate.merged else 'stays'}, {fate.reason}{share}")
         return lines
 
-    def _errors(self) -> list[str]:
-        error = self.error
-        if math.isnan(error.at):
-            lines = ["no elastic mode lies in the band"]
-        else:
-            state = ", ".join(f"{name} at {factor:g} of its last slope" for name, factor in error.state.items())
-            lines = [
-                f"frequencies in the band: at most {100 * error.frequency:.2g} % off over {error.states} contact "
-                f"states (allowed {100 * error.limit:g} %), at {self._frequency(error.at)}, {state or 'all in contact'}"
-            ]
-        for full, reduced, mac in zip(error.frequencies, error.reduced_frequencies, error.mac, strict=True):
-            lines.append(f"  {self._frequency(full)} becomes {self._frequency(reduced)}, MAC {mac:.6f}")
-        if not math.isnan(error.response_db):
-            lines.append(
-                f"responses in the band, all in contact: at most {error.response_db:.2g} dB and "
-                f"{100 * error.response_peak:.2g} % of their peak off"
-            )
-        if self.simulated is not None:
-            lines += [f"full model simulated: {self.simulated.full}", f"reduced: {self.simulated.reduced}"]
-        return lines
 
-    def _frequency(self, omega: float) -> str:
-        return f"{omega / math.tau:.6g} Hz" if self.model.units == "SI" else f"{omega:.6g}"
+def frequency_text(omega: float, units: str) -> str:
+    """Return an angular frequency in words: in Hz, or as a plain number for a dimensionless model."""
+    return f"{omega / math.tau:.6g} Hz" if units == "SI" else f"{omega:.6g}"
+
+
+def _shown(value: float | str) -> str:
+    """Return a value for the terminal."""
+    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def _simulated(simulated: Simulated) -> dict[str, Any]:
