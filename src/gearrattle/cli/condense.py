@@ -101,7 +101,8 @@ def _save(condensed: Condensed, output: Path) -> None:
     with Staging(output.parent) as staging:
         target = staging.path / output.name
         if output.suffix == ".npz":
-            np.savez(target, **condensed.matrices, **names)
+            arrays: dict[str, Any] = {**condensed.matrices, **names}
+            np.savez(target, **arrays)
         else:
             savemat(target, {**condensed.matrices, **{key: value.astype(object) for key, value in names.items()}})
         staging.commit()
