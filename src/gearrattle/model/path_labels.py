@@ -1,0 +1,219 @@
+"""What a path of the model file is called in charts, tables and messages: words, and the unit of its plain numbers.
+
+``mesh.gear.backlash`` is "backlash of mesh gear" [m], ``torque.0.harmonics.1.amplitude`` "torque amplitude on flywheel,
+order 2" [N m]. Units come from the classes that read the file. Quantities of a state (``deflection.gear``,
+``velocity.hub``, with "initial " before them too) have labels as well: studies sweep them beside paths.
+
+Takes a path and a Model; gives a PathLabel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, get_args
+
+from gearrattle.model import units
+from gearrattle.model.model import Model
+from gearrattle.model.quantity import Quantity
+from gearrattle.model.signal import OverTime
+from gearrattle.model.table import Table
+from gearrattle.model.units import ANGULAR_VELOCITY
+
+INITIAL = "initial "
+_STATE = {
+    "deflection": (units.ANGLE, units.LENGTH),
+    "rate": (units.ANGULAR_VELOCITY, None),
+    "angle": (units.ANGLE, units.ANGLE),
+    "velocity": (units.ANGULAR_VELOCITY, units.ANGULAR_VELOCITY),
+}
+"""Quantities of a state: dimension of an angular one, and of one along a line of action (None: m/s)."""
+_WORDS = {
+    "J": "moment of inertia", "mean": "mean torque", "until": "end", "radii": "base radii", "over": "duration",
+    "cycles": "simulated cycles", "discard": "discarded cycles", "initial": "initial state", "step": "time step",
+    "about": "mean speed", "on": "inertia", "between": "inertias",
+}  # fmt: skip
+"""What a key is called where its own letters do not say it."""
+_ALTERNATION = {"fewer": "stiffness ratio", "share": "share of all pairs"}
+_SWEEP = {
+    "from": "speed at the start of the run-up",
+    "to": "speed at the end of the run-up",
+    "over": "duration of the run-up",
+}
+_SIGNAL = ("signal", "speed", "angle", "pressure")
+
+
+class PathLabel(NamedTuple):
+    """What a path is called.
+
+    Attributes:
+        words: e.g. ``"backlash of mesh gear"``.
+        unit: of plain numbers there, as it is printed, e.g. ``"N m/rad"``; empty for counts, ratios and words, and in
+            dimensionless models.
+    """
+
+    words: str
+    unit: str
+
+
+def path_label(path: str, model: Model) -> PathLabel:
+    """Return what a path of the model file, or a quantity of a state, is called.
+
+    Args:
+        path: such as ``"mesh.gear.backlash"`` or ``"initial deflection.gear"``; one of nothing known is its own label.
+        model: whose path it is; names, orders and units are taken from it.
+
+    Returns:
+        Words and the SI unit.
+
+    Example:
+        >>> path_label("mesh.gear.backlash", model)
+        PathLabel(words='backlash of mesh gear', unit='m')
+    """
+    before = INITIAL if path.startswith(INITIAL) else ""
+    kind, _, subject = path.removeprefix(INITIAL).partition(".")
+    if kind in _STATE and subject:
+        return PathLabel(f"{before}{kind} of {subject}", _state_unit(kind, subject, model))
+    parts = path.split(".")
+    words = _words(parts, model.to_tables())
+    unit = "" if model.units == "dimensionless" else _unit_at(parts)
+    return PathLabel(words, unit)
+
+
+def printed_unit(si: str) -> str:
+    """Return an SI unit as it is printed: ``"kg*m^2"`` becomes ``"kg m²"``."""
+    return si.replace("*", " ").replace("^2", "²")
+
+
+def _state_unit(kind: str, subject: str, model: Model) -> str:
+    if model.units == "dimensionless":
+        return ""
+    on_line = kind in ("deflection", "rate") and any(mesh.name == subject for mesh in model.meshes)
+    dimension = _STATE[kind][on_line]
+    return "m/s" if dimension is None else dimension.si
+
+
+def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
+    """Words of a path, by what its first part holds."""
+    room, rest = parts[0], list(parts[1:])
+    if room in ("inertia", "coupling", "mesh") and len(rest) > 1:
+        owner = rest[0] if room == "inertia" else f"{room} {rest[0]}"
+        return _of_part(rest[1:], owner, _row(tables, room, rest[0]))
+    if room in ("torque", "motion") and len(rest) > 1:
+        return _of_drive(room, rest, tables)
+    if room == "excitation" and rest:
+        if rest[0] == "sweep" and len(rest) > 1:
+            return _SWEEP.get(rest[1], _key(rest[1]))
+        return "speed" if rest == ["speed"] else _key(rest[0])
+    if room == "simulation" and rest:
+        return _of_part(rest, "", {})
+    return " ".join(_key(part) for part in parts)
+
+
+def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
+    """Words of a key of a part; what lies deeper is named from the inside out."""
+    key, rest = keys[0], list(keys[1:])
+    of = f" of {owner}" if owner else ""
+    if key in ("stages", "coast_stages") and len(rest) > 1:
+        side = "stage" if key == "stages" else "coast stage"
+        return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
+    if key == "transmission_error" and len(rest) > 1:
+        return f"transmission error {_sine(rest, table.get(key, ()), owner, 'of')}"
+    if key == "alternation" and rest:
+        return f"{_ALTERNATION.get(rest[0], _key(rest[0]))} of the alternation{of}"
+    if key == "radii" and rest:
+        return f"base radius {_number(rest[0])}{of}"
+    if rest:  # an entry of a list, or a table over speed
+        return f"{_key(key)}{of}, {_entry(rest)}"
+    return f"{_key(key)}{of}"
+
+
+def _of_drive(room: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str:
+    """Words of a key of an applied torque or a prescribed motion."""
+    table = _row(tables, room, parts[0])
+    alike = [row for row in tables.get(room, ()) if row.get("on") == table.get("on")]
+    which = next((i for i, row in enumerate(alike) if row is table), 0)
+    number = f" ({which + 1} of {len(alike)})" if len(alike) > 1 else ""
+    owner = f"{table.get('on', _number(parts[0]))}{number}"
+    key, rest = parts[1], list(parts[2:])
+    if key == "mean" and not rest:
+        return f"mean torque on {owner}"
+    if key == "harmonics" and len(rest) > 1:
+        return f"torque {_sine(rest, table.get(key, ()), owner, 'on')}"
+    if key == "engine" and rest:
+        return _of_part(rest, f"the engine on {owner}", {})
+    if key in _SIGNAL and rest:
+        return f"{_key(key)} of {owner}, {_entry(rest)}"
+    word = "torque" if room == "torque" else "motion"
+    return f"{_key(key)} of the {word} {'on' if room == 'torque' else 'of'} {owner}" + (
+        f", {_entry(rest)}" if rest else ""
+    )
+
+
+def _sine(parts: Sequence[str], sines: Sequence[Mapping[str, Any]], owner: str, link: str) -> str:
+    """Words of a key of one sine: by its order, unless that varies or another sine has the same."""
+    key, deeper = parts[1], list(parts[2:])
+    after = f", {_entry(deeper)}" if deeper else ""
+    index = int(parts[0]) if parts[0].isdigit() else -1
+    orders = [sine.get("order") for sine in sines]
+    known = 0 <= index < len(orders) and isinstance(orders[index], int | float)
+    if key == "order" or not known or orders.count(orders[index]) > 1:
+        return f"{_key(key)} {link} {owner}, harmonic {_number(parts[0])}{after}"
+    return f"{_key(key)} {link} {owner}, order {orders[index]:g}{after}"
+
+
+def _row(tables: Mapping[str, Any], room: str, name: str) -> Mapping[str, Any]:
+    """The table of a part by its name, of a torque or motion by its index; empty if there is none."""
+    rows = list(tables.get(room, ()))
+    if name.isdigit() and int(name) < len(rows) and room in ("torque", "motion"):
+        found: Mapping[str, Any] = rows[int(name)]
+        return found
+    return next((row for row in rows if row.get("name") == name), {})
+
+
+def _key(key: str) -> str:
+    return _WORDS.get(key, key.replace("_", " "))
+
+
+def _entry(parts: Sequence[str]) -> str:
+    return " ".join(_number(part) if part.isdigit() else _key(part) for part in parts)
+
+
+def _number(index: str) -> str:
+    """A 0-based index as people count."""
+    return f"{int(index) + 1}" if index.isdigit() else index
+
+
+def _unit_at(parts: Sequence[str]) -> str:
+    """The SI unit of plain numbers at a path, from the annotations of the classes that read it."""
+    annotations: list[Any] = [Model]
+    last = ""  # the key of a table over speed or time, if the path ends in one
+    for part in parts:
+        found = [each for node in annotations for each in _below(node, part)]
+        annotations, last = found or annotations, "" if found else part  # not found: a name, an index, such a key
+    readers = [each for node in annotations for each in _walk(node)]
+    quantity = next((each for each in readers if isinstance(each, Quantity)), None)
+    record = next((each for each in readers if isinstance(each, OverTime)), None)
+    if quantity is not None:
+        return printed_unit((ANGULAR_VELOCITY if last == "speed" else quantity.dimension).si)
+    if record is not None and last in ("value", record.key):
+        return printed_unit((record.dimension if last == "value" else record.along).si)
+    return ""
+
+
+def _below(annotation: Any, key: str) -> list[Any]:
+    """Annotations and metadata of a key, in every table class of an annotation."""
+    found: list[Any] = []
+    for node in _walk(annotation):
+        if isinstance(node, type) and issubclass(node, Table):
+            for name, field in node.model_fields.items():
+                if key in (name, field.alias):
+                    found += [field.annotation, *field.metadata]
+    return found
+
+
+def _walk(annotation: Any) -> Iterator[Any]:
+    """An annotation and everything it is made of."""
+    yield annotation
+    for inner in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
+        if inner is not annotation:
+            yield from _walk(inner)
