@@ -28,7 +28,7 @@ from gearrattle.studies.designs import METHODS
 from gearrattle.studies.distributions import Distribution, sampled
 from gearrattle.studies.outputs import outputs_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, with_failures
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, is_isolated, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
@@ -191,9 +191,7 @@ def basins(
         section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
     )  # fmt: skip
     with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return with_failures(
-            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-        )
+        return found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress).data
 
 
 def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:

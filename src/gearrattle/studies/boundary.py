@@ -42,7 +42,7 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
     words = np.array(words_of(codes))
     dims = [str(name) for name in codes.dims]
-    held = _held(data, dims)
+    held = _held(data, codes)
     columns: dict[str, list[NDArray[Any]]] = {}
     for axis in axes_in(data):
         values = np.asarray(data[axis].values)
@@ -63,11 +63,12 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
     return xr.Dataset(joined, attrs={"output": str(codes.name), "subject": subject_of(data, str(codes.name))})
 
 
-def _held(data: xr.Dataset, dims: list[str]) -> dict[str, tuple[str, NDArray[Any]]]:
-    """Every coordinate of the grid: its dimension and its values; numbers for a dimension without one."""
+def _held(data: xr.Dataset, codes: xr.DataArray) -> dict[str, tuple[str, NDArray[Any]]]:
+    """Every coordinate of an output: its dimension and its values; numbers for a dimension without one."""
+    dims = [str(name) for name in codes.dims]
     found = {
         str(name): (str(values.dims[0]), np.asarray(values.values))
-        for name, values in data.coords.items()
+        for name, values in codes.coords.items()
         if len(values.dims) == 1 and str(values.dims[0]) in dims
     }
     return found | {dim: (dim, np.arange(data.sizes[dim])) for dim in dims if dim not in found}

@@ -108,6 +108,17 @@ class Stretch:
         return f"{self.verdict}, {kind}" if self.verdict else kind
 
 
+def _said(data: xr.Dataset, name: str) -> str:
+    """One value of a further axis, in SI."""
+    values, attributes = data[name], data[name].attrs
+    words = attributes.get("long_name", name)
+    return (
+        f"{words} {values.values:g} {attributes.get('units', '')}".strip()
+        if values.dtype.kind in "iuf"
+        else f"{values.values}"
+    )
+
+
 def stretches(data: xr.Dataset) -> list[Stretch]:
     """Return the stretches of one sweep, by ascending value.
 
@@ -142,8 +153,7 @@ def sweeps_of(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     found = []
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
         here = data.isel(dict(zip(others, at, strict=True)))
-        held = [f"{name} = {here[name].values:g}" if here[name].dtype.kind in "iuf" else f"{here[name].values}"
-                for name in others]  # fmt: skip
+        held = [_said(here, name) for name in others]
         for i, way in enumerate(data["direction"].values):
             found.append((", ".join([*held, str(way)]), here.isel(direction=i)))
     return found

@@ -35,10 +35,10 @@ from gearrattle.results import Run
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
-from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.outputs import along_all, outputs_of
 from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.prepared import Prepared, Progress, folder_for, span, with_failures
+from gearrattle.studies.prepared import Prepared, Progress, folder_for, span
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, section_of, unit_of
 from gearrattle.studies.store import Store, Told
@@ -159,7 +159,8 @@ def prepare(
     states = len(relative_coordinates(assemble(base)).elements) + len(base.inertias)
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
-    found = Sections(told.chosen, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends)
+    chosen_outputs = along_all(told.chosen, run, ends)
+    found = Sections(chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends)
     found.of(run)
     begun = time.perf_counter()
     found.of(Run(run.trajectory, run.model))
@@ -222,9 +223,7 @@ def bifurcation(
         section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
     )  # fmt: skip
     with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return with_failures(
-            found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-        )
+        return found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress).data
 
 
 def _check_order(axis: Axis) -> None:

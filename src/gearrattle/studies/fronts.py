@@ -92,7 +92,7 @@ def finished(
         hypervolume=("generation", grown),
     ).assign_coords({
         "born": (DESIGN, born), "objective": [each.quantity.label for each in goals[0]],
-        **{path: (DESIGN, joined[path].values) for path in paths},
+        **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
     })  # fmt: skip
     attributes = {
         "kind": "optimization", "variables": paths, "low": [each.low for each in ranges],

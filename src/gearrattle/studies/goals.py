@@ -171,12 +171,12 @@ def _quantity(place: str, label: str, outputs: Outputs) -> Quantity:
     if label not in known:
         output = next((each for each in outputs.all if each.name == label), None)
         if output is not None:
-            several = ", ".join(f'"{subject}: {label}"' for subject in output.subjects)
+            several = ", ".join(f'"{subject}: {label}"' for subject in output.applies_to)
             raise ModelError(Problem(place, f'"{label}"', "is of several parts", f"name one: {several}"))
         rule = f"the study has no such output; it has {', '.join(known)}"
         raise ModelError(Problem(place, f'"{label}"', rule, did_you_mean(label, tuple(known))))
     output, subject = known[label]
-    units = dict(zip(output.subjects, output.unit, strict=False)) if output.subjects else {"": output.unit[0]}
+    units = dict(zip(output.applies_to, output.unit, strict=False)) if output.subjects else {"": output.unit[0]}
     unit = units.get(subject, output.unit[0])
     return Quantity(label, output.name, subject, None, "" if unit == "1" else unit)
 
@@ -185,7 +185,7 @@ def labels_of(outputs: Outputs) -> dict[str, tuple[Output, str]]:
     """Return every label an output can be named by, with its subject."""
     found: dict[str, tuple[Output, str]] = {}
     for output in outputs.all:
-        subjects = [str(subject) for subject in output.subjects] if output.dimension else [""]
+        subjects = [str(subject) for subject in output.applies_to] if output.dimension else [""]
         found |= {f"{subject}: {output.name}" if subject else output.name: (output, subject) for subject in subjects}
         if len(subjects) == 1:
             found[output.name] = (output, subjects[0])

@@ -79,10 +79,21 @@ def subject_of(data: xr.Dataset, output: str) -> str:
     return next((str(name) for name in data[output].dims if name not in data[OUTCOME].dims), "")
 
 
+def values_of(data: xr.Dataset, output: str) -> xr.DataArray:
+    """An output for the subjects it applies to: the Dataset has NaN, or no code (-1), for the others."""
+    values, applies = data[output], str(data[output].attrs.get("applies_to", "")).split()
+    return values.sel({subject_of(data, output): applies}) if applies else values
+
+
+def subject_names(data: xr.Dataset, output: str) -> list[str]:
+    """Names of the subjects an output applies to; one empty name if it is one number a case."""
+    subject = subject_of(data, output)
+    return [str(name) for name in values_of(data, output)[subject].values] if subject else [""]
+
+
 def units_of(data: xr.Dataset, output: str) -> dict[str, str]:
     """Units of an output by subject, "" for a plain number; one entry without a name if it has no subjects."""
-    subject, unit = subject_of(data, output), str(data[output].attrs.get("units", ""))
-    names = [str(name) for name in data[subject].values] if subject else [""]
+    names, unit = subject_names(data, output), str(data[output].attrs.get("units", ""))
     each = unit.split(", ") if ", " in unit else [unit] * len(names)
     return {name: "" if one == "1" else one for name, one in zip(names, each, strict=True)}
 
@@ -94,7 +105,7 @@ def numbers_of(values: xr.DataArray) -> xr.DataArray:
 
 
 def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataArray:
-    """Return an output.
+    """Return an output, for the subjects it applies to.
 
     Raises:
         ModelError: this is no study's Dataset, it has no such output, or ``codes`` are wanted and it holds numbers.
@@ -106,7 +117,7 @@ def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataA
         kind = "output of codes" if codes else "output"
         rule = f"the study keeps no such {kind}; it keeps {', '.join(known) or 'none'}"
         raise ModelError(Problem("output", f'"{output}"', rule, did_you_mean(output, known)))
-    return data[output]
+    return values_of(data, output)
 
 
 def chosen_codes(data: xr.Dataset) -> str:

@@ -31,10 +31,10 @@ from gearrattle.studies.goals import Constraint, Objective, constraints_of, name
 from gearrattle.studies.outputs import Function, Outputs, outputs_of
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span, with_failures
+from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened
-from gearrattle.studies.store import Store, is_whole
+from gearrattle.studies.store import Store, failures_of, is_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,6 +113,7 @@ class Optimization:
         parts, messages, damaged = self._evolved(place, compute, progress)
         settings = {"seed": self.seed, "population": self.size[0]}
         data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
+        data.attrs["failures"] = failures_of(messages)
         written(data, place)
         front_files(data, self.model, place)
         cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
@@ -275,7 +276,7 @@ def optimize(
             generations=generations, seed=seed, fixed=fixed, function=function,
         )  # fmt: skip
         with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            return with_failures(found.carry_out(folder, compute, resume=resume, progress=progress))
+            return found.carry_out(folder, compute, resume=resume, progress=progress).data
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:

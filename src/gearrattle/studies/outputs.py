@@ -10,7 +10,7 @@ Takes Runs; gives arrays by name.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,10 @@ class Output:
         name: its variable's.
         dimension: "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
         subjects: the coordinate along it.
-        unit: by subject, for they may differ; SI.
+        unit: by subject it applies to, for they may differ; SI.
         words: what codes stand for; empty for numbers.
         criterion: the criterion or metric whose quantity it is; empty if none's.
+        only: the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
     """
 
     name: str
@@ -68,6 +69,12 @@ class Output:
     unit: tuple[str, ...]
     words: tuple[str, ...] = ()
     criterion: str = ""
+    only: tuple[Any, ...] = ()
+
+    @property
+    def applies_to(self) -> tuple[Any, ...]:
+        """The subjects that it has a value for."""
+        return self.only or self.subjects
 
     @property
     def dtype(self) -> str:
@@ -201,4 +208,22 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     clash = [name for name in extra if name in names]
     if clash:
         raise ModelError(Problem("function", clash[0], "returns what is an output already", "give it another name"))
-    return Outputs(tuple(known[name] for name in dict.fromkeys(names)), function, extra)
+    return Outputs(along_all([known[name] for name in dict.fromkeys(names)], run), function, extra)
+
+
+def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) -> tuple[Output, ...]:
+    """Return outputs with one list of parts, and one of inertias, for all of them.
+
+    Args:
+        chosen: outputs, each with the subjects it applies to.
+        run: any run of the driveline: its order of names is that of the lists.
+        subjects: further names that the lists must have.
+    """
+    layout, found = run.trajectory.layout, []
+    names = {"part": layout.element_names, "inertia": layout.inertia_names}
+    for output in chosen:
+        occurring = {name for other in chosen if other.dimension == output.dimension for name in other.subjects}
+        listed = tuple(name for name in names.get(output.dimension, ()) if name in occurring | set(subjects))
+        widened = bool(listed) and listed != output.subjects
+        found.append(replace(output, subjects=listed, only=output.subjects) if widened else output)
+    return tuple(found)

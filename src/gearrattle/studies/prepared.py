@@ -201,11 +201,6 @@ def folder_for(output: Address | None) -> Iterator[Place]:
         yield place_of(Path(name) / "study")
 
 
-def with_failures(done: Done) -> xr.Dataset:
-    """Return the Dataset of a study with the messages of its failed cases in ``attrs["failures"]``."""
-    return done.data.assign_attrs(failures=[f"{at}: {text}" for at, text in done.messages.items()])
-
-
 def fit_size(seconds: float, count: int) -> int:
     """Return how many cases a chunk should hold: a share of them, of two seconds or so and five at most.
 

@@ -118,7 +118,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     import xarray as xr
 
     codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
-    codes = codes if SAMPLE not in codes.dims else independent(data)[codes.name]
+    codes = codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name))
     if SAMPLE not in codes.dims:
         raise ModelError(Problem("data", "", "a probability needs samples", "let values scatter: vary, samples"))
     if not codes.sizes[SAMPLE]:

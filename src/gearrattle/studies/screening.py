@@ -30,6 +30,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.linear.equilibrium import Equilibrium
 from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.model import Model
+from gearrattle.model.path_labels import path_label
 from gearrattle.signals import LooseGear, loose_gears
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.study import study
@@ -220,7 +221,10 @@ def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[floa
         SPEED: (SPEED, np.array(speed.values[_PATH], dtype=np.float64), {"units": unit}),
         LOAD: (LOAD, np.array(factors), {"units": "1", "long_name": words}),
     }
-    return found | {path: (LOAD, list(values)) for path, values in (load.values if load else {}).items()}
+    for path, values in (load.values if load else {}).items():
+        label = path_label(path, model)
+        found[path] = (LOAD, list(values), {"long_name": label.words, "units": label.unit})
+    return found
 
 
 def _simulated(

@@ -35,7 +35,8 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, elements_of, period_of
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Mesh, Model
+from gearrattle.model import Model
+from gearrattle.model.path_labels import path_label
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
@@ -161,12 +162,7 @@ def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops:
 
 def unit_of(name: str, model: Model) -> str:
     """Return the unit of a quantity [SI]."""
-    if model.units == "dimensionless":
-        return "1"
-    kind, _, subject = name.partition(".")
-    length = any(e.name == subject and isinstance(e, Mesh) for e in elements_of(model))
-    base = "m" if length and kind in ("deflection", "rate") else "rad"
-    return base if kind in ("deflection", "angle") else f"{base}/s"
+    return path_label(name, model).unit or "1"
 
 
 @dataclass(frozen=True)

@@ -144,7 +144,7 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         else (over, np.asarray(rows[0][name][1]))
         for name, (over, _) in rows[0].items()
     }
-    coordinates = {"value": list(paths), **({subject: data[subject].values} if subject else {})}
+    coordinates = {"value": list(paths), **({subject: values[subject].values} if subject else {})}
     if method == PAIRS:
         coordinates[_WITH] = list(paths)
     return xr.Dataset(found, coordinates, {"output": output, "cosines": COSINES, "sampling": method})

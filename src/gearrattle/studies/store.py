@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.path_labels import path_label
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Address, File, Place, place_of
@@ -33,7 +34,7 @@ from gearrattle.studies.plan import SAMPLE, Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "gearrattle study 1"
+FORMAT = "gearrattle study 2"
 OUTCOME = "outcome"
 _RESULTS, _ABOUT, _DONE = "results.zarr", "study.json", "done"
 Told = Callable[[float], None]
@@ -131,21 +132,26 @@ class Store:
         for axis in plan.axes:
             for path, values in axis.values.items():
                 single = len(axis.values) == 1
-                _coordinate(group, axis.name if single else path, axis.name, values)
+                _coordinate(group, axis.name if single else path, axis.name, values, self._described(path))
             if len(axis.values) > 1:
                 _coordinate(group, axis.name, axis.name, axis.coordinate)
         if plan.samples is not None:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
-                _coordinate(group, path, SAMPLE, column.tolist())
-        subjects: dict[tuple[str, tuple[Any, ...]], str] = {}
+                _coordinate(group, path, SAMPLE, column.tolist(), self._described(path))
         for output in self.outputs.all:
             dimensions, shape, chunks = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
             if output.dimension:
-                dimensions.append(self._subjects(output.dimension, output.subjects, subjects, group))
+                if output.dimension not in group:
+                    _coordinate(group, output.dimension, output.dimension, output.subjects)
+                dimensions.append(output.dimension)
                 shape.append(len(output.subjects))
                 chunks.append(len(output.subjects))
             array = _array(group, output.name, (dimensions, shape, chunks), output.dtype, output.nothing)
             array.attrs["units"] = _unit(output.unit)
+            if output.dimension == "cycle":  # a quantity of a section
+                array.attrs["long_name"] = path_label(output.name, plan.model).words
+            if len(output.applies_to) < len(output.subjects):
+                array.attrs["applies_to"] = " ".join(map(str, output.applies_to))
             if output.words:
                 array.attrs["flag_values"] = list(range(len(output.words)))
                 array.attrs["flag_meanings"] = " ".join(output.words)
@@ -159,20 +165,10 @@ class Store:
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs["order"] = [*(output.name for output in self.outputs.all), OUTCOME]
 
-    def _subjects(
-        self,
-        dimension: str,
-        subjects: tuple[Any, ...],
-        known: dict[tuple[str, tuple[Any, ...]], str],
-        group: Any,
-    ) -> str:
-        """Name of the dimension with these subjects; a second list of parts is another dimension."""
-        key = (dimension, subjects)
-        if key not in known:
-            same = sum(kind == dimension for kind, _ in known)
-            known[key] = dimension if not same else f"{dimension}_{same + 1}"
-            _coordinate(group, known[key], known[key], subjects)
-        return known[key]
+    def _described(self, path: str) -> dict[str, str]:
+        """What a path is called, and its unit, as attributes of its coordinate."""
+        label = path_label(path, self.plan.model)
+        return {"long_name": label.words, "units": label.unit}
 
     def _extra_coordinates(self) -> list[str]:
         found = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
@@ -225,11 +221,7 @@ class Store:
 
     def marker(self, chunk: int) -> dict[str, Any]:
         """Return what a chunk's marker says; empty if it cannot be read."""
-        try:
-            said: dict[str, Any] = json.loads(self.place.read(_marker(chunk)))
-        except (OSError, ValueError):
-            return {}
-        return said
+        return marker_in(self.place, chunk)
 
     def damaged(self) -> list[int]:
         """Return the chunks whose results are not those their markers speak of."""
@@ -259,13 +251,7 @@ class Store:
 
     def messages(self) -> dict[tuple[int, ...], str]:
         """Return why cases failed, by their place in the grid."""
-        found = {}
-        for chunk in sorted(self.done()):
-            begin = [part.start for part in self.plan.box(chunk)]
-            for at, text in self.marker(chunk).get("messages", {}).items():
-                inside = [int(i) for i in at.split(",")] if at else []
-                found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
-        return found
+        return messages_in(self.place, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, found: xr.Dataset) -> None:
         """Write what was made of the whole beside the results; what is there by these names is replaced."""
@@ -296,6 +282,32 @@ def markers_in(place: Place) -> set[int]:
     return {int(stem) for stem in found if stem.isdigit()}
 
 
+def marker_in(place: Place, chunk: int) -> dict[str, Any]:
+    """Return what a chunk's marker in a place says; empty if it cannot be read."""
+    try:
+        said: dict[str, Any] = json.loads(place.read(_marker(chunk)))
+    except (OSError, ValueError):
+        return {}
+    return said
+
+
+def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
+    """Return why cases failed, by their place in a grid of this shape whose chunks have the shape ``box``."""
+    found = {}
+    along = [-(-length // taken) for length, taken in zip(shape, box, strict=True)]
+    for chunk in sorted(markers_in(place)):
+        begin = [int(i) * taken for i, taken in zip(np.unravel_index(chunk, along), box, strict=True)]
+        for at, text in marker_in(place, chunk).get("messages", {}).items():
+            inside = [int(i) for i in at.split(",")] if at else []
+            found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
+    return found
+
+
+def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
+    """Return why cases failed as the attribute ``failures`` tells it, the indices of each case first."""
+    return [f"{at}: {text}" for at, text in messages.items()]
+
+
 def is_whole(place: Place) -> bool:
     """Return whether a place holds a study all of whose chunks are done."""
     try:
@@ -321,7 +333,8 @@ def open_study(folder: Address) -> xr.Dataset:
         folder: or address that a study was written to, whole or not.
 
     Returns:
-        The Dataset that ``study`` gives; cases not computed yet have the outcome 0, "missing".
+        The Dataset that ``study`` gives; cases not computed yet have the outcome 0, "missing". ``attrs["failures"]``
+        says why cases failed.
 
     Raises:
         ModelError: there is no study.
@@ -333,6 +346,9 @@ def open_study(folder: Address) -> xr.Dataset:
         raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
     with xr.open_zarr(place.zarr(_RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
+    grid = loaded[OUTCOME].shape
+    box = loaded[OUTCOME].encoding.get("chunks") or grid
+    loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
     ordered: xr.Dataset = loaded.set_coords(extra)[order]
@@ -353,7 +369,9 @@ def _array(group: Any, name: str, grid: tuple[list[str], list[int], list[int]], 
     )
 
 
-def _coordinate(group: Any, name: str, dimension: str, values: Any) -> None:
+def _coordinate(
+    group: Any, name: str, dimension: str, values: Any, attributes: Mapping[str, str] | None = None
+) -> None:
     data = np.array(values)
     words = data.dtype.kind in "OU"
     array = group.create_array(
@@ -361,10 +379,11 @@ def _coordinate(group: Any, name: str, dimension: str, values: Any) -> None:
         dimension_names=[dimension],
     )  # fmt: skip
     array[:] = np.array([str(value) for value in values], dtype=object) if words else data
+    array.attrs.update(attributes or {})
 
 
 def _unit(units: tuple[str, ...]) -> str:
-    """One unit, or those of the subjects in turn."""
+    """One unit, or those of the subjects it applies to in turn."""
     return units[0] if len(set(units)) == 1 else ", ".join(units)
 
 

@@ -28,7 +28,7 @@ from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span, with_failures
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
 from gearrattle.studies.schedulers import opened
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def study(
         )  # fmt: skip
         with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
             done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
-    return with_failures(done)
+    return done.data
 
 
 def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
