@@ -59,7 +59,7 @@ def test_the_page_and_its_numbers(pair: str, capsys: pytest.CaptureFixture[str])
     for said in (
         "Which gears lift off",
         "speed [rpm]",
-        "load factor [1]",
+        "load factor",
         "Thresholds",
         "a driven shaft and a loose gear",
     ):

@@ -1,18 +1,19 @@
 """How the axes of a study are drawn: where their values stand, how they are labelled, what they are called.
 
-In maps every value takes one cell, in order; a linear or logarithmic range is then drawn as such. An axis of several
-paths is labelled with the values of the first of them.
+Words and SI units stand in the attributes ``long_name`` and ``units`` of the Dataset (``model.path_labels``); here they
+get a prefix that suits the values, and the reference speed is in rpm. In maps every value takes one cell, in order; a
+linear or logarithmic range is then drawn as such. An axis of several paths is labelled with the values of the first.
 
 Takes the Dataset of a study; gives positions and words to maps and sweeps.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gearrattle.plots.numerals import numeral
+from gearrattle.plots.numerals import numeral, prefixed, quantity
 from gearrattle.studies.boundary import is_logarithmic
 from gearrattle.trajectory import Array
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Ticks = tuple[tuple[float, str], ...]
+_FEWEST, _MOST = 3, 6
 
 
 def paths_of(data: xr.Dataset, axis: str) -> list[str]:
@@ -29,16 +31,70 @@ def paths_of(data: xr.Dataset, axis: str) -> list[str]:
     ]
 
 
+class Measure(NamedTuple):
+    """What a variable of a study is called, and the unit its numbers are shown in.
+
+    Attributes:
+        words: e.g. ``"backlash of mesh gear"``.
+        unit: e.g. ``"mm"``; empty for counts, ratios, words, and in dimensionless models.
+        factor: shown number per number of the Dataset.
+    """
+
+    words: str
+    unit: str
+    factor: float
+
+    @property
+    def title(self) -> str:
+        """Words with the unit in brackets."""
+        return f"{self.words} [{self.unit}]" if self.unit else self.words
+
+    def said(self, value: object, digits: int = 4) -> str:
+        """Say a value of the Dataset, with the unit."""
+        if not isinstance(value, int | float | np.number):
+            return str(value)
+        return quantity(float(value) * self.factor, self.unit, digits)
+
+
+def measure_of(data: xr.Dataset, name: str) -> Measure:
+    """Return what a variable or coordinate is called, with a unit that suits its values."""
+    if name not in data.variables:
+        return Measure(name, "", 1.0)
+    values, attributes = np.asarray(data[name].values), data[name].attrs
+    words, unit = str(attributes.get("long_name", name)), str(attributes.get("units", ""))
+    if values.dtype.kind not in "iuf" or unit in ("", "1"):
+        return Measure(words, "", 1.0)
+    if unit == "rad/s" and name.startswith("excitation."):
+        return Measure(words, "rpm", 30.0 / np.pi)
+    finite = np.abs(values[np.isfinite(values)])
+    factor, shown = prefixed(float(finite.max(initial=0.0)), unit)
+    return Measure(words, shown, factor)
+
+
 def title_of(data: xr.Dataset, axis: str) -> str:
-    """Name of an axis, and what its labels are if it takes several paths."""
+    """Words and unit of an axis, after its own name if it takes several paths."""
     paths = paths_of(data, axis)
-    return axis if paths == [axis] else f"{axis}: {paths[0]}"
+    title = measure_of(data, paths[0]).title
+    return title if paths == [axis] else f"{axis}: {title}"
+
+
+def words_of_axis(data: xr.Dataset, axis: str) -> str:
+    """What an axis is called in a sentence."""
+    return measure_of(data, axis).words
 
 
 def labels_of(data: xr.Dataset, axis: str) -> list[str]:
-    """Words for every value of an axis."""
-    values = np.asarray(data[paths_of(data, axis)[0]].values)
-    return [numeral(float(v), 3) for v in values] if values.dtype.kind in "iuf" else [str(v) for v in values]
+    """Words for every value of an axis, in the unit of its title, with as many digits as tell them apart."""
+    path = paths_of(data, axis)[0]
+    values = np.asarray(data[path].values)
+    if values.dtype.kind not in "iuf":
+        return [str(v) for v in values]
+    factor = measure_of(data, path).factor
+    for digits in range(_FEWEST, _MOST + 1):
+        labels = [numeral(float(v) * factor, digits) for v in values]
+        if len(set(labels)) == len(set(values.tolist())):
+            break
+    return labels
 
 
 def cell_ticks(labels: list[str], most: int) -> Ticks:
@@ -50,12 +106,13 @@ def cell_ticks(labels: list[str], most: int) -> Ticks:
 def positions(data: xr.Dataset, axis: str) -> tuple[Array, bool, Ticks]:
     """Where the values of an axis stand in a sweep, whether its scale is logarithmic, and its labels.
 
-    Numbers stand at their values; words, or values that do not ascend, one after the other.
+    Numbers stand at their values, in the unit of the axis' title; words, or values that do not ascend, one after the
+    other.
     """
     values = np.asarray(data[paths_of(data, axis)[0]].values)
     if values.dtype.kind not in "iuf" or np.any(np.diff(values.astype(np.float64)) <= 0.0):
         return np.arange(len(values), dtype=np.float64), False, cell_ticks(labels_of(data, axis), 9)
-    numbers = values.astype(np.float64)
+    numbers = values.astype(np.float64) * measure_of(data, paths_of(data, axis)[0]).factor
     if not is_logarithmic(numbers):
         return numbers, False, ()
     step = max(1, -(-len(numbers) // 9))

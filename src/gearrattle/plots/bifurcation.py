@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import edges_of, positions, title_of
+from gearrattle.plots.axis_names import edges_of, measure_of, positions, title_of, words_of_axis
 from gearrattle.plots.chart import Band, Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.palette import CENTRE, COAST, DRIVE, REGIMES
 from gearrattle.studies.branches import swept
@@ -43,10 +43,10 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     names = [str(name) for name in np.atleast_1d(data.attrs["section"])][:_MOST_PANELS]
     frame = Panel("", x_title=title_of(data, axis), x_range=_ends(x, log), x_log=log, x_ticks=ticks)
     frame = replace(frame, bands=bands)
-    units = [str(data[name].attrs.get("units", "")) for name in names]
+    measures = [measure_of(data, name) for name in names]
     panels = [
-        replace(frame, title=name, unit="" if unit == "1" else unit, lines=_points(data, name, x))
-        for name, unit in zip(names, units, strict=True)
+        replace(frame, title=measure.words, unit=measure.unit, lines=_points(data, name, x, measure.factor))
+        for name, measure in zip(names, measures, strict=True)
     ]
     lines = tuple(
         Line(x, data[EXPONENT].isel(direction=i).values, WAYS[str(way)].name, WAYS[str(way)].colour, width=1.4)
@@ -58,10 +58,11 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     panels += strip
     there = [str(way) for way in data["direction"].values]
     legend = (*(WAYS[way] for way in there), *([TWO] if bands else []), *(Key(word, REGIMES[word]) for word in words))
+    over = f"{words_of_axis(data, axis)}{f'; {held}' if held else ''}"
     caption = (
-        f"The motion seen once a period, over {axis}{f'; {held}' if held else ''}. An n-periodic motion is n points, a "
-        "chaotic one a cloud; chaos has a positive exponent. Each value begins with the state in which the one before "
-        "it ended" + ("; shaded: both directions end in different motions." if bands else ".")
+        f"The motion seen once a period, over {over}. An n-periodic motion is n points, a chaotic one a cloud; chaos "
+        "has a positive exponent. Each value begins with the state in which the one before it ended"
+        + ("; shaded: both directions end in different motions." if bands else ".")
     )
     return Chart(
         key, "Bifurcation diagram" + (f", {held}" if held else ""), caption, tuple(panels), panel_height=190,
@@ -69,12 +70,12 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
     )  # fmt: skip
 
 
-def _points(data: xr.Dataset, name: str, x: Array) -> tuple[Line, ...]:
-    """The points of one quantity, each orbit once; those of the way up below."""
+def _points(data: xr.Dataset, name: str, x: Array, factor: float) -> tuple[Line, ...]:
+    """The points of one quantity times a factor, each orbit once; those of the way up below."""
     found = []
     for i, way in enumerate(data["direction"].values):
         one = data.isel(direction=i)
-        values = one[name].transpose(..., "cycle").values
+        values = factor * one[name].transpose(..., "cycle").values
         period = np.nan_to_num(one["period"].values, nan=values.shape[1]).astype(np.int64)
         most = max(1, _MOST_POINTS // max(1, len(x)))
         across = [np.full(min(n, most), at) for at, n in zip(x, period, strict=True)]

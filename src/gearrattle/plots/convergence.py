@@ -12,7 +12,7 @@ import numpy as np
 from gearrattle.plots.chart import Chart, Line, Panel
 from gearrattle.plots.palette import ACCENT, MUTED
 from gearrattle.plots.sweeps import subjects_of
-from gearrattle.studies.layout import axes_in, chosen_codes, has_probabilities, independent, subject_of
+from gearrattle.studies.layout import axes_in, chosen_codes, has_probabilities, independent, subject_of, values_of
 from gearrattle.studies.probability import running
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):
         return None
-    codes = independent(data)[output]
+    codes = values_of(independent(data), output)
     panels = []
     for name, each in subjects_of(codes, subject_of(data, output)):
         n, share, low, high = running(np.asarray(each.values))

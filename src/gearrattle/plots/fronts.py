@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.comparison import COLOURS
 from gearrattle.plots.numerals import numeral
@@ -80,7 +81,11 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         return None
     paths = [str(path) for path in data.attrs["variables"]]
     low, high = np.array(data.attrs["low"], dtype=float), np.array(data.attrs["high"], dtype=float)
-    columns = [(data[path].values[members], (low[i], high[i])) for i, path in enumerate(paths)]
+    measures = [measure_of(data, path) for path in paths]
+    columns = [
+        (m.factor * data[path].values[members], (m.factor * low[i], m.factor * high[i]))
+        for i, (path, m) in enumerate(zip(paths, measures, strict=True))
+    ]
     found = data["value"].values[members]
     columns += [(column, (float(column.min()), float(column.max()))) for column in found.T]
     shares = np.column_stack([(c - a) / (b - a) if b > a else np.full(len(c), 0.5) for c, (a, b) in columns])
@@ -103,8 +108,9 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         x_ticks=tuple(zip(x.tolist(), names, strict=True)),
     )  # fmt: skip
     objectives = [str(name) for name in data["objective"].values]
-    words = "; ".join(f"{short}: {name}" for short, name in zip(names, [*paths, *objectives], strict=True))
-    caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {words}."
+    words = [*(m.title for m in measures), *(f"{name}{_unit(data, i)}" for i, name in enumerate(objectives))]
+    told = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))
+    caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {told}."
     legend = (Key(f"low {objectives[0]}", COLOURS[0]), Key(f"high {objectives[0]}", COLOURS[1]),
               Key("nearest to the ideal", INK))  # fmt: skip
     return Chart("parallel", "What the front has in common", caption, (panel,), panel_height=300, legend=legend)
@@ -137,4 +143,4 @@ def _room(values: Array) -> tuple[float, float]:
 
 def _unit(data: xr.Dataset, i: int) -> str:
     unit = str(data.attrs["units"][i])
-    return f", {unit}" if unit else ""
+    return f" [{unit}]" if unit else ""

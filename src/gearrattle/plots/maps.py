@@ -15,11 +15,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.plots.axis_names import cell_ticks, labels_of, title_of
+from gearrattle.plots.axis_names import cell_ticks, labels_of, title_of, words_of_axis
 from gearrattle.plots.chart import Cells, Chart, Key, Line, Panel
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import INK, REGIMES
-from gearrattle.studies.layout import axes_in, chosen_codes, numbers_of, subject_of, units_of, words_of
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    numbers_of,
+    outputs_in,
+    subject_names,
+    subject_of,
+    units_of,
+    values_of,
+    words_of,
+)
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.trajectory import Array
@@ -33,6 +43,14 @@ MOST_PANELS = 12
 _HEIGHT, _ROW = 260, 26
 _SHADES = 8
 _LEAST = 0.01
+_BELIEVE = (
+    " One loss of contact within the cycles kept makes a part rattle here and hardly changes a mean: where this map "
+    "and one of numbers disagree, believe this one on whether a part rattles, that one on how much."
+)
+_MEDIAN = (
+    " Median over the samples: that of a typical one. Where it is small and the probability of rattle is not, believe "
+    "the probability."
+)
 _RED = ("#f6e9ed", "#7d0a2c")
 _BLUE = ("#d3e3ef", "#083d60")
 
@@ -55,15 +73,15 @@ def regime_map(data: xr.Dataset) -> Chart | None:
         return _strip(data, output, legend)
     x, y = two_axes(data)
     panels = []
-    for name, codes in _by_subject(data[output], subject_of(data, output), x, y):
+    for name, codes in _by_subject(values_of(data, output), subject_of(data, output), x, y):
         found = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
         frame = _frame(data, x, y, name)
         panels.append(_with(frame, cells_of(found, legend), edge_between(found > 0, found >= 0)))
     if not panels:
         return None
     caption = (
-        f"{_name(output)} over {x} (level) and {y} (upright), values in SI units; the dark line parts quiet from "
-        f"rattling.{_others(data, x, y)}"
+        f"{_name(output)} {_over(data, x, y)}; the dark line separates quiet from rattling.{_others(data, x, y)}"
+        f"{_BELIEVE if _has_numbers(data) else ''}"
     )
     return _chart("map", f"Map of the {output}", caption, panels, legend)
 
@@ -76,7 +94,7 @@ def probability_map(data: xr.Dataset) -> Chart | None:
     x, y = two_axes(data)
     found = rattle_probability(data, output)["probability"]
     panels, legend = _shaded(data, found, subject_of(data, output), np.linspace(0.0, 1.0, 11), _RED)
-    caption = f"Share of samples in which a part rattles, over {x} (level) and {y} (upright).{_others(data, x, y)}"
+    caption = f"Share of samples in which a part rattles, {_over(data, x, y)}.{_others(data, x, y)}"
     return _chart("probability-map", "Probability of rattle", caption, panels, legend)
 
 
@@ -86,10 +104,10 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
         return []
     x, y = two_axes(data)
     units, subject = units_of(data, output), subject_of(data, output)
-    values = numbers_of(data[output])
+    values = numbers_of(values_of(data, output))
     if SAMPLE in values.dims:
         values = values.median(SAMPLE)
-    over = " Median over the samples." if SAMPLE in data.dims else ""
+    over = _MEDIAN if SAMPLE in data.dims else ""
     found = []
     for i, unit in enumerate(dict.fromkeys(units.values())):
         names = [name for name, one in units.items() if one == unit and _tells(_of(values, subject, name).values)]
@@ -98,7 +116,7 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
             bounds = np.linspace(float(np.nanmin(some.values)), float(np.nanmax(some.values)), _SHADES + 1)
             panels, legend = _shaded(data, some, subject, bounds, _BLUE)
             words = f"{_name(output)}{f', {unit}' if unit else ''}"
-            caption = f"{words}, over {x} (level) and {y} (upright).{over}{_others(data, x, y)}"
+            caption = f"{words}, {_over(data, x, y)}.{over}{_others(data, x, y)}"
             key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + (f"-{i + 1}" if i else "")
             title = f"Map of the {output}" + (f", {unit}" if len(set(units.values())) > 1 else "")
             found.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
@@ -141,16 +159,16 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     """Codes over one axis: a row a subject."""
     (axis,) = axes_in(data)
     subject = subject_of(data, output)
-    values = data[output].transpose(*([subject] if subject else []), axis).values
+    values = values_of(data, output).transpose(*([subject] if subject else []), axis).values
     codes = np.atleast_2d(values).astype(np.int64)
-    names = [str(name) for name in data[subject].values] if subject else [output]
+    names = subject_names(data, output) if subject else [output]
     labels = labels_of(data, axis)
     panel = Panel(
         "Regime", "", title_of(data, axis), cells=cells_of(codes, legend), x_range=(-0.5, codes.shape[1] - 0.5),
         y_range=(-0.5, len(names) - 0.5), x_ticks=cell_ticks(labels, 12),
         y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
     )  # fmt: skip
-    caption = f"{_name(output)} of every part over {axis}, values in SI units."
+    caption = f"{_name(output)} of every part over {words_of_axis(data, axis)}."
     legend = legend if (codes < 0).any() else legend[:-1]
     return Chart("map", f"Map of the {output}", caption, (panel,), panel_height=_ROW * len(names) + 14, legend=legend)
 
@@ -227,4 +245,15 @@ def _name(output: str) -> str:
 
 def _others(data: xr.Dataset, x: str, y: str) -> str:
     others = [axis for axis in axes_in(data) if axis not in (x, y)]
-    return f" The largest over {', '.join(others)} is drawn." if others else ""
+    names = ", ".join(words_of_axis(data, axis) for axis in others)
+    return f" The largest over {names} is drawn." if others else ""
+
+
+def _over(data: xr.Dataset, x: str, y: str) -> str:
+    """Which axis stands where."""
+    return f"over {words_of_axis(data, x)} (horizontal) and {words_of_axis(data, y)} (vertical)"
+
+
+def _has_numbers(data: xr.Dataset) -> bool:
+    """Whether maps of numbers are drawn beside the map of codes."""
+    return any(not words_of(data[name]) for name in outputs_in(data))

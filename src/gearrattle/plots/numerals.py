@@ -16,13 +16,15 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
     Args:
         largest: a magnitude in ``unit``.
-        unit: an SI unit; the empty one and ``"1"`` take no prefix.
+        unit: an SI unit; the empty one, ``"1"`` and those in kg take no prefix.
 
     Returns:
         The factor to multiply values with, and the unit they are then in.
     """
-    if unit in ("", "1") or not 0.0 < largest < math.inf:
+    if unit in ("", "1") or unit.startswith("kg") or not 0.0 < largest < math.inf:
         return 1.0, unit
+    if largest >= 2e7 and unit.startswith("N"):
+        return 1e-6, f"M{unit}"
     if largest >= 2e4 and unit.startswith("N"):
         return 1e-3, f"k{unit}"
     for step, prefix in _PREFIXES:

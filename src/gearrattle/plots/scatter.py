@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import labels_of
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Bars, Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK, REGIMES
@@ -23,8 +23,10 @@ from gearrattle.studies.layout import (
     outputs_in,
     sampling_of,
     scattered,
+    subject_names,
     subject_of,
     units_of,
+    values_of,
     words_of,
 )
 from gearrattle.studies.probability import rattle_probability
@@ -46,7 +48,7 @@ def probability_bars(data: xr.Dataset) -> Chart | None:
     found = rattle_probability(data, output)
     share, low, high = (np.atleast_1d(found[name].values) for name in ("probability", "low", "high"))
     subject = subject_of(data, output)
-    names = labels_of(data, subject) if subject else [output]
+    names = subject_names(data, output) if subject else [output]
     rows = np.arange(len(names), dtype=np.float64)[::-1]
     bars = Cells(np.zeros(len(rows)), np.nan_to_num(share), rows - 0.3, rows + 0.3, "share", REGIMES["double-sided"])
     whiskers = Line(*_pieces(low, high, rows), "95 % interval", INK, width=2.0)
@@ -66,7 +68,7 @@ def histograms(data: xr.Dataset) -> Chart | None:
     panels = []
     for name in (name for name in outputs_in(data) if not words_of(data[name])):
         units = units_of(data, name)
-        for subject, values in subjects_of(numbers_of(data[name]), subject_of(data, name)):
+        for subject, values in subjects_of(numbers_of(values_of(data, name)), subject_of(data, name)):
             there = values.values[np.isfinite(values.values)]
             if there.size > 1 and np.ptp(there) > 0.0:
                 count, edges = np.histogram(there, bins=_bins(there))
@@ -98,7 +100,7 @@ def tornado(data: xr.Dataset) -> Chart | None:
         for part, coefficients in parts.items():
             one = found.sel({subject: part}) if subject else found
             if np.isfinite(coefficients.values).any():
-                panels.append(_tornado(f"{part}: {name}" if part else name, one))
+                panels.append(_tornado(f"{part}: {name}" if part else name, one, data))
     if not panels:
         return None
     count = min(len(scattered(data)), _MOST_VALUES)
@@ -115,18 +117,18 @@ def tornado(data: xr.Dataset) -> Chart | None:
     )  # fmt: skip
 
 
-def _tornado(title: str, found: xr.Dataset) -> Panel:
+def _tornado(title: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
     """Bars of one output, the strongest on top, named on the left."""
     coefficients = found["rank_regression"].values
     order = np.argsort(-np.abs(np.nan_to_num(coefficients)), kind="stable")[:_MOST_VALUES]
     strengths, shares = np.nan_to_num(coefficients[order]), found["first_order"].values[order]
-    names = [str(name) for name in found["value"].values[order]]
+    names = [measure_of(data, str(name)).words for name in found["value"].values[order]]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     cells = []
     for side, colour, name in ((strengths > 0.0, DRIVE, "grows"), (strengths < 0.0, COAST, "falls")):
         ends = np.minimum(strengths[side], 0.0), np.maximum(strengths[side], 0.0)
         cells.append(Cells(*ends, rows[side] - 0.32, rows[side] + 0.32, name, colour))
-    labels = [Label(-1.0 - _NAMES, row, name[-48:], INK) for row, name in zip(rows.tolist(), names, strict=True)]
+    labels = [Label(-1.0 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     told = (f"S {numeral(max(0.0, float(share)), 2)}" if np.isfinite(share) else "" for share in shares)
     labels += [Label(1.06, row, word) for row, word in zip(rows.tolist(), told, strict=True)]
     chance = float(found["chance_correlation"])

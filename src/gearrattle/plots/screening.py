@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from gearrattle.plots.axis_names import cell_ticks, labels_of, paths_of
+from gearrattle.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
 from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.plots.comparison import COLOURS
 from gearrattle.plots.maps import cells_of, edge_between
@@ -24,10 +24,15 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-BOUNDS = (-12.0, -6.0, 0.0, 6.0, 12.0)
-"""Where the shades of a map change [dB]."""
+STEPS = (1.0, 2.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
+"""Widths of a shade [dB]: the least with which three shades on either side reach the largest margin are taken."""
 SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
 """Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
+_BELIEVE = (
+    " Lift-off takes in mesh stiffness and transmission errors, the separation ratio neither: where the two maps "
+    "disagree, believe lift-off."
+)
+_BELIEVE_DOTS = f"{_BELIEVE} Where the dots of the simulation disagree with either, believe the dots."
 _DOTS = Key("rattles when simulated", INK)
 Measure = Literal["lift_ratio", "separation_ratio"]
 
@@ -46,20 +51,20 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     title = f"Screening by {word}"
     said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
     caption = f"Margin of every loose gear by the {said} in the linear driveline; above 0 dB it leaves its flank."
+    caption += _BELIEVE if "regime" not in data else _BELIEVE_DOTS
     if np.isinf(margin).any():
         caption += " A gear that rests within its gap is off its flank already: its margin is without bounds."
-    if data["load"].attrs.get("long_name") == BY_PATH:
-        caption += " Loads in SI units."
     key = "screening" if measure == "lift_ratio" else "screening_separation"
     if data.sizes["load"] == 1:
         return _curves(data, margin[:, 0, :], speeds, what, (key, title, caption))
-    edges = (-np.inf, *BOUNDS, np.inf)
+    bounds = bounds_of(margin)
+    edges = (-np.inf, *bounds, np.inf)
     legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
     across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):
         found = margin[:, :, k].T
-        codes = np.where(np.isnan(found), -1, np.searchsorted(BOUNDS, found, "right"))
+        codes = np.where(np.isnan(found), -1, np.searchsorted(bounds, found, "right"))
         lines = edge_between(found > 0.0, np.isfinite(found) | np.isinf(found))
         panels.append(
             Panel(
@@ -73,6 +78,13 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
         key, title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
         legend=(*legend, *dots),
     )  # fmt: skip
+
+
+def bounds_of(margin: Array) -> tuple[float, ...]:
+    """Where the shades of a map change [dB], so that its darkest begin at two thirds of the largest margin or less."""
+    largest = float(np.abs(margin[np.isfinite(margin)]).max(initial=0.0))
+    step = next((step for step in STEPS if 3.0 * step >= largest), STEPS[-1])
+    return (-2.0 * step, -step, 0.0, step, 2.0 * step)
 
 
 def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str, str]) -> Chart:
@@ -93,11 +105,12 @@ def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tu
 
 
 def loads_of(data: xr.Dataset) -> tuple[list[str], str]:
-    """Loads as people say them, and what they are: factors, values of a path in SI, or numbers of several together."""
+    """Loads as people say them, and what they are: factors, values of a path, or numbers of several together."""
     if data[LOAD].attrs.get("long_name") != BY_PATH:
-        return [numeral(float(v), 3) for v in data[LOAD].values], "load factor [1]"
+        return [numeral(float(v), 3) for v in data[LOAD].values], "load factor"
     paths = paths_of(data, LOAD)
-    return labels_of(data, LOAD), paths[0] if len(paths) == 1 else f"{paths[0]}, and {len(paths) - 1} more"
+    title = measure_of(data, paths[0]).title
+    return labels_of(data, LOAD), title if len(paths) == 1 else f"{title}, and {len(paths) - 1} more"
 
 
 def speeds_of(data: xr.Dataset) -> tuple[Array, str]:

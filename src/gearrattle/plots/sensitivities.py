@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
@@ -31,7 +32,9 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
     """Draw Sobol' indices of first and total order with their intervals, a panel an output and subject that vary."""
     if sampling_of(data) not in (SALTELLI, PAIRS) or not _alone(data):
         return None
-    panels = [_indices(name, found) for name, found in _varied(data) if np.isfinite(found["total_order"].values).any()]
+    panels = [
+        _indices(name, found, data) for name, found in _varied(data) if np.isfinite(found["total_order"].values).any()
+    ]
     legend = (Key("first order: alone", FIRST), Key("total order: with interactions", TOTAL))
     caption = (
         "Shares of each output's variance that a value explains: alone, and with all interactions it is in. "
@@ -51,7 +54,7 @@ def swing_bars(data: xr.Dataset) -> Chart | None:
         for part, swing in subjects_of(told["swing"], subject):
             one = told.sel({subject: part}) if subject else told
             if np.nanmax(swing.values, initial=0.0) > 0.0 and np.isfinite(float(one["base"])):
-                panels.append(_swings(f"{part}: {name}" if part else name, units[part], one))
+                panels.append(_swings(f"{part}: {name}" if part else name, units[part], one, data))
     legend = (Key("value at its lower end", COAST), Key("value at its upper end", DRIVE))
     caption = (
         "Each output with one value at its lower and at its upper end, all others the model's own; the line is the "
@@ -81,7 +84,7 @@ def _chart(words: tuple[str, str, str], panels: list[Panel], count: int, legend:
     return Chart(key, title, caption + more, shown, panel_height=height, share_x=False, legend=legend)
 
 
-def _indices(title: str, found: xr.Dataset) -> Panel:
+def _indices(title: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
     total = np.nan_to_num(found["total_order"].values)
     order = np.argsort(-total, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
@@ -93,8 +96,8 @@ def _indices(title: str, found: xr.Dataset) -> Panel:
         cells.append(Cells(np.minimum(share, 0.0), np.maximum(share, 0.0), middle - 0.15, middle + 0.15, name, colour))
         low, high = np.maximum(share - half, -0.15), np.minimum(share + half, 1.15)
         lines.append(Line(*_pieces(low, high, middle), "95 % interval", INK, width=1.4))
-    names = [str(name) for name in found["value"].values[order]]
-    labels = [Label(-0.17 - _NAMES, row, name[-48:], INK) for row, name in zip(rows.tolist(), names, strict=True)]
+    names = [measure_of(data, str(name)).words for name in found["value"].values[order]]
+    labels = [Label(-0.17 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     return Panel(
         title, cells=tuple(cells), lines=tuple(lines), labels=tuple(labels), rules=(Rule(0.0, "x", CENTRE),),
         x_range=(-0.17 - _NAMES, 1.17), y_range=(-0.6, len(rows) - 0.4),
@@ -102,7 +105,7 @@ def _indices(title: str, found: xr.Dataset) -> Panel:
     )  # fmt: skip
 
 
-def _swings(title: str, unit: str, found: xr.Dataset) -> Panel:
+def _swings(title: str, unit: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
     swing, base = np.nan_to_num(found["swing"].values), float(found["base"])
     order = np.argsort(-swing, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
@@ -118,9 +121,10 @@ def _swings(title: str, unit: str, found: xr.Dataset) -> Panel:
     width = high - low
     begin = low - (_NAMES + 0.03) * width
     given = [found[f"{name}_value"].values[order].tolist() for name in ("low", "high")]
-    told = [f"{numeral(a, 3)} to {numeral(b, 3)}" for a, b in zip(*given, strict=True)]
-    names = [str(name) for name in found["value"].values[order]]
-    labels = [Label(begin, row, name[-48:], INK) for row, name in zip(rows.tolist(), names, strict=True)]
+    measures = [measure_of(data, str(name)) for name in found["value"].values[order]]
+    told = [f"{numeral(a * m.factor, 3)} to {m.said(b, 3)}" for a, b, m in zip(*given, measures, strict=True)]
+    names = [measure.words for measure in measures]
+    labels = [Label(begin, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), told, strict=True)]
     steps = np.linspace(low, high, 5)
     return Panel(

@@ -12,10 +12,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import positions, title_of
+from gearrattle.plots.axis_names import positions, title_of, words_of_axis
 from gearrattle.plots.chart import Chart, Key, Line, Panel
 from gearrattle.plots.comparison import COLOURS
-from gearrattle.studies.layout import axes_in, chosen_codes, numbers_of, outputs_in, subject_of, units_of, words_of
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    numbers_of,
+    outputs_in,
+    subject_of,
+    units_of,
+    values_of,
+    words_of,
+)
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.trajectory import Array
@@ -38,14 +47,14 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
     for name in names:
         by_unit: dict[str, list[Line]] = {}
         units = units_of(data, name)
-        for subject, each in subjects_of(numbers_of(data[name]), subject_of(data, name)):
+        for subject, each in subjects_of(numbers_of(values_of(data, name)), subject_of(data, name)):
             key = legend.setdefault(subject or name, Key(subject or name, COLOURS[len(legend) % len(COLOURS)]))
             by_unit.setdefault(units[subject], []).extend(
                 Line(np.zeros(0), curve, key.name, key.colour, width=width) for curve, width in _curves(each, axis)
             )
         panels += [_panel(data, axis, (name, unit), lines) for unit, lines in by_unit.items()]
     over = " Thick: the median over the samples; thin: 5 and 95 %." if SAMPLE in data.dims else ""
-    caption = f"Outputs over {axis}, values in SI units.{over}"
+    caption = f"Outputs over {words_of_axis(data, axis)}.{over}"
     return Chart(
         "sweep", "Outputs", caption, tuple(panels), columns=min(2, len(panels)), panel_height=200, share_x=False,
         legend=tuple(legend.values()),
@@ -69,7 +78,7 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
             curve = dict(subjects_of(found[quantity], subject))[name].values
             lines.append(Line(np.zeros(0), curve, key.name, key.colour, width=width))
     panel = replace(_panel(data, axis, ("Share of samples that rattle", ""), lines), y_range=(-0.03, 1.03))
-    caption = f"Thick: share of samples above quiet over {axis}; thin: Wilson's 95 % interval."
+    caption = f"Thick: share of samples above quiet over {words_of_axis(data, axis)}; thin: Wilson's 95 % interval."
     return Chart("probability", "Probability of rattle", caption, (panel,), panel_height=240, legend=tuple(legend))
 
 

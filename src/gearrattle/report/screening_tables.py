@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.plots.axis_names import paths_of
+from gearrattle.plots.axis_names import measure_of, paths_of
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.screening import loads_of, speeds_of
 from gearrattle.report.tables import Table
@@ -98,8 +98,10 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
         return at
     labels, what = loads_of(data)
     if data[LOAD].attrs.get("long_name") != BY_PATH:
-        return f"{at}, {what.removesuffix(' [1]')} {labels[load]}"
-    return f"{at}, {paths_of(data, LOAD)[0]} = {labels[load]}"
+        return f"{at}, {what} {labels[load]}"
+    path = paths_of(data, LOAD)[0]
+    measure = measure_of(data, path)
+    return f"{at}, {measure.words} {measure.said(data[path].values[load])}"
 
 
 def decibels(margin: float) -> str:
@@ -143,7 +145,7 @@ def setting_of(data: xr.Dataset) -> str:
     words = f"{speeds.size} speeds, {ends}" if speeds.size > 1 else f"one speed, {numeral(float(speeds[0]), 4)}{unit}"
     labels, load = loads_of(data)
     if len(labels) > 1:
-        words += f"; {len(labels)} loads, {load.removesuffix(' [1]')} {labels[0]} to {labels[-1]}"
+        words += f"; {len(labels)} loads, {load} {labels[0]} to {labels[-1]}"
     return f"{words}; {data.sizes['gear']} loose gears."
 
 
@@ -179,7 +181,6 @@ def thresholds_table(data: xr.Dataset) -> Table:
         (numeral(float(speed), 4), *(_first(margin[i, :, k] > 0.0, labels) for k in range(len(names))))
         for i, speed in enumerate(speeds)
     )
-    what = what.removesuffix(" [1]")
     note = f"The first load of the map ({what}) from which on the gear lifts off; a dash: it holds at the last."
     return Table(head, rows, note=note)
 

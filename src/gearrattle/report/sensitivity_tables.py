@@ -5,15 +5,16 @@ Takes the Dataset of a study without axes; gives Tables.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import labels_of
+from gearrattle.plots.axis_names import Measure, measure_of
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.layout import axes_in, outputs_in, scattered, subject_of, units_of
+from gearrattle.studies.layout import axes_in, outputs_in, scattered, subject_names, subject_of, units_of
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_PAIRS = 10
+Words = Mapping[str, Measure]
 
 
 def sensitivity_tables(data: xr.Dataset) -> list[Table]:
@@ -30,30 +32,30 @@ def sensitivity_tables(data: xr.Dataset) -> list[Table]:
     found = []
     for output in outputs_in(data):
         told, subject, units = sensitivities(data, output), subject_of(data, output), units_of(data, output)
-        for name in labels_of(data, subject) if subject else [""]:
+        for name in subject_names(data, output):
             one = told.sel({subject: name}) if subject else told
             title = f"{name}: {output}" if name else output
-            found += _tables(one, title, units[name])
+            found += _tables(one, title, units[name], data)
     return found
 
 
-def _tables(found: xr.Dataset, title: str, unit: str) -> list[Table]:
+def _tables(found: xr.Dataset, title: str, unit: str, data: xr.Dataset) -> list[Table]:
     method = str(found.attrs.get("sampling", ""))
+    names = {str(path): measure_of(data, str(path)) for path in found["value"].values}
     if method == ONE_AT_A_TIME:
-        return [_swing_table(found, f"{title}, {unit}" if unit else title)] if np.nanmax(
-            found["swing"].values, initial=0.0
-        ) > 0.0 else []  # fmt: skip
+        swings = np.nanmax(found["swing"].values, initial=0.0) > 0.0
+        return [_swing_table(found, f"{title} [{unit}]" if unit else title, names)] if swings else []
     if not np.isfinite(found["spearman"].values).any():
         return []
     if method not in (SALTELLI, PAIRS):
-        return [_rank_table(found, title)]
-    return [_index_table(found, title), *([_pair_table(found, title)] if method == PAIRS else [])]
+        return [_rank_table(found, title, names)]
+    return [_index_table(found, title, names), *([_pair_table(found, title, names)] if method == PAIRS else [])]
 
 
-def _rank_table(found: xr.Dataset, title: str) -> Table:
+def _rank_table(found: xr.Dataset, title: str, words: Words) -> Table:
     order = np.argsort(-np.abs(np.nan_to_num(found["rank_regression"].values)), kind="stable")
     columns = [found[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
-    names = [str(name) for name in found["value"].values[order]]
+    names = [words[str(path)].words for path in found["value"].values[order]]
     limit, shares = float(found["chance_correlation"]), float(found["chance_first_order"])
     rows = [
         (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
@@ -66,13 +68,15 @@ def _rank_table(found: xr.Dataset, title: str) -> Table:
     return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
 
 
-def _index_table(found: xr.Dataset, title: str) -> Table:
+def _index_table(found: xr.Dataset, title: str, words: Words) -> Table:
     order = np.argsort(-np.nan_to_num(found["total_order"].values), kind="stable")
     names = ("first_order", "first_order_half_width", "total_order", "total_order_half_width", "rank_regression")
     rows = []
     for i in order.tolist():
         first, around, total, about, rank = (float(found[name].values[i]) for name in names)
-        rows.append((str(found["value"].values[i]), _within(first, around), _within(total, about), _short(rank)))
+        rows.append(
+            (words[str(found["value"].values[i])].words, _within(first, around), _within(total, about), _short(rank))
+        )
     interactions = 1.0 - float(np.sum(found["first_order"].values))
     note = (
         f"{int(found['base_points'])} base points; ± is the half-width of a 95 % interval (bootstrap). First orders "
@@ -82,9 +86,9 @@ def _index_table(found: xr.Dataset, title: str) -> Table:
     return Table(("value", "first order", "total order", "rank regression"), tuple(rows), title=title, note=note)
 
 
-def _pair_table(found: xr.Dataset, title: str) -> Table:
+def _pair_table(found: xr.Dataset, title: str, words: Words) -> Table:
     shares, half = found["second_order"].values, found["second_order_half_width"].values
-    names = [str(name) for name in found["value"].values]
+    names = [words[str(path)].words for path in found["value"].values]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if np.isfinite(shares[i, j])]
     pairs.sort(key=lambda pair: -abs(float(shares[pair])))
     rows = [(names[i], names[j], _within(float(shares[i, j]), float(half[i, j]))) for i, j in pairs[:_MOST_PAIRS]]
@@ -93,15 +97,17 @@ def _pair_table(found: xr.Dataset, title: str) -> Table:
     return Table(("value", "with", "second order"), tuple(rows), frozenset({0, 1}), f"{title}, pairs", note)
 
 
-def _swing_table(found: xr.Dataset, title: str) -> Table:
+def _swing_table(found: xr.Dataset, title: str, words: Words) -> Table:
     order = np.argsort(-np.nan_to_num(found["swing"].values), kind="stable")
     names = ("low_value", "base_value", "high_value", "low", "base", "high", "swing")
     rows = []
     for i in order.tolist():
         cells = [float(found[name].values[i] if found[name].dims else found[name].values) for name in names]
-        rows.append((str(found["value"].values[i]), *(numeral(cell, 4) for cell in cells)))
+        measure = words[str(found["value"].values[i])]
+        ends = (numeral(measure.factor * cell, 4) for cell in cells[:3])
+        rows.append((measure.title, *ends, *(numeral(cell, 4) for cell in cells[3:])))
     head = ("value", "lower", "model", "upper", "output at lower", "at model", "at upper", "swing")
-    return Table(head, tuple(rows), title=title, note="Values in SI units, all others the model's own.")
+    return Table(head, tuple(rows), title=title, note="All other values are the model's own.")
 
 
 def _marked(value: float, bound: float) -> str:

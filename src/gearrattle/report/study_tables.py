@@ -10,12 +10,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import labels_of, paths_of
+from gearrattle.plots.axis_names import labels_of, measure_of, paths_of, title_of
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
 from gearrattle.studies.cases import OUTCOMES
-from gearrattle.studies.layout import axes_in, chosen_codes, has_probabilities, subject_of, words_of
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    has_probabilities,
+    subject_names,
+    subject_of,
+    values_of,
+    words_of,
+)
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability, samples_needed
 
@@ -28,8 +36,8 @@ _MOST = 40
 def code_counts(data: xr.Dataset, output: str) -> dict[str, dict[str, int]]:
     """By subject and word: in how many cases."""
     words, subject = words_of(data[output]), subject_of(data, output)
-    names = labels_of(data, subject) if subject else [output]
-    codes = data[output].transpose(*([subject] if subject else []), ...).values.reshape(len(names), -1)
+    names = subject_names(data, output) if subject else [output]
+    codes = values_of(data, output).transpose(*([subject] if subject else []), ...).values.reshape(len(names), -1)
     return {
         name: {word: int(np.count_nonzero(row == code)) for code, word in enumerate(words)}
         for name, row in zip(names, codes, strict=True)
@@ -56,7 +64,7 @@ def probability_table(data: xr.Dataset) -> Table:
         return Table(head, ())
     found = rattle_probability(data, output)
     subject = subject_of(data, output)
-    names = labels_of(data, subject) if subject else [output]
+    names = subject_names(data, output) if subject else [output]
     columns = [np.atleast_1d(found[name].values) for name in ("rattling", "samples", "probability", "low", "high")]
     rows = [
         (name, f"{int(k)}", f"{int(n)}", _percent(p), f"{_percent(low)} to {_percent(high)}")
@@ -81,15 +89,24 @@ def boundary_table(data: xr.Dataset) -> Table:
     subject = subject_of(data, output)
     places = [paths_of(data, axis)[0] for axis in axes_in(data)]
     names = [*([subject] if subject else []), "along", *places, "from", "to"]
+    measures = {path: measure_of(data, path) for path in places}
+    head = tuple(measures[name].title if name in measures else name for name in names)
     if not count:
-        return Table(tuple(names), ())
+        return Table(head, ())
     order = np.lexsort([found[name].values for name in (*reversed(places), "along", *([subject] if subject else []))])
     columns = [found[name].values[order[:_MOST]] for name in names]
-    rows = [tuple(_cell(value) for value in row) for row in zip(*columns, strict=True)]
+    axes = {axis: measure_of(data, axis).words for axis in axes_in(data)}
+    rows = [
+        tuple(
+            axes[str(value)] if name == "along" else _cell(value, measures[name].factor if name in measures else 1.0)
+            for name, value in zip(names, row, strict=True)
+        )
+        for row in zip(*columns, strict=True)
+    ]
     more = f" {count - _MOST} more stand in gr.regime_boundary." if count > _MOST else ""
-    note = f"Midpoints between neighbouring values of the axis crossed, in SI units.{more}"
+    note = f"Midpoints between neighbouring values of the axis crossed.{more}"
     numeric = {i for i, name in enumerate(names) if found[name].values.dtype.kind in "iuf"}
-    return Table(tuple(names), tuple(rows), frozenset(range(len(names))) - numeric, note=note)
+    return Table(head, tuple(rows), frozenset(range(len(names))) - numeric, note=note)
 
 
 def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> Table:
@@ -101,11 +118,12 @@ def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> 
         word = OUTCOMES[int(data["outcome"].values[place])]
         rows.append((*(labels[dim][i] for dim, i in zip(dims, place, strict=True)), word, text))
     note = f"{len(messages) - _MOST} more failed; their messages are in done/." if len(messages) > _MOST else ""
-    return Table((*dims, "outcome", "message"), tuple(rows), frozenset({len(dims), len(dims) + 1}), note=note)
+    head = (*(title_of(data, dim) if dim != SAMPLE else dim for dim in dims), "outcome", "message")
+    return Table(head, tuple(rows), frozenset({len(dims), len(dims) + 1}), note=note)
 
 
-def _cell(value: object) -> str:
-    return numeral(float(value), 4) if isinstance(value, int | float | np.number) else str(value)
+def _cell(value: object, factor: float) -> str:
+    return numeral(factor * float(value), 4) if isinstance(value, int | float | np.number) else str(value)
 
 
 def _percent(share: float) -> str:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.model.path_labels import INITIAL
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.basins import basin_map, keys_of, name_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
@@ -79,7 +81,7 @@ def _percent(share: float) -> str:
 
 def setting_of(data: xr.Dataset) -> str:
     """Which initial states, and how motions were looked at."""
-    names = [str(name) for name in np.atleast_1d(data.attrs["over"])]
+    names = [measure_of(data, INITIAL + str(name)).words for name in np.atleast_1d(data.attrs["over"])]
     how = "drawn from a box of" if SAMPLE in data["basin"].dims else "on a grid over"
     return (
         f"{data['basin'].size} initial states {how} {joined(names)}. Seen at {float(data.attrs['phase']):g} of every "
@@ -98,12 +100,15 @@ def counts_of(data: xr.Dataset) -> Table:
 def attractor_table(data: xr.Dataset) -> Table:
     """The attractors: share, interval, and a point of each."""
     section = [str(name) for name in np.atleast_1d(data.attrs["section"])]
-    rows = []
+    measures, rows = [measure_of(data, name) for name in section], []
     for n in range(1, min(data.sizes[ATTRACTOR], _MOST_ROWS) + 1):
         one = data.isel({ATTRACTOR: n - 1})
         low, high = float(one["low"]), float(one["high"])
         interval = f"{_percent(low)} to {_percent(high)}" if np.isfinite(low) else "a grid has none"
-        points = [", ".join(numeral(float(v), 4) for v in orbit_of(data, n, name)) for name in section]
+        points = [
+            ", ".join(numeral(float(v) * measure.factor, 4) for v in orbit_of(data, n, name))
+            for name, measure in zip(section, measures, strict=True)
+        ]
         rows.append((name_of(data, n), f"{int(one['cases'])}", _percent(float(one["share"])), interval,
                      _percent(float(one["agreeing"])), *points))  # fmt: skip
     note = "Agreeing: the share of its cases whose verdict is the one named. " + (
@@ -111,7 +116,11 @@ def attractor_table(data: xr.Dataset) -> Table:
         if SAMPLE in data["basin"].dims
         else "Shares of a grid are shares of its points."
     )
-    return Table(("motion", "cases", "share", "95 % interval", "agreeing", *section), tuple(rows), note=note)
+    return Table(
+        ("motion", "cases", "share", "95 % interval", "agreeing", *(measure.title for measure in measures)),
+        tuple(rows),
+        note=note,
+    )
 
 
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.plots.axis_names import Measure, measure_of, paths_of
 from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
@@ -18,7 +19,7 @@ from gearrattle.report.comparison import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
-from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
+from gearrattle.studies.branches import stretches, sweeps_of, swept, swept_values
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
 
@@ -40,26 +41,26 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Every combination of further axes in words, and its sweeps."""
     others = [str(name) for name in data["outcome"].dims[1:-1]]
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
-        held = ", ".join(f"{name} = {_word(data[name].values[i])}" for name, i in zip(others, at, strict=True))
+        measures = [measure_of(data, name) for name in others]
+        held = ", ".join(
+            f"{measure.words} {measure.said(data[name].values[i], 3)}"
+            for name, measure, i in zip(others, measures, at, strict=True)
+        )
         yield held, data.isel(dict(zip(others, at, strict=True)))
-
-
-def _word(value: object) -> str:
-    return numeral(float(value), 3) if isinstance(value, float | int | np.number) else str(value)
 
 
 def summary_of(data: xr.Dataset) -> str:
     """What comes with the swept value, and where two motions coexist."""
-    told = []
+    told, shown = [], _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
         found = stretches(one)
-        parts = [f"{each.words} {_range(each)}" for each in found[:_MOST_SAID]]
+        parts = [f"{each.words} {_span(each.low, each.high, shown)}" for each in found[:_MOST_SAID]]
         more = f", and {len(found) - _MOST_SAID} more stretches" if len(found) > _MOST_SAID else ""
         told.append(f"Going {name}: {'; '.join(parts)}{more}.")
     if "motions" in data:
         first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
         apart = _runs(first)
-        where = joined([_span(low, high) for low, high in apart[:_MOST_SAID]])
+        where = joined([_span(low, high, shown) for low, high in apart[:_MOST_SAID]])
         told.append(
             f"Two motions coexist {where}."
             if apart
@@ -71,12 +72,15 @@ def summary_of(data: xr.Dataset) -> str:
     return " ".join(told)
 
 
-def _range(found: Stretch) -> str:
-    return _span(found.low, found.high)
+def _swept_measure(data: xr.Dataset) -> Measure:
+    """What is swept, and in which unit it is shown."""
+    return measure_of(data, paths_of(data, swept(data))[0])
 
 
-def _span(low: float, high: float) -> str:
-    return f"at {numeral(low, 4)}" if low == high else f"from {numeral(low, 4)} to {numeral(high, 4)}"
+def _span(low: float, high: float, shown: Measure) -> str:
+    if low == high:
+        return f"at {shown.said(low)}"
+    return f"from {numeral(low * shown.factor, 4)} to {shown.said(high)}"
 
 
 def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
@@ -91,10 +95,11 @@ def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
 
 def setting_of(data: xr.Dataset) -> str:
     """What was swept and how the motion was looked at."""
-    axis, others = swept(data), [str(name) for name in data["outcome"].dims[1:-1]]
+    axis, others = swept(data), [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
     beside = f" for every combination of {joined(others)}" if others else ""
+    ways = joined([str(way) for way in data["direction"].values])
     return (
-        f"Swept: {axis} ({data.sizes[axis]} values, {joined([str(way) for way in data['direction'].values])}){beside}. "
+        f"Swept: {_swept_measure(data).words} ({data.sizes[axis]} values, {ways}){beside}. "
         f"Seen at {float(data.attrs['phase']):g} of every period; points within {float(data.attrs['tolerance']):g} of "
         f"the clearance are the same; periods up to {int(data.attrs['largest_period'])} T are looked for."
     )
@@ -112,25 +117,39 @@ def counts_of(data: xr.Dataset) -> Table:
 
 def stretch_table(data: xr.Dataset) -> Table:
     """Stretches of one kind of motion, a row each."""
-    rows = []
+    rows, shown = [], _swept_measure(data).factor
     for name, one in sweeps_of(data):
         for each in stretches(one):
             period = f"{each.period}" if each.period else ""
             rows.append(
-                (name, _number(each.low), _number(each.high), f"{each.count}", each.motion, period, each.verdict)
+                (
+                    name,
+                    _number(each.low * shown),
+                    _number(each.high * shown),
+                    f"{each.count}",
+                    each.motion,
+                    period,
+                    each.verdict,
+                )
             )
     left = len(rows) - _MOST_ROWS
     note = f"{left} more stretches stand in results.zarr." if left > 0 else ""
-    head = ("sweep", "from", "to", "values", "motion", "period [T]", "verdict")
+    head = ("sweep", *_ends(data), "values", "motion", "period [T]", "verdict")
     return Table(head, tuple(rows[:_MOST_ROWS]), frozenset({0, 4, 6}), note=note)
 
 
 def coexistence_table(data: xr.Dataset) -> Table:
     """Where both directions end in different motions."""
-    rows = []
+    rows, shown = [], _swept_measure(data).factor
     for held, one in _combinations(data) if "motions" in data else ():
-        rows += [(held or "all", _number(low), _number(high)) for low, high in _runs(one)]
-    return Table(("held", "from", "to"), tuple(rows[:_MOST_ROWS]))
+        rows += [(held or "all", _number(low * shown), _number(high * shown)) for low, high in _runs(one)]
+    return Table(("held", *_ends(data)), tuple(rows[:_MOST_ROWS]))
+
+
+def _ends(data: xr.Dataset) -> tuple[str, str]:
+    """Heads of the columns of a range."""
+    unit = _swept_measure(data).unit
+    return (f"from [{unit}]", f"to [{unit}]") if unit else ("from", "to")
 
 
 def _number(value: float) -> str:

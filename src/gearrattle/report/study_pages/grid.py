@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.convergence import probability_convergence
 from gearrattle.plots.maps import number_maps, probability_map, regime_map
@@ -36,6 +37,7 @@ from gearrattle.studies.layout import (
     outputs_in,
     sampling_of,
     scattered,
+    subject_names,
     subject_of,
     words_of,
 )
@@ -98,7 +100,7 @@ def _probable(data: xr.Dataset, output: str) -> list[str]:
     found, subject = rattle_probability(data, output), subject_of(data, output)
     follows = sensitivities(data, output) if scattered(data) else None
     told = []
-    names = [str(name) for name in data[subject].values] if subject else [""]
+    names = subject_names(data, output)
     for name in names[:_MOST_NAMED]:
         one = found.sel({subject: name}) if subject else found
         p, low, high = (100.0 * float(one[key]) for key in ("probability", "low", "high"))
@@ -106,11 +108,13 @@ def _probable(data: xr.Dataset, output: str) -> list[str]:
             continue
         who = name or "The driveline"
         sentence = f"{who} rattles in {p:.0f} % of samples (95 % interval {low:.0f} to {high:.0f} %)"
-        told.append(sentence + _decided(follows.sel({subject: name}) if subject and follows is not None else follows))
+        told.append(
+            sentence + _decided(data, follows.sel({subject: name}) if subject and follows is not None else follows)
+        )
     return [*told, *_more(len(names))]
 
 
-def _decided(found: xr.Dataset | None) -> str:
+def _decided(data: xr.Dataset, found: xr.Dataset | None) -> str:
     """The value the regime follows most, if it does so beyond chance."""
     if found is None or not np.isfinite(found["spearman"].values).any():
         return "."
@@ -118,17 +122,19 @@ def _decided(found: xr.Dataset | None) -> str:
     most = int(np.nanargmax(np.abs(strengths)))
     if not abs(strengths[most]) > float(found["chance_correlation"]):
         return "; it follows no single value beyond chance."
-    return f"; it follows {found['value'].values[most]} most (rank correlation {strengths[most]:.2f})."
+    words = measure_of(data, str(found["value"].values[most])).words
+    return f"; it follows {words} most (rank correlation {strengths[most]:.2f})."
 
 
 def setting_of(data: xr.Dataset) -> str:
     """What was varied."""
-    axes = [f"{axis} ({data.sizes[axis]} values)" for axis in axes_in(data)]
+    axes = [f"{measure_of(data, axis).words} ({data.sizes[axis]} values)" for axis in axes_in(data)]
     parts = [f"Varied: {joined(axes)}."] if axes else []
     if SAMPLE in data.dims:
         method = f" ({sampling_of(data)})" if sampling_of(data) else ""
         word = "samples" if has_probabilities(data) else "cases"
-        parts.append(f"{data.sizes[SAMPLE]} {word}{method} of {joined(list(scattered(data)))}.")
+        names = joined([measure_of(data, path).words for path in scattered(data)])
+        parts.append(f"{data.sizes[SAMPLE]} {word}{method} of {names}.")
     return " ".join([*parts, f"{data['outcome'].size} cases."])
 
 

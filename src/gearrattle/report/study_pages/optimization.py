@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
 from gearrattle.plots.numerals import numeral
@@ -34,12 +35,18 @@ def summary_of(data: xr.Dataset) -> str:
     best = int(data.attrs["best"])
     if best < 0:
         return f"{told_of(data)[:1].upper()}{told_of(data)[1:]}. {_least(data)}"
-    values = ", ".join(f"{path} = {numeral(float(data[path][best]), 4)}" for path in data.attrs["variables"])
+    values = _values(data, best)
     reached = joined([f"{name} {_beside(data, i, best)}" for i, name in enumerate(_objectives(data))])
     word = "The best design" if len(_objectives(data)) == 1 else "Nearest to the best of every objective"
     sure = int(data["certified"][best]) == 1
     told = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
     return f"{word}: {reached}, with {values}. {told}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+
+
+def _values(data: xr.Dataset, i: int) -> str:
+    """The values of a design, in words."""
+    measures = {str(path): measure_of(data, str(path)) for path in data.attrs["variables"]}
+    return ", ".join(f"{measure.words} {measure.said(float(data[path][i]))}" for path, measure in measures.items())
 
 
 def _beside(data: xr.Dataset, i: int, best: int) -> str:
@@ -58,7 +65,7 @@ def _least(data: xr.Dataset) -> str:
     if not np.isfinite(violation).any():
         return "All of them failed."
     i = int(np.nanargmin(violation))
-    values = ", ".join(f"{path} = {numeral(float(data[path][i]), 4)}" for path in data.attrs["variables"])
+    values = _values(data, i)
     share = numeral(100.0 * float(violation[i]), 3)
     return f"Nearest to the limits comes {values}: it misses them by {share} % in all. Widen ranges or limits."
 
@@ -66,16 +73,17 @@ def _least(data: xr.Dataset) -> str:
 def setting_of(data: xr.Dataset) -> str:
     """What could change, what was sought, within which limits."""
     low, high = data.attrs["low"], data.attrs["high"]
+    measures = [measure_of(data, str(path)) for path in data.attrs["variables"]]
     ranges = [
-        f"{path} ({numeral(float(a), 3)} to {numeral(float(b), 3)})"
-        for path, a, b in zip(data.attrs["variables"], low, high, strict=True)
+        f"{measure.words} ({numeral(float(a) * measure.factor, 3)} to {measure.said(float(b), 3)})"
+        for measure, a, b in zip(measures, low, high, strict=True)
     ]
     word = {"min": "small", "max": "large"}
     sought = [f"{name} {word[sense]}" for name, sense in zip(_objectives(data), data.attrs["senses"], strict=True)]
     limits = list(data.attrs["constraints"])
     told = f" within the limits {joined(limits)}" if limits else ""
     return (
-        f"Variables: {joined(ranges)}, in SI units. Sought: {joined(sought)}{told}. NSGA-II, "
+        f"Variables: {joined(ranges)}. Sought: {joined(sought)}{told}. NSGA-II, "
         f"{data.sizes['generation']} generations of {data.attrs['population']} designs, seed {data.attrs['seed']}."
     )
 
@@ -104,22 +112,28 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
 
 def _front_table(data: xr.Dataset) -> Table:
     paths, members = [str(path) for path in data.attrs["variables"]], in_order(data)
+    measures = [measure_of(data, path) for path in paths]
     best = int(data.attrs["best"])
     rows = []
     for rank, i in enumerate(members[:_MOST_ROWS]):
         found = [numeral(float(value), 4) for value in data["value"].values[i]]
-        values = [numeral(float(data[path][i]), 4) for path in paths]
+        values = [numeral(float(data[path][i]) * m.factor, 4) for path, m in zip(paths, measures, strict=True)]
         sure = {1: "yes", 0: "no"}.get(int(data["certified"][i]), "–")
         rows.append((f"{rank + 1}{' (best)' if i == best else ''}", *found, *values, sure))
     units = [str(unit) for unit in data.attrs["units"]]
-    heads = [f"{name}, {unit}" if unit else name for name, unit in zip(_objectives(data), units, strict=True)]
+    heads = [f"{name} [{unit}]" if unit else name for name, unit in zip(_objectives(data), units, strict=True)]
     left = len(members) - _MOST_ROWS
     note = (
         "Certified: a run of its own by the algorithm exact gives the same values within a part in a million, keeps "
         f"all limits, and its energy is accounted for.{f' {left} more stand in front/.' if left > 0 else ''}"
     )
     last = 1 + len(heads) + len(paths)
-    return Table(("no.", *heads, *paths, "certified"), tuple(rows), frozenset({0, last}), note=note)
+    return Table(
+        ("no.", *heads, *(measure.title for measure in measures), "certified"),
+        tuple(rows),
+        frozenset({0, last}),
+        note=note,
+    )
 
 
 def _objectives(data: xr.Dataset) -> list[str]:
