@@ -72,12 +72,23 @@ class Recording:
         channels: in the order of their source.
         source: where it came from, in words: a file's name, an algorithm.
         notes: what the user must know about it.
+
+    Raises:
+        ModelError: two channels have one name.
     """
 
     time: Array
     channels: tuple[Channel, ...]
     source: str
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse two channels of one name."""
+        names = self.names
+        for number, name in enumerate(names):
+            if (before := names.index(name)) < number:
+                rule = f"channels {before + 1} and {number + 1} have this name, so it does not tell which one is meant"
+                raise ModelError(Problem(self.source, name, rule, "rename one of them"))
 
     @property
     def names(self) -> tuple[str, ...]:

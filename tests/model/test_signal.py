@@ -207,3 +207,11 @@ def test_a_bad_sweep(excitation: str, words: tuple[str, ...]) -> None:
     with pytest.raises(gr.ModelError) as caught:
         loads(text)
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_a_column_named_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(gr.ModelError) as caught:
+        recorded(tmp_path, "t [s], T [N*m], T [kN*m]\n0, 1, 2\n1, 1, 2\n2, 1, 2\n3, 1, 2\n")
+    (problem,) = caught.value.problems
+    assert "torque.csv:1" in problem.place
+    assert "columns 2 and 3 have this name" in problem.rule

@@ -163,3 +163,14 @@ def test_mdf_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     path.write_bytes(b"MDF     4.10    " + bytes(200))
     with pytest.raises(NotInstalled, match=r"gearrattle\[measured\]"):
         gr.read(path)
+
+
+def test_two_channels_of_one_name_are_refused_in_every_format(tmp_path: Path) -> None:
+    """A universal file has no names of its own: two datasets at one node and direction are called alike."""
+    channel = Channel("n", "speed", "", "rad/s", np.ones(4))
+    with pytest.raises(ModelError, match="channels 1 and 2 have this name"):
+        Recording(np.arange(4.0), (channel, channel), "rig")
+    path = tmp_path / "x.uff"
+    gr.write(Recording(np.arange(4.0), (channel,), "rig"), path)
+    path.write_bytes(2 * path.read_bytes())
+    assert "columns 1 and 2 of the file have this name" in _refused(path)

@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.readers import csv, hdf5, mat, mdf4, run, uff, wav
-from gearrattle.readers.base import HEAD, Column, Raw, Reader, Request
+from gearrattle.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
 from gearrattle.recording import Recording
 
 READERS: dict[str, Reader] = {
@@ -76,7 +76,8 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         format: one of ``READERS``; empty: told by the content.
 
     Raises:
-        ModelError: no such file, another or an unknown format, damage, no signals, times that do not ascend.
+        ModelError: no such file, another or an unknown format, damage, no signals, two columns of
+            one name, times that do not ascend.
     """
     told = format_of(path)
     reader = READERS[format or told]
@@ -90,6 +91,7 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         remedy = "copy or export it again" if told == reader.NAME else f"its content looks like {told}"
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
+    refuse_doubles(raw.columns, raw.source, request)
     if request.names is None and min(column.values.size for column in raw.columns) < 2:
         raise ModelError(Problem(raw.source, "", "holds names, and no samples", "is this the whole record?"))
     for column in raw.columns:

@@ -111,8 +111,9 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
     of time that stands beside it and is as long.
 
     Raises:
-        ModelError: there are no times, or they are not those of the column.
+        ModelError: there are no times, they are not those of the column, or two columns wanted have one name.
     """
+    refuse_doubles(columns, str(path), request)
     by_name = {column.name: column for column in columns}
     if request.interval is not None:
         step = request.interval
@@ -146,6 +147,27 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
         remedy = 'name the column of times: time = "..."; or the rate, if there is none: sampled = "10 kHz"'
         raise ModelError(Problem(str(path), "", rule, remedy))
     return tuple(found)
+
+
+def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
+    """Refuse two columns of one name, where that name is wanted or may be that of the times.
+
+    Args:
+        columns: in the order of the file.
+        source: the file as messages name it.
+        request: what is wanted of the file.
+
+    Raises:
+        ModelError: the first such name, and which columns have it.
+    """
+    first: dict[str, int] = {}
+    for number, column in enumerate(columns, 1):
+        before = first.setdefault(column.name, number)
+        wanted = request.names is None or column.name in (*request.names, request.time)
+        if before != number and (wanted or (not request.time and is_time(column.name, column.unit))):
+            rule = f"columns {before} and {number} of the file have this name, so it does not tell which one is meant"
+            remedy = "rename one of them, or let a mapping name the channels wanted"
+            raise ModelError(Problem(source, shown(column.name), rule, remedy))
 
 
 def is_time(name: str, unit: str) -> bool:
