@@ -171,7 +171,7 @@ def test_initial_state_is_read() -> None:
 finite = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
 non_negative = st.floats(min_value=0.0, allow_infinity=False)
-sine = st.fixed_dictionaries({"order": non_negative, "amplitude": finite}, optional={"phase": finite})
+sine = st.fixed_dictionaries({"order": positive, "amplitude": finite}, optional={"phase": finite})
 sines = st.lists(sine, max_size=2)
 
 

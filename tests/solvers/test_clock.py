@@ -161,7 +161,7 @@ def test_along_a_sweep_the_clock_follows_the_angle() -> None:
     [
         ("share = 0.4", "share = 1.4", "below 1"),
         ("fewer = 0.6", "fewer = 1.0", "below 1"),
-        ("order = 5", "order = 0", "positive"),
+        ("order = 5", "order = 0", "greater than zero"),
         ("damping = 60.0", 'damping = 60.0\ncontact_damping = "clipped"', "exclude each other"),
         ("share = 0.4", "shar = 0.4", "did you mean"),
     ],

@@ -17,7 +17,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from gearrattle.model import units
 from gearrattle.model.engine import Engine, SquareOfSpeed
 from gearrattle.model.over_speed import OMEGA, OverSpeed
-from gearrattle.model.quantity import Name, Order, Quantity
+from gearrattle.model.quantity import Name, Plain, Quantity
 from gearrattle.model.signal import OverTime, Signal
 from gearrattle.model.table import Breach, Table
 
@@ -25,8 +25,8 @@ from gearrattle.model.table import Breach, Table
 class Harmonic(Table):
     """One sine of a transmission error: ``amplitude sin(order Omega t + phase)``."""
 
-    order: Order
-    """Multiple of the reference speed; need not be whole."""
+    order: Annotated[float, Plain("positive", "a constant error is no harmonic: leave it out")]
+    """Multiple of the reference speed, above 0; need not be whole."""
     amplitude: Annotated[float, Quantity(units.LENGTH)]
     """Amplitude [m]; of a torque's harmonic [N m]."""
     phase: Annotated[float, Quantity(units.ANGLE)] = 0.0
@@ -36,6 +36,8 @@ class Harmonic(Table):
 class TorqueHarmonic(Harmonic):
     """One sine of a torque; its amplitude is a torque."""
 
+    order: Annotated[float, Plain("positive", "a constant torque is no harmonic: write it as mean")]
+    """Multiple of the reference speed, above 0; need not be whole."""
     amplitude: Annotated[float, OverSpeed(units.TORQUE)]
     """Amplitude [N m]; may be a table over speed."""
 

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from gearrattle.model import units
 from gearrattle.model.excitation import Harmonic
 from gearrattle.model.over_speed import OverSpeed
-from gearrattle.model.quantity import GROUND, Between, Choice, Label, Name, Order, Plain, Quantity, attempt, two
+from gearrattle.model.quantity import GROUND, Between, Choice, Label, Name, Plain, Quantity, attempt, two
 from gearrattle.model.table import Breach, Table
 
 _until = Quantity(units.ANGLE, "positive")
@@ -229,7 +229,7 @@ def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Brea
 class Alternation(Table):
     """A mesh stiffness that alternates with the tooth pairs in contact, a rectangular wave over the mesh cycle."""
 
-    order: Order
+    order: Annotated[float, Plain("positive", "teeth times the ratio of speeds")]
     """Mesh cycles in a turn of the reference shaft: teeth times the ratio of speeds."""
     share: Ratio
     """Part of a cycle in which all pairs are in contact, between 0 and 1: the transverse contact ratio less 1, if that
@@ -246,8 +246,6 @@ class Alternation(Table):
             value = table.get(key)
             if isinstance(value, float | int) and (value >= 1 or (low and value == 0)):
                 yield Breach((key,), value, "must be below 1" + (", and not 0" if low else ""), "such as 0.6")
-        if table.get("order") in (0, 0.0) and not isinstance(table.get("order"), bool):
-            yield Breach(("order",), table["order"], "must be positive", "teeth times the ratio of speeds")
 
 
 class Mesh(Table):

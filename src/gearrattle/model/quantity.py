@@ -48,14 +48,14 @@ class Reader:
         return self.describe()
 
 
-def _bounded(value: float, bound: Bound) -> float:
+def _bounded(value: float, bound: Bound, remedy: str = "") -> float:
     """Return a finite value within its bound."""
     if not math.isfinite(value):
         raise breach("must be a finite number")
     if bound == "positive" and not value > 0.0:
-        raise breach("must be greater than zero")
+        raise breach("must be greater than zero", remedy)
     if bound == "non-negative" and value < 0.0:
-        raise breach("must not be negative")
+        raise breach("must not be negative", remedy)
     return value
 
 
@@ -113,15 +113,16 @@ class Quantity(Reader):
 
 @dataclass(frozen=True)
 class Plain(Reader):
-    """A number that has no unit, such as an order or a ratio."""
+    """A number that has no unit, such as an order or a ratio; ``remedy`` is what to do about one out of bounds."""
 
     bound: Bound = "finite"
+    remedy: str = ""
 
     def read(self, value: Any, _dimensionless: bool, /) -> float:
         """Return the number."""
         if not _is_number(value):
             raise breach("must be a plain number without unit")
-        return _bounded(_as_float(value), self.bound)
+        return _bounded(_as_float(value), self.bound, self.remedy)
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the number."""
@@ -218,6 +219,5 @@ def attempt(read: Callable[[Any, bool], Any], value: Any, dimensionless: bool) -
         return None
 
 
-Order = Annotated[float, Plain("non-negative")]
 Name = Annotated[str, Label()]
 Between = Annotated[tuple[Name, Name], two('must be two names, such as ["flywheel", "hub"]')]
