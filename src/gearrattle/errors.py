@@ -6,8 +6,9 @@ it breaks and the *remedy*. Takes nothing from other rooms; every room above may
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Integral
 
 
 class GearRattleError(Exception):
@@ -43,6 +44,19 @@ class ModelError(GearRattleError):
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:
         self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
         super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+def not_whole(arguments: Mapping[str, tuple[object, int]]) -> list[Problem]:
+    """Return the problems of arguments that must be whole numbers: 3.5 is refused, and so are 3.0 and True.
+
+    Args:
+        arguments: name to value and smallest allowed.
+    """
+    return [
+        Problem(name, f"{value}", f"must be a whole number from {least}")
+        for name, (value, least) in arguments.items()
+        if isinstance(value, bool) or not isinstance(value, Integral) or value < least
+    ]
 
 
 class NotInstalled(ModelError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.calls.judge import criteria as judged
-from gearrattle.cli import COMMANDS, main
+from gearrattle.cli import COMMANDS, app, main
 from gearrattle.cli.failures import explain
 from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.report import Staging
@@ -181,6 +182,30 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out.startswith(f"Usage: gearrattle {command}")
 
 
+def whole_options() -> list[tuple[str, str]]:
+    """Every option of every command that takes a whole number."""
+    return [
+        (command, argument.name)
+        for command in COMMANDS
+        for argument in app()[command].assemble_argument_collection()
+        if re.search(r"\bint\b", str(argument.hint))
+    ]
+
+
+def test_there_are_options_that_take_whole_numbers() -> None:
+    assert {("run", "--cycles"), ("orders", "--turns"), ("screen", "--workers")} <= set(whole_options())
+
+
+@pytest.mark.parametrize(("command", "option"), whole_options())
+@pytest.mark.parametrize("text", ["3.5", "3.0", "1e1"])
+def test_an_option_that_counts_takes_whole_numbers_alone(
+    command: str, option: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    needed = {"fit": ["data.toml"], "validate": ["record.csv"], "orders": ["n"], "spectra": ["--channel", "n"]}
+    assert main([command, "absent.toml", *needed.get(command, []), option, text]) == 2
+    assert f'{option}: "{text}" must be a whole number' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -188,6 +213,7 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
         (["rum"], '"rum"'),
         (["run", "train.toml", "--cycles", "many"], "--cycles"),
         (["run", "train.toml", "--cycle", "3"], "--cycle"),
+        (["run", "train.toml", "--cycles", "3.5"], '--cycles: "3.5" must be a whole number'),
         (["run", "train.toml", "--cycles", "-3"], "simulation.cycles"),
         (["run", "train.toml", "--cycles", "4", "--discard", "4"], "discard"),
         (["run", "train.toml", "--algorithm", "exct"], 'did you mean "exact"?'),
@@ -205,6 +231,8 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
         (["modes", "train.toml", "--contact-ratio", "clutch=some"], "must be a number"),
         (["modes", "train.toml", "--contact-ratio", "cluch=0.5"], "cluch"),
         (["modes", "train.toml", "--region", "gear=7"], "gear"),
+        (["modes", "train.toml", "--region", "gear=0.6"], "must be a whole number"),
+        (["modes", "train.toml", "--contact-ratio", "gear=0.1", "--contact-ratio", "gear=0.9"], "has a value already"),
         (["modes", "train.toml", "--over", "gear=0.1,x"], "must be a number"),
         (["modes", "train.toml", "--speeds", "3000 rpm:800 rpm", "-o", "out"], "a lowest and a highest speed"),
         (["modes", "train.toml", "--speeds", "20 Hz:30 Hz"], "angular velocity"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.calls.sampled import Sampled, Shaft, Source, quantity, required, sampled
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.signals.conditioning import PASSED
@@ -67,8 +67,8 @@ def order_map(
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)
     _choices(over, window, overlap)
-    if not (isinstance(turns, int) and turns >= 1):
-        raise ModelError(Problem("turns", shown(turns), "must be a whole number of turns, 1 or more"))
+    if problems := not_whole({"turns": (turns, 1)}):
+        raise ModelError(problems)
     _long_enough(signal, shaft, turns)
     shown_orders = _highest(signal, shaft, highest)
     per_turn = max(_FEWEST_PER_TURN, int(np.ceil(shown_orders / PASSED - 1e-9)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, elements_of, free_names, left_out, whole
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
 from gearrattle.model import Mesh, Model
@@ -257,11 +257,14 @@ def slopes(
     ]
     stiffness, damping = np.empty(len(names)), np.empty(len(names))
     for k, (name, law) in enumerate(zip(names, system.laws, strict=True)):
-        piece = region[name] - law.first_label if name in region else law.pieces - 1
-        if not 0 <= piece < law.pieces:
-            labels = f"{law.first_label} ... {law.first_label + law.pieces - 1}"
-            problems.append(Problem(f"region: {name}", str(region[name]), f"must be one of {labels}"))
+        first, last = law.first_label, law.first_label + law.pieces - 1
+        label = region.get(name, last)
+        if not_whole({name: (label, first)}) or label > last:
+            problems.append(
+                Problem(f"region: {name}", str(label), f"must be a whole number, one of {first} ... {last}")
+            )
             continue
+        piece = label - first
         ratio = contact_ratio.get(name, 1.0)
         stiffness[k], damping[k] = ratio * law.stiffness[piece], (ratio if with_damping else 1.0) * law.damping[piece]
     if problems:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Self
 from gearrattle.calls.simulate import Plan, prepare
 from gearrattle.calls.store import Store
 from gearrattle.criteria import Gathered, Verdict, gather, tell
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
 from gearrattle.results import Run
 
@@ -99,8 +99,8 @@ def _length(chunk: int | None, plan: Plan) -> int:
     """
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
-    if isinstance(chunk, bool) or not isinstance(chunk, int) or chunk < 1:
-        raise ModelError(Problem("chunk", f"{chunk}", "must be a whole number of cycles, 1 or more"))
+    if problems := not_whole({"chunk": (chunk, 1)}):
+        raise ModelError(problems)
     return chunk
 
 

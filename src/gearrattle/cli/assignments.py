@@ -23,6 +23,19 @@ def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
     return {name: _number(option, text) for name, text in _pairs(option, given)}
 
 
+def labels(option: str, given: Sequence[str]) -> dict[str, int]:
+    """Return whole numbers by name, such as the labels of regions.
+
+    Args:
+        option: its name, for messages.
+        given: words of the form NAME=WHOLE NUMBER.
+
+    Raises:
+        ModelError: a word of another form.
+    """
+    return {name: _label(option, text) for name, text in _pairs(option, given)}
+
+
 def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
     """Return lists of numbers by name.
 
@@ -68,6 +81,10 @@ def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:
     wrong = [text for text, (name, equals, value) in zip(given, pairs, strict=True) if not (name and equals and value)]
     if wrong:
         _refuse(option, wrong[0], "must be NAME=VALUE")
+    names = [name for name, _, _ in pairs]
+    twice = next((text for index, text in enumerate(given) if names[index] in names[:index]), None)
+    if twice is not None:
+        _refuse(option, twice, f"{twice.partition('=')[0]} has a value already: give each name once")
     return [(name, value) for name, _, value in pairs]
 
 
@@ -83,6 +100,14 @@ def _number(option: str, text: str) -> float:
         return float(text)
     except ValueError:
         _refuse(option, text, "must be a number")
+        raise
+
+
+def _label(option: str, text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        _refuse(option, text, "must be a whole number")
         raise
 
 

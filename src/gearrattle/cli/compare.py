@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, number_or_text
+from gearrattle.cli.options import Json, Whole, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -23,9 +23,9 @@ class Contest:
     """Settings of a comparison; what is not given here is taken from the model file, then from the defaults."""
 
     reference: Annotated[str, Parameter(help="The judge.")] = "exact"
-    cycles: Annotated[int | None, Parameter(help="Length of the runs, in common periods.")] = None
-    discard: Annotated[int | None, Parameter(help="Cycles left out of the statistics as start-up.")] = None
-    samples_per_cycle: Annotated[int | None, Parameter(help="Output samples a cycle.")] = None
+    cycles: Annotated[Whole | None, Parameter(help="Length of the runs, in common periods.")] = None
+    discard: Annotated[Whole | None, Parameter(help="Cycles left out of the statistics as start-up.")] = None
+    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
     tolerance: Annotated[float, Parameter(help="Of the algorithms that choose their steps.")] = 1e-6
     step: Annotated[str | None, Parameter(help='Of those of fixed step: seconds, or e.g. "20 us".')] = None
     initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the runs start.")] = None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, number_or_text
+from gearrattle.cli.options import Json, Whole, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -27,20 +27,20 @@ class Search:
     factor: Annotated[float, Parameter(help="Bounds of the others: start divided and multiplied by this.")] = 3.0
     contact_ratio: Annotated[_Words, Parameter(help="NAME=RATIO, for data without a state. May be repeated.")] = ()
     region: Annotated[_Words, Parameter(help="NAME=LABEL, for data without a state. May be repeated.")] = ()
-    starts: Annotated[int, Parameter(help="Searches: from the model, then from all over the bounds.")] = 16
-    seed: Annotated[int, Parameter(help="Of the starts.")] = 0
+    starts: Annotated[Whole, Parameter(help="Searches: from the model, then from all over the bounds.")] = 16
+    seed: Annotated[Whole, Parameter(help="Of the starts.")] = 0
     prior: Annotated[float | None, Parameter(help="Standard deviation of ln(parameter/start); default: none.")] = None
     profile: Annotated[bool, Parameter(negative="", help="Also 95 % profile-likelihood intervals.")] = False
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``fit``."""
-        from gearrattle.cli.assignments import numbers
+        from gearrattle.cli.assignments import labels, numbers
 
         return {
             "bounds": _bounds(self.bounds),
             "factor": self.factor,
             "contact_ratio": numbers("--contact-ratio", self.contact_ratio),
-            "region": {name: round(label) for name, label in numbers("--region", self.region).items()},
+            "region": labels("--region", self.region),
             "starts": self.starts,
             "seed": self.seed,
             "prior": self.prior,

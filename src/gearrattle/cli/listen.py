@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -44,7 +44,7 @@ def listen(
     *motions: Path,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     hearing: Hearing = _DEFAULTS,
-    bits: int = 32,
+    bits: Whole = 32,
     quality: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
 ) -> None:

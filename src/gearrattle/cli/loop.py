@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
     from gearrattle.identification.loop_result import LoopFit
@@ -24,8 +24,8 @@ class Reading:
     torque: Annotated[str, Parameter(help="Name of the torque's column.")] = "torque"
     name: Annotated[str, Parameter(help="Of the coupling.")] = "damper"
     between: Annotated[str, Parameter(help="The inertias it joins, parted by a comma.")] = "flywheel,hub"
-    bootstrap: Annotated[int, Parameter(help="Resample residuals so many times to check the errors.")] = 0
-    seed: Annotated[int, Parameter(help="Of the resampling.")] = 0
+    bootstrap: Annotated[Whole, Parameter(help="Resample residuals so many times to check the errors.")] = 0
+    seed: Annotated[Whole, Parameter(help="Of the resampling.")] = 0
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``fit_loop``."""

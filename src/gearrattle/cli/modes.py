@@ -51,21 +51,21 @@ def modes(
         Folder for the page; default: the table on the terminal only.
     """
     import gearrattle
-    from gearrattle.cli.assignments import lists, numbers
+    from gearrattle.cli.assignments import labels, lists, numbers
     from gearrattle.cli.columns import json_text
     from gearrattle.report.staging import Staging
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
-    labels = {name: round(label) for name, label in numbers("--region", region).items()}
-    found = gearrattle.modes(driveline, contact_ratio=ratios, region=labels)
+    regions = labels("--region", region)
+    found = gearrattle.modes(driveline, contact_ratio=ratios, region=regions)
     grid: dict[str, float | Sequence[float]] = {**ratios, **lists("--over", over)}
-    diagram = gearrattle.campbell(driveline, speeds, contact_ratio=grid, region=labels)
+    diagram = gearrattle.campbell(driveline, speeds, contact_ratio=grid, region=regions)
     if output is not None:
         from gearrattle.report.modes import fill_modes
 
         with Staging(output) as staging:
-            setting = " ".join([_setting(ratios, labels), *found.notes])
+            setting = " ".join([_setting(ratios, regions), *found.notes])
             fill_modes(driveline, found, diagram, setting, staging.path)
             staging.commit()
     if json:
@@ -78,10 +78,10 @@ def modes(
         print(f"page: {output / 'modes.html'}", file=sys.stderr if json else sys.stdout)
 
 
-def _setting(ratios: dict[str, float], labels: dict[str, int]) -> str:
+def _setting(ratios: dict[str, float], regions: dict[str, int]) -> str:
     """Say which slope every element has."""
     told = [f"{name} counts with {ratio:g} of its stiffness" for name, ratio in ratios.items()]
-    told += [f"{name} is in region {label}" for name, label in labels.items()]
+    told += [f"{name} is in region {label}" for name, label in regions.items()]
     if not told:
         return "Every element has the slope of its last drive stage: every clearance is closed."
     return f"{'; '.join(told)}. Every other element has the slope of its last drive stage."

@@ -5,11 +5,33 @@ Takes nothing; gives annotated types to the commands.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
+
+def _whole(_type: Any, tokens: Sequence[Token]) -> int:
+    """Read a whole number; cyclopts itself rounds 3.5 to 4."""
+    text = tokens[0].value
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f'"{text}" must be a whole number, such as {_nearest(text)}') from None
+
+
+def _nearest(text: str) -> int:
+    """Return the whole number below a text's value, for a message; 8 where there is none."""
+    try:
+        return math.floor(float(text))
+    except (ValueError, OverflowError):
+        return 8
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+"""A whole number: every option that counts."""
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
 
 
@@ -19,9 +41,9 @@ class Settings:
     """Settings of a simulation; what is not given here is taken from the model file, then from the defaults."""
 
     algorithm: Annotated[str | None, Parameter(help='"exact" (default), or a stepping algorithm such as "rk4".')] = None
-    cycles: Annotated[int | None, Parameter(help="Length of the run, in common periods.")] = None
-    discard: Annotated[int | None, Parameter(help="Cycles left out of the criteria as start-up.")] = None
-    samples_per_cycle: Annotated[int | None, Parameter(help="Output samples a cycle.")] = None
+    cycles: Annotated[Whole | None, Parameter(help="Length of the run, in common periods.")] = None
+    discard: Annotated[Whole | None, Parameter(help="Cycles left out of the criteria as start-up.")] = None
+    samples_per_cycle: Annotated[Whole | None, Parameter(help="Output samples a cycle.")] = None
     tolerance: Annotated[float | None, Parameter(help="Accuracy; its meaning depends on the algorithm.")] = None
     step: Annotated[str | None, Parameter(help='Step of a fixed-step algorithm: seconds, or e.g. "20 us".')] = None
     initial: Annotated[Literal["static", "zero"] | None, Parameter(help="Where the run starts.")] = None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Json, Whole
 from gearrattle.cli.sources import heard
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def orders(
     *,
     speed: str | None = None,
     order: Annotated[Sequence[float], Parameter(negative="")] = (),
-    turns: int = 8,
+    turns: Whole = 8,
     highest: float | None = None,
     spectra: Annotated[bool, Parameter(negative="")] = False,
     resolution: str | None = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Settings
+from gearrattle.cli.options import Json, Settings, Whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +26,11 @@ def screen(
     /,
     *,
     speeds: str | None = None,
-    count: int | None = None,
+    count: Whole | None = None,
     loads: str | None = None,
     load: Annotated[Sequence[str], Parameter(negative="")] = (),
     simulate: Annotated[bool, Parameter(negative="")] = False,
-    workers: int | None = None,
+    workers: Whole | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     settings: Settings = _SETTINGS,
     json: Json = False,

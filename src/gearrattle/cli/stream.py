@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Settings
+from gearrattle.cli.options import Json, Settings, Whole
 
 if TYPE_CHECKING:
     from gearrattle.calls.stream import Stream
@@ -23,7 +23,7 @@ def stream(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    chunk: int | None = None,
+    chunk: Whole | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     settings: Settings = _DEFAULTS,
     json: Json = False,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json
+from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -26,7 +26,7 @@ def study(
     *,
     output: Annotated[str | None, Parameter(name=["--output", "-o"])] = None,
     scheduler: str | None = None,
-    workers: int | None = None,
+    workers: Whole | None = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     retry_failed: Annotated[bool, Parameter(negative="")] = False,
     estimate: Annotated[bool, Parameter(negative="")] = False,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Settings, number_or_text
+from gearrattle.cli.options import Json, Settings, Whole, number_or_text
 from gearrattle.cli.validate_run_up import OverSpeed
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ class Comparison:
     noise: Annotated[_Words, Parameter(help="CHANNEL=RMS [SI] of the measuring noise. May be repeated.")] = ()
     calibration: Annotated[float | None, Parameter(help="Standard uncertainty of all channels [%].")] = None
     uncertain: Annotated[_Words, Parameter(help="PATH=STANDARD_ERROR [SI] of a parameter. May be repeated.")] = ()
-    draws: Annotated[int, Parameter(help="Runs with uncertain parameters drawn.")] = 16
-    seed: Annotated[int, Parameter(help="Of these and of the bootstrap.")] = 0
+    draws: Annotated[Whole, Parameter(help="Runs with uncertain parameters drawn.")] = 16
+    seed: Annotated[Whole, Parameter(help="Of these and of the bootstrap.")] = 0
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``validate``."""

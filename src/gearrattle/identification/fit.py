@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import left_out, refuse_motions
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.identification.data_file import Data, read_data
 from gearrattle.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
 from gearrattle.identification.identifiability import Combination, covariance, null_space, split, undetermined
@@ -94,11 +94,7 @@ def fit(
 
 
 def _check_settings(starts: int, seed: int, prior: float | None) -> None:
-    problems = []
-    if starts < 1:
-        problems.append(Problem("starts", str(starts), "must be at least 1"))
-    if seed < 0:
-        problems.append(Problem("seed", str(seed), "must not be negative"))
+    problems = not_whole({"starts": (starts, 1), "seed": (seed, 0)})
     if prior is not None and not (prior > 0.0 and math.isfinite(prior)):
         problems.append(Problem("prior", f"{prior:g}", "must be a finite number greater than zero"))
     if problems:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.identification.loop_data import Loop, read_loop
 from gearrattle.identification.loop_errors import resampled, rubbing, spread
 from gearrattle.identification.loop_intervals import NORMAL, intervals, places, smaller
@@ -64,6 +64,8 @@ def fit_loop(
     """
     if not isinstance(bootstrap, int) or bootstrap < 0 or bootstrap == 1:
         raise ModelError(Problem("bootstrap", repr(bootstrap), "must be 0, or a whole number from 2", "such as 200"))
+    if problems := not_whole({"seed": (seed, 0)}):
+        raise ModelError(problems)
     loop = read_loop(data, angle, torque)
     low, high = loop.ends
     if not low < 0.0 < high:

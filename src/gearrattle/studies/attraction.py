@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gearrattle.assembly import refuse_unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.studies.attractors import attractors_of
@@ -109,6 +109,8 @@ def prepare(
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
     refuse_unsteady(model, "a map of basins")
     _check(samples, method, tolerance, same)
+    if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
+        raise ModelError(problems)
     base = model.with_(dict(fixed)) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}

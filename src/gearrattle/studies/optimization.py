@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.evolution import Evolution
@@ -280,12 +280,7 @@ def optimize(
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:
-    given = {"population": (population, 4), "generations": (generations, 1), "seed": (seed, 0)}
-    problems = [
-        Problem(name, str(value), f"must be a whole number from {least}")
-        for name, (value, least) in given.items()
-        if isinstance(value, bool) or not isinstance(value, int) or value < least
-    ]
+    problems = not_whole({"population": (population, 4), "generations": (generations, 1), "seed": (seed, 0)})
     if not problems and population * generations > MOST:
         problems.append(Problem("population", f"{population} x {generations}", f"more than {MOST} designs"))
     if problems:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
-from gearrattle.errors import ConvergenceError, ModelError, Problem
+from gearrattle.errors import ConvergenceError, ModelError, Problem, not_whole
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
@@ -53,6 +53,8 @@ def prepare(
     most: int = MOST,
 ) -> Prepared:
     """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
+    if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
+        raise ModelError(problems)
     base = settled(model.with_(dict(fixed)) if fixed else model, {})
     points = _points(vary or {}, samples, method, seed, base)
     given = axes_of(axes or {}, base)

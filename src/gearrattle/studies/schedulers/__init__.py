@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.studies.schedulers.base import Opening, Scheduler, Wanted
 from gearrattle.studies.schedulers.cluster import cluster
 from gearrattle.studies.schedulers.local import local
@@ -40,8 +40,8 @@ def opened(
         ModelError: there is no such scheduler, nobody answers there, or it cannot be had as asked.
         NotInstalled: it needs a library that is not here.
     """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise ModelError(Problem("workers", str(workers), "must be a whole number from 1"))
+    if workers is not None and (problems := not_whole({"workers": (workers, 1)})):
+        raise ModelError(problems)
     if not isinstance(address, str):
         return cluster(Wanted(address, workers, sensible, shared))
     head, mark, rest = address.partition("://")
