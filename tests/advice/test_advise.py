@@ -41,7 +41,7 @@ def test_lines_tell_what_the_calls_behind_them_found(rattling: gr.Advice) -> Non
     condition = gr.stiffness(model).condition
     assert f"balanced {condition['balanced']:.2g}" in rattling.line("scaling").evidence[0]
     pilot = gr.simulate(model, cycles=32, discard=16)
-    worst = max(each.eigenvalues.r_lambda for each in regions_visited(pilot))
+    worst = max(each.eigenvalues.r_lambda for each in regions_visited(pilot).regions)
     assert f"{worst:.4g}" in rattling.line("stiffness").words
     slopes = gr.contact_ratio(pilot)
     assert f"gear {slopes['gear']:.3g}" in rattling.line("contact ratios").words
@@ -140,7 +140,7 @@ def test_dwell_times_of_regions_add_up_to_those_of_every_clearance() -> None:
 
 def test_visited_regions_come_with_their_shares_and_eigenvalues() -> None:
     run = gr.simulate(case("case3"), cycles=30, discard=10)
-    visited = regions_visited(run)
+    visited = regions_visited(run).regions
     assert sum(each.share for each in visited) == pytest.approx(1.0, abs=1e-12)
     assert [each.share for each in visited] == sorted((each.share for each in visited), reverse=True)
     one = visited[1]

@@ -12,7 +12,6 @@ import numpy as np
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
 from gearrattle.calls.steps import step_limits
-from gearrattle.calls.stiffness import regions_visited
 from gearrattle.model import Model
 
 
@@ -22,10 +21,10 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
         return Line(
             "algorithm", "Use exact: no other algorithm takes friction, clipped contact damping or alternation."
         )
-    limits = step_limits(model, regions_visited(pilot.run), model.simulation.step)
-    evidence = [
-        f"{each.algorithm}: stable steps end at {each.largest_step:.4g} s in the regions visited" for each in limits
-    ]
+    visited = pilot.visited
+    where = "the regions visited" if len(visited.regions) == visited.count else visited.words
+    limits = step_limits(model, visited.regions, model.simulation.step)
+    evidence = [f"{each.algorithm}: stable steps end at {each.largest_step:.4g} s in {where}" for each in limits]
     calm = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with an error test will do beside it: no corner is crossed."

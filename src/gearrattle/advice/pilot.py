@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gearrattle.advice.forecasts import QUANTITIES, Forecast
+from gearrattle.calls.stiffness import Visited, regions_visited
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.system.variation import GROWTH
@@ -42,6 +43,11 @@ class Pilot:
     def of(self, quantity: str) -> dict[str, float | str]:
         """What the pilot itself shows of a quantity that can be foretold."""
         return dict(QUANTITIES[quantity][0](self.run))
+
+    @cached_property
+    def visited(self) -> Visited:
+        """The regions it visits, with their eigenvalues."""
+        return regions_visited(self.run)
 
     @property
     def stretched(self) -> float:

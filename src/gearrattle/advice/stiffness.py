@@ -9,7 +9,7 @@ import math
 
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
-from gearrattle.calls.stiffness import regions_visited, stiffness
+from gearrattle.calls.stiffness import stiffness
 from gearrattle.model import Model
 
 _SHOWN = 3
@@ -33,12 +33,12 @@ def scaling_line(model: Model) -> Line:
 
 def stiffness_line(model: Model, pilot: Pilot) -> Line:
     """R_lambda and class over the regions the pilot visits, those it stays in longest told one by one."""
-    visited = regions_visited(pilot.run)
-    known = [each for each in visited if each.eigenvalues.elastic.size]
+    visited = pilot.visited
+    known = [each for each in visited.regions if each.eigenvalues.elastic.size]
     shown = [
         f"region ({', '.join(str(label) for label in each.labels.values())}), {100.0 * each.share:.2g} % of the time: "
         f"R_lambda {each.eigenvalues.r_lambda:.4g}, largest |lambda| {each.eigenvalues.fastest:.4g} 1/s"
-        for each in visited[:_SHOWN]
+        for each in visited.regions[:_SHOWN]
     ]
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     ratios = {name: slope for name, slope in slopes.items() if not math.isnan(slope)}
@@ -47,6 +47,5 @@ def stiffness_line(model: Model, pilot: Pilot) -> Line:
     if not known:
         return Line("stiffness", "No elastic motion in any region visited.", tuple(shown))
     worst = max(known, key=lambda each: each.eigenvalues.r_lambda).eigenvalues
-    regions = f"{len(visited)} region{'s' * (len(visited) != 1)}"
-    words = f"{worst.stiffness_class.capitalize()}: R_lambda up to {worst.r_lambda:.4g} in {regions} visited."
+    words = f"{worst.stiffness_class.capitalize()}: R_lambda up to {worst.r_lambda:.4g} in {visited.words}."
     return Line("stiffness", words, tuple(shown))

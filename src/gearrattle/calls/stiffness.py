@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import assemble, left_out, name_plate
 from gearrattle.calls.statics import element_names, slopes
 from gearrattle.linear.conditioning import conditions
-from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass
+from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass, most_regions
 from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
 from gearrattle.model import Model
 from gearrattle.results import Run
@@ -23,8 +24,6 @@ from gearrattle.trajectory import Layout
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-MOST_REGIONS = 256
 
 
 @dataclass(frozen=True)
@@ -143,13 +142,14 @@ def regions(model: Model) -> tuple[list[RegionStiffness], str]:
     system, names = assemble(model), element_names(model)
     kinds = [_kinds(system, k) for k in range(len(names))]
     note = ""
-    if int(np.prod([float(len(kind)) for kind in kinds])) <= MOST_REGIONS:
+    most = most_regions(len(names) + system.size)
+    if prod(len(kind) for kind in kinds) <= most:
         chosen = list(product(*kinds))
     else:
         at_rest = tuple(kind[0] for kind in kinds)
         one = [(*at_rest[:k], p, *at_rest[k + 1 :]) for k, kind in enumerate(kinds) for p in kind[1:]]
         chosen = [at_rest, *one, tuple(kind[-1] for kind in kinds)]
-        note = f"more than {MOST_REGIONS} regions: only those with one clearance outside its centre, none or all"
+        note = f"more than {most} regions: only those with one clearance outside its centre, none or all"
     return [_region(system, names, pieces) for pieces in chosen], note
 
 
@@ -164,24 +164,54 @@ def _region(
     return RegionStiffness(labels, eigenvalues_of(system, slope, damping), share)
 
 
-def regions_visited(run: Run) -> list[RegionStiffness]:
+@dataclass(frozen=True)
+class Visited:
+    """Regions in which a motion stays.
+
+    Attributes:
+        regions: those whose eigenvalues are known, longest dwell first.
+        count: how many are visited.
+    """
+
+    regions: tuple[RegionStiffness, ...]
+    count: int
+
+    @property
+    def words(self) -> str:
+        """Which regions these are."""
+        known = len(self.regions)
+        if known == self.count:
+            return f"{known} region{'s' * (known != 1)} visited"
+        share = 100.0 * sum(region.share for region in self.regions)
+        return f"the {known} regions visited longest, {share:.3g} % of the time, of {self.count} visited"
+
+
+def regions_visited(run: Run, progress: Callable[[float], None] | None = None) -> Visited:
     """Eigenvalues of the regions that a run visits after the discarded cycles, longest dwell first.
+
+    A train of many clearances visits thousands of regions. Only those visited longest are treated, at most
+    ``MOST_REGIONS``, and fewer of more than fifty inertias, where the eigenvalues of one take tens of milliseconds.
 
     Args:
         run: the motion; times are those of its crossings, exact to their accuracy.
+        progress: called with the finished share; what it raises ends the work.
 
     Raises:
         ModelError: no cycle left after the discarded ones.
     """
     system, names, dwell = assemble(run.model), element_names(run.model), dwell_of_regions(run.trajectory)
     total, first = sum(dwell.values()), [law.first_label for law in system.laws]
-    found = []
-    for labels, time in sorted(dwell.items(), key=lambda item: -item[1]):
+    most = most_regions(len(names) + system.size)
+    longest = sorted(dwell.items(), key=lambda item: -item[1])[:most]
+    treated: list[RegionStiffness] = []
+    for labels, time in longest:
+        if progress is not None:
+            progress(len(treated) / len(longest))
         pieces = [0] * len(names)
         for k, label in zip(system.clearances, labels, strict=True):
             pieces[k] = label - first[k]
-        found.append(_region(system, names, pieces, time / total))
-    return found
+        treated.append(_region(system, names, pieces, time / total))
+    return Visited(tuple(treated), len(dwell))
 
 
 def _kinds(system: PiecewiseSystem, element: int) -> list[int]:

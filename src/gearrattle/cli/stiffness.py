@@ -16,6 +16,7 @@ from gearrattle.cli.options import Json, number_or_text
 if TYPE_CHECKING:
     from gearrattle.calls.steps import StepLimit
     from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+    from gearrattle.cli.background import Watch
     from gearrattle.model import Model
 
 RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -45,7 +46,8 @@ def stiffness(
     with_damping
         Let contact ratios multiply the damping too, not the stiffness alone as in the paper.
     visited
-        Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays.
+        Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays; of very
+        many, those it stays in longest.
     """
     import gearrattle
     from gearrattle.calls.simulate import needs_exact
@@ -53,15 +55,25 @@ def stiffness(
     from gearrattle.calls.steps import step_limits
     from gearrattle.calls.stiffness import r_lambda_over, regions
     from gearrattle.cli.assignments import numbers
+    from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
     from gearrattle.report.summary import plain
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
     found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
-    met, note = (_visited(driveline), "") if visited else regions(driveline)
+    met, note = watched(lambda watch: _visited(driveline, watch)) if visited else regions(driveline)
     moving = [name for name in element_names(driveline) if name in met[0].labels]
-    grid = {n: r_lambda_over(driveline, n, RATIOS, ratios, with_damping=with_damping).tolist() for n in moving}
+
+    def over_ratios(watch: Watch) -> dict[str, list[float]]:
+        watch.enter("eigenvalues over contact ratios")
+        grid = {}
+        for done, name in enumerate(moving):
+            watch(done / len(moving))
+            grid[name] = r_lambda_over(driveline, name, RATIOS, ratios, with_damping=with_damping).tolist()
+        return grid
+
+    grid = watched(over_ratios)
     limits = step_limits(driveline, met, number_or_text(step))
     fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
     for line in (*filter(None, (note, fixed)), *found.notes):
@@ -101,12 +113,15 @@ def _tell_steps(limits: Sequence[StepLimit]) -> None:
             print(f"note: {x.algorithm}: a step multiplies a mode by {factor}: unstable", file=sys.stderr)
 
 
-def _visited(driveline: Model) -> list[RegionStiffness]:
+def _visited(driveline: Model, watch: Watch) -> tuple[Sequence[RegionStiffness], str]:
+    """The regions that a run visits, and a note where these are not all."""
     from gearrattle.calls.simulate import simulate
     from gearrattle.calls.stiffness import regions_visited
-    from gearrattle.cli.background import watched
 
-    return regions_visited(watched(lambda watch: simulate(driveline, algorithm="exact", audit=False, progress=watch)))
+    run = simulate(driveline, algorithm="exact", audit=False, progress=watch)
+    watch.enter("eigenvalues of the regions visited")
+    visited = regions_visited(run, watch)
+    return visited.regions, f"only {visited.words}" if visited.count > len(visited.regions) else ""
 
 
 def _regions_table(moving: Sequence[str], met: Sequence[RegionStiffness]) -> tuple[tuple[str, ...], list[Any]]:

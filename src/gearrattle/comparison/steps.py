@@ -58,7 +58,9 @@ def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str |
 
 
 def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> dict[str, float]:
-    """Largest factor by which a contender's step multiplies a mode, in every region the true motion visits.
+    """Largest factor by which a contender's step multiplies a mode, in the regions the true motion visits.
+
+    Of thousands of regions, only those visited most often are treated (``solvers.stability.regions_visited``).
 
     Above 1 the mode grows, and what the algorithm shows there is its own invention. Empty where steps are chosen.
     Regions are told by the labels of their clearances, such as "(1, 0, -1)".
@@ -79,6 +81,6 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
     for k, label in zip(system.clearances, t.initial_region - first, strict=True):
         pieces[k] = int(label)
     log = t.events
-    regions = regions_visited(flow, tuple(pieces), log.clearance, log.to_region - first[log.clearance])
+    regions, _ = regions_visited(flow, tuple(pieces), log.clearance, log.to_region - first[log.clearance])
     found = growths(solver.tableau, step, flow, regions)
     return {f"({', '.join(str(label) for label in labels_of(flow, region))})": found[region] for region in found}

@@ -32,6 +32,15 @@ BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong
 """Padmanabhan et al. 1995, sec. 6, gaps closed: each class lies below its bound; the last has none."""
 
 
+MOST_REGIONS, FEWEST_REGIONS = 256, 8
+_WORK = 4e8  # sum of the cubes of their orders: a second or two of eigenvalues
+
+
+def most_regions(states: int) -> int:
+    """Return how many state matrices of this order have their eigenvalues found in a second or two, 8 to 256."""
+    return int(np.clip(_WORK / max(states, 1) ** 3, FEWEST_REGIONS, MOST_REGIONS))
+
+
 @dataclass(frozen=True)
 class Eigenvalues:
     """Eigenvalues of one state matrix [1/s], by ascending magnitude.

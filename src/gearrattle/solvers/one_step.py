@@ -98,8 +98,8 @@ class StepMarch:
         notes: tuple[str, ...] = ()
         begin = time.perf_counter()
         if self.fixed and self.tableau is not None:
-            regions = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
-            notes = stability_notes(self.tableau, self.step, self.problem.flow, regions)
+            visited = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
+            notes = stability_notes(self.tableau, self.step, self.problem.flow, *visited)
         aside = time.perf_counter() - begin
         return self.problem.motion(
             s.states,

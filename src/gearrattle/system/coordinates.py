@@ -47,17 +47,19 @@ class RelativeCoordinates:
 
 
 def _independent_rows(candidates: Array, order: list[int]) -> list[int]:
-    """Greedy choice of linearly independent rows in the order of preference (modified Gram-Schmidt)."""
+    """Greedy choice of linearly independent rows in the order of preference (Gram-Schmidt, done twice)."""
     chosen: list[int] = []
-    orthonormal: list[Array] = []
+    orthonormal = np.empty((min(candidates.shape), candidates.shape[1]))
     for index in order:
-        row = candidates[index] / np.linalg.norm(candidates[index])
-        for direction in orthonormal * 2:
-            row = row - (direction @ row) * direction
+        if len(chosen) == len(orthonormal):
+            break
+        span, row = orthonormal[: len(chosen)], candidates[index] / np.linalg.norm(candidates[index])
+        for _ in range(2):
+            row = row - (span @ row) @ span
         length = float(np.linalg.norm(row))
         if length > _INDEPENDENT:
+            orthonormal[len(chosen)] = row / length
             chosen.append(index)
-            orthonormal.append(row / length)
     return chosen
 
 
