@@ -28,6 +28,7 @@ from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.flow import flow_of
+from gearrattle.system.perturbed import Gradient
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class Run:
         return None if ramp is None else ramp.speed(self.trajectory.time)
 
     @cached_property
-    def variation(self) -> growth.Variation:
+    def variation(self) -> Gradient:
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model))
@@ -173,12 +174,21 @@ class Run:
         return self.variation.exponents(self.trajectory.discard * self.trajectory.layout.period)
 
     @cached_property
+    def largest_lyapunov_exponent(self) -> float:
+        """Largest finite-time Lyapunov exponent over the steady part [1/s].
+
+        The first of ``lyapunov_exponents``. Of a driveline that meets very many regions it is found from four
+        perturbations, at about the cost of the motion; all of them cost as many times that as there are states.
+        """
+        return self.variation.largest_exponent(self.trajectory.discard * self.trajectory.layout.period)
+
+    @cached_property
     def predictability_horizon(self) -> float:
         """Time [s] from which the motion is no longer predicted pointwise; infinite if it is to the end.
 
         The first time at which some perturbation has grown by 1e7: rounding errors of 1e-16 have then become 1e-9.
         """
-        return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon()
+        return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon(growth.GROWTH)
 
     @property
     def cost(self) -> Cost:

@@ -57,11 +57,11 @@ class Pilot:
     @property
     def exponent(self) -> float:
         """Largest Lyapunov exponent over the second half [1/s]."""
-        return float(self.run.lyapunov_exponents[0])
+        return self.run.largest_lyapunov_exponent
 
     @cached_property
     def _growth(self) -> tuple[float, float]:
-        return self.run.variation.growth()
+        return self.run.variation.growth(GROWTH)
 
     @property
     def predictable_cycles(self) -> float:

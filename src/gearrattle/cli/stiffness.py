@@ -53,7 +53,7 @@ def stiffness(
     from gearrattle.calls.simulate import needs_exact
     from gearrattle.calls.statics import element_names
     from gearrattle.calls.steps import step_limits
-    from gearrattle.calls.stiffness import r_lambda_over, regions
+    from gearrattle.calls.stiffness import regions
     from gearrattle.cli.assignments import numbers
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
@@ -64,16 +64,7 @@ def stiffness(
     found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
     met, note = watched(lambda watch: _visited(driveline, watch)) if visited else regions(driveline)
     moving = [name for name in element_names(driveline) if name in met[0].labels]
-
-    def over_ratios(watch: Watch) -> dict[str, list[float]]:
-        watch.enter("eigenvalues over contact ratios")
-        grid = {}
-        for done, name in enumerate(moving):
-            watch(done / len(moving))
-            grid[name] = r_lambda_over(driveline, name, RATIOS, ratios, with_damping=with_damping).tolist()
-        return grid
-
-    grid = watched(over_ratios)
+    grid = watched(lambda watch: _over_ratios(driveline, moving, ratios, watch, with_damping=with_damping))
     limits = step_limits(driveline, met, number_or_text(step))
     fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
     for line in (*filter(None, (note, fixed)), *found.notes):
@@ -85,6 +76,20 @@ def stiffness(
         return
     _tell(found, met, grid)
     _tell_steps(limits)
+
+
+def _over_ratios(
+    driveline: Model, names: Sequence[str], ratios: dict[str, float], watch: Watch, *, with_damping: bool
+) -> dict[str, list[float]]:
+    """R_lambda over the contact ratio of every element named, the others at ``ratios``."""
+    from gearrattle.calls.stiffness import r_lambda_over
+
+    watch.enter("eigenvalues over contact ratios")
+    values = {}
+    for done, name in enumerate(names):
+        watch(done / len(names))
+        values[name] = r_lambda_over(driveline, name, RATIOS, ratios, with_damping=with_damping).tolist()
+    return values
 
 
 def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list[float]]) -> None:

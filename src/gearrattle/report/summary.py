@@ -43,7 +43,7 @@ def summary(findings: Findings) -> dict[str, Any]:
             "crossings": len(trajectory.events),
             "switches": switches(trajectory),
             "predictability_horizon": plain(findings.run.predictability_horizon),
-            "largest_lyapunov_exponent": plain(float(findings.run.lyapunov_exponents[0])),
+            "largest_lyapunov_exponent": plain(findings.run.largest_lyapunov_exponent),
         },
         "energy": plain(energy_dict(findings)),
         "cost": plain(dataclasses.asdict(trajectory.cost)),

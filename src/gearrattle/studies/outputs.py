@@ -43,7 +43,7 @@ def _predictable(run: Run) -> float:
 RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
     "crossings per cycle": (_crossings, "1/cycle"),
     "predictable cycles": (_predictable, "1"),
-    "largest Lyapunov exponent": (lambda run: float(run.lyapunov_exponents[0]), "1/s"),
+    "largest Lyapunov exponent": (lambda run: run.largest_lyapunov_exponent, "1/s"),
     "function calls": (lambda run: float(run.cost.function_calls), "1"),
 }
 """Figures of a whole run, with their units."""

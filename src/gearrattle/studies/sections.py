@@ -228,10 +228,7 @@ def _gradient(run: Run, cycles: int) -> Array:
     """(N, N) gradient of the flow over the last cycles, balanced coordinates: basis deflections, then velocities."""
     variation, t = run.variation, run.trajectory
     begin = (t.cycles - cycles) * t.layout.period
-    total = np.eye(len(variation.scale))
-    for segment in variation.segments[np.searchsorted(variation.time[:-1], begin - 1e-9 * t.layout.period) :]:
-        total = segment @ total
-    return total
+    return variation.since(begin)
 
 
 def is_isolated(run: Run, cycles: int) -> bool:
@@ -262,6 +259,6 @@ def _growth(run: Run) -> tuple[float, bool]:
     """The largest Lyapunov exponent over the periods kept, and whether it is one of chaos."""
     t = run.trajectory
     period, kept = t.layout.period, t.cycles - t.discard
-    whole = float(run.lyapunov_exponents[0])
-    late = float(run.variation.exponents((t.cycles - kept // 2) * period)[0]) if kept > 1 else whole
+    whole = run.largest_lyapunov_exponent
+    late = run.variation.largest_exponent((t.cycles - kept // 2) * period) if kept > 1 else whole
     return whole, bool(whole * kept * period > np.log(max(GROWN, 100.0 * kept)) and late > 0.0)

@@ -14,6 +14,9 @@ many cycles of a chaotic motion the product overflows.
 A perturbation is measured in the engine's balanced coordinates (roots of energies, ``scaling.py``). The *predictability
 horizon* is the first time at which some perturbation, begun at any earlier time, has grown by ``GROWTH``: there
 rounding errors of 1e-16 have become 1e-9, and the motion is predicted pointwise no longer.
+
+A train of many clearances meets thousands of regions, whose exponentials would fill the memory: its perturbations are
+carried a few at a time instead (``perturbed``).
 """
 
 from __future__ import annotations
@@ -24,20 +27,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.kernels import perturbed as kernel
 from gearrattle.kernels.packed import LONGEST, ORDER, step_of
 from gearrattle.system.flow import Flow, Pieces
+from gearrattle.system.perturbed import Gradient, Perturbed, driveline_of, regions_of
 from gearrattle.system.region import exponential_increments, finest_level
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 GROWTH = 1e7
+MOST_TABLES = 1 << 26  # bytes
 _MOST_STARTS = 512  # segments a growth is followed from at once; beyond, neighbouring segments are joined
 _BLOCK = 8  # segments
 
 
 @dataclass(frozen=True)
-class Variation:
+class Variation(Gradient):
     """The gradient of one motion's flow.
 
     Attributes:
@@ -50,32 +56,19 @@ class Variation:
     segments: Array
     scale: Array
 
-    def gradient(self) -> Array:
-        """(N, N) d y(end) / d y(0), y = (basis deflections, velocities) [SI]; inf where it overflows."""
-        total = np.eye(len(self.scale))
-        with np.errstate(over="ignore", invalid="ignore"):
-            for segment in self.segments:
-                total = segment @ total
-        return np.asarray(total * self.scale[None, :] / self.scale[:, None])
-
-    def exponents(self, begin: float = 0.0) -> Array:
-        """(N,) Lyapunov exponents [1/s], largest first, averaged over [begin, end] (whole segments)."""
-        first = int(np.searchsorted(self.time, begin - 1e-12 * self.time[-1]))
-        basis, total = np.eye(len(self.scale)), np.zeros(len(self.scale))
-        for segment in self.segments[first:]:
-            basis, triangle = np.linalg.qr(segment @ basis)
-            total += np.log(np.maximum(np.abs(np.diagonal(triangle)), 1e-300))
-        return np.sort(total / (self.time[-1] - self.time[first]))[::-1]
+    def carried(self, segment: int, columns: Array) -> Array:
+        """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
+        return np.asarray(self.segments[segment] @ columns)
 
     def horizon(self, growth: float = GROWTH) -> float:
-        """First time [s] at which a perturbation begun at any earlier time has grown by ``growth``; inf if none has.
-
-        Growth is the Frobenius norm of the gradient between the two times.
-        """
+        """First time [s] at which a perturbation begun at any earlier time has grown by ``growth``; inf if none has."""
         return self.growth(growth)[0]
 
     def growth(self, least: float = GROWTH) -> tuple[float, float]:
-        """The horizon for a growth [s], and how far some perturbation has grown there, or at the end without one."""
+        """The horizon for a growth [s], and how far some perturbation has grown there, or at the end without one.
+
+        Growth is the Frobenius norm of the gradient between two times.
+        """
         time, segments, grown = self.time, self.segments, 1.0
         while len(segments) > 0:
             passed, grown = _first_passage(segments[:_MOST_STARTS], least)
@@ -143,8 +136,13 @@ class Path:
     memory: Array
 
 
-def variation(flow: Flow, initial: Pieces, path: Path, *, end: float) -> Variation:
+def variation(
+    flow: Flow, initial: Pieces, path: Path, *, end: float, most_tables: int = MOST_TABLES
+) -> Variation | Perturbed:
     """The gradient along a motion, from its log of crossings.
+
+    Factors are tables of exponentials, one for each region met, as long as these take no more memory than
+    ``most_tables`` bytes; beyond, perturbations are carried without them.
 
     Args:
         flow: the system.
@@ -158,15 +156,11 @@ def variation(flow: Flow, initial: Pieces, path: Path, *, end: float) -> Variati
     order = np.argsort(at, kind="stable")
     durations = np.diff(np.concatenate([[0.0], at[order]]))
     index: dict[Pieces, int] = {}
-    free: list[tuple[Array, Array]] = []
     steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
     reset = np.zeros((len(at), s), dtype=np.bool_)
     push, pieces = _kicks(flow), initial
     for i, which in enumerate(order):
-        if pieces not in index:
-            index[pieces] = len(free)
-            free.append(_free_motion(flow, pieces))
-        steps[i] = index[pieces], -1, which >= len(path.time)
+        steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(path.time)
         if which < len(path.time):
             watch = int(path.watch[which])
             after = system.beyond(pieces, watch, int(path.upward[which]))
@@ -179,11 +173,33 @@ def variation(flow: Flow, initial: Pieces, path: Path, *, end: float) -> Variati
                 kicks[i] = -push[watch] * (jump - let_go / path.velocity[which] if let_go != 0.0 else jump)
                 kicks[i, n - s :] = _engaged(flow, k, pieces, after)
             pieces = after
+    scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
+    time = np.concatenate([[0.0], grid * period])
+    if len(index) * _table_size(flow, initial) > most_tables:
+        return _perturbed(flow, list(index), (steps, durations, kicks, reset), time, scale)
     rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
     segments = np.zeros((len(grid), n, n))
+    free = [_free_motion(flow, region) for region in index]
     _run(free, (steps, durations, kicks, reset, rows), segments)
-    scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
-    return Variation(np.concatenate([[0.0], grid * period]), segments, scale)
+    return Variation(time, segments, scale)
+
+
+def _table_size(flow: Flow, pieces: Pieces) -> int:
+    """Bytes of a region's tables."""
+    n = flow.states
+    return 8 * n * n * (finest_level(flow.generator(pieces)[:n, :n]) + 1)
+
+
+def _perturbed(
+    flow: Flow, regions: list[Pieces], path: tuple[IntArray, Array, Array, NDArray[np.bool_]], time: Array, scale: Array
+) -> Perturbed:
+    """The same without tables."""
+    steps, durations, kicks, reset = path
+    crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
+    ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
+    moving, engaged = np.split(kicks[:, len(flow.coordinates.elements) :], [flow.system.size], axis=1)
+    contiguous = [np.ascontiguousarray(each) for each in (steps[:, 0], durations, crossed, moving, engaged, reset)]
+    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Path(*contiguous), ends)
 
 
 def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
