@@ -33,7 +33,7 @@ from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
-from gearrattle.studies.schedulers import Scheduler, opened
+from gearrattle.studies.schedulers import Scheduler, opened, unreachable
 from gearrattle.studies.store import Store, failures_of, is_whole
 
 if TYPE_CHECKING:
@@ -79,6 +79,8 @@ class Optimization:
     @property
     def scheduler(self) -> str:
         """Return the one to use on this machine: threads where designs are computed together, else processes."""
+        if unreachable(self.outputs.function):
+            return "threads"
         return "threads" if can_batch(self.outputs, Plan(self.model, (), None, 1)) else "local"
 
     def sensible(self) -> int:

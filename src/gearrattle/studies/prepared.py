@@ -24,7 +24,7 @@ from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
-from gearrattle.studies.schedulers import Scheduler
+from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.store import Store, Work, case_by_case, kept_in
 
 if TYPE_CHECKING:
@@ -74,7 +74,12 @@ class Prepared:
 
     @property
     def scheduler(self) -> str:
-        """Return the one to use on this machine: threads for what is compiled, processes for what is Python."""
+        """Return the one to use on this machine: threads for what is compiled, processes for what is Python.
+
+        A function that other processes cannot have goes to threads as well.
+        """
+        if unreachable(self.outputs.function):
+            return "threads"
         return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
 
     def estimate(self, workers: int) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.studies.schedulers.base import Opening, Scheduler, Wanted
 from gearrattle.studies.schedulers.cluster import cluster
-from gearrattle.studies.schedulers.local import local
+from gearrattle.studies.schedulers.local import leave_if_imported, local, unreachable
 from gearrattle.studies.schedulers.threads import threads
 
 SCHEDULERS: dict[str, Opening] = {
@@ -22,7 +22,7 @@ SCHEDULERS: dict[str, Opening] = {
 }
 """Name, or beginning of an address, -> function that opens it."""
 
-__all__ = ["SCHEDULERS", "Scheduler", "Wanted", "opened"]
+__all__ = ["SCHEDULERS", "Scheduler", "Wanted", "opened", "unreachable"]
 
 
 def opened(
@@ -40,6 +40,7 @@ def opened(
         ModelError: there is no such scheduler, nobody answers there, or it cannot be had as asked.
         NotInstalled: it needs a library that is not here.
     """
+    leave_if_imported()
     if workers is not None and (problems := not_whole({"workers": (workers, 1)})):
         raise ModelError(problems)
     if not isinstance(address, str):

@@ -2,15 +2,23 @@
 
 Workers are processes: a chunk goes out by its number, and every worker keeps it in the store itself. A few chunks a
 worker are under way at once, so that memory does not grow with the study. If a worker is killed all are replaced, and
-the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written down as such.
+the chunks under way go out again; a chunk that has lost ``PATIENCE`` workers is written down as such. If ``PATIENCE``
+times in a row no worker so much as begins a chunk, none can, and the study ends.
+
+A spawned process imports the main module of its parent again, which fails for a script from standard input or a
+notebook, and runs a script without ``if __name__ == "__main__":`` once more. A store needs nothing of that module but a
+user's function that stands there, so for every other study the main module is hidden while workers start.
 
 Takes a Store; gives chunks as they are done.
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import pickle
 import signal
+import sys
 import threading
 import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -19,12 +27,18 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from itertools import chain
-from multiprocessing import get_context
+from multiprocessing.context import SpawnContext, SpawnProcess
+from pathlib import Path
+from typing import Any
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 
+_IS_WORKER = "GEARRATTLE_STUDY_WORKER"
+"""Environment variable of worker processes."""
+_LEFT = 86
+"""Exit code of a worker that was about to begin the study anew: the main module has no guard."""
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 _held: list[Store] = []
@@ -43,8 +57,30 @@ def local(wanted: Wanted) -> Iterator[Scheduler]:
     yield partial(_either, (wanted.workers or wanted.sensible) if wanted.shared else 1)
 
 
+def unreachable(function: Any) -> str:
+    """Why other processes cannot have a user's function; empty where they can, and for None."""
+    try:
+        pickled = pickle.dumps(function)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return "is made inside another function or on the spot, and other processes cannot have it"
+    main = sys.modules["__main__"]
+    is_script = main.__spec__ is not None or Path(getattr(main, "__file__", None) or "").is_file()
+    if b"__main__" in pickled and not is_script:
+        return "stands in a main module that other processes cannot import: standard input, a notebook or a console"
+    return ""
+
+
+def leave_if_imported() -> None:
+    """End a worker process that has come here by importing a main module without a guard; its parent tells why."""
+    if _IS_WORKER in os.environ and getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(_LEFT)
+
+
 def _either(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
     count = min(count, max(1, len(chunks)))
+    if count > 1 and (reason := unreachable(store.outputs.function)):
+        remedy = 'put it into a module of its own, or take scheduler="threads" or workers=1'
+        raise ModelError(Problem("function", _name_of(store.outputs.function), reason, remedy))
     return here(store, chunks, tick) if count == 1 else processes(store, chunks, count, tick)
 
 
@@ -75,6 +111,25 @@ def _work(chunk: int) -> int:
     return chunk
 
 
+def _name_of(function: Any) -> str:
+    return str(getattr(function, "__qualname__", type(function).__name__))
+
+
+def _cannot_start(store: Store) -> GearRattleError:
+    """What to say when no worker lives long enough to begin a chunk."""
+    if not _needs_main(store):
+        return GearRattleError(
+            "no worker process of the study can start: each ended before it began a chunk, with whatever it wrote "
+            'above; take scheduler="threads" or workers=1'
+        )
+    rule = "stands in the main module, which every worker imports again, and none came through that import"
+    remedy = (
+        'begin the study under if __name__ == "__main__":, put the function into a module of its own, or take '
+        'scheduler="threads"'
+    )
+    return ModelError(Problem("function", _name_of(store.outputs.function), rule, remedy))
+
+
 def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in other processes, yielding each as it is done; ``tick`` is called now and then, and may raise.
 
@@ -84,19 +139,25 @@ def processes(store: Store, chunks: Iterable[int], count: int, tick: Tick) -> Ge
     waiting: Iterator[int] = iter(chunks)
     deaths: dict[int, int] = {}
     suspects: list[int] = []
+    stillborn = 0
     while True:
         under_way: dict[int, Future[int] | None] = {}
         with _pool(store, count) as pool:
             try:
-                yield from _dealt(pool, under_way, (suspects, waiting, WINDOW * count), tick)
+                for chunk in _dealt(pool, under_way, (suspects, waiting, WINDOW * count), tick):
+                    stillborn = 0
+                    yield chunk
                 return
             except BrokenProcessPool:
-                left = sorted(under_way)
+                left, workers = sorted(under_way), list((pool._processes or {}).values())
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 _kill(pool)
                 raise
         done, begun = store.done(), [chunk for chunk in left if store.was_begun(chunk)]
+        stillborn = 0 if begun else stillborn + 1
+        if stillborn == PATIENCE or any(worker.exitcode == _LEFT for worker in workers):
+            raise _cannot_start(store)
         yield from (chunk for chunk in left if chunk in done)
         begun = [chunk for chunk in begun if chunk not in done]
         waiting = chain([chunk for chunk in left if chunk not in done and chunk not in begun], waiting)
@@ -137,13 +198,38 @@ def _dealt(
             yield chunk
 
 
+def _needs_main(store: Store) -> bool:
+    """Whether a store holds something of the main module."""
+    return b"__main__" in pickle.dumps(store.outputs.function)
+
+
+class _Apart(SpawnProcess):
+    """A process that does not import the main module of this one."""
+
+    def start(self) -> None:
+        main = sys.modules["__main__"].__dict__
+        hidden: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
+        try:
+            main.update(dict.fromkeys(hidden))
+            super().start()
+        finally:
+            main.update(hidden)
+
+
+class _WithoutMain(SpawnContext):
+    """Makes such processes."""
+
+    Process = _Apart
+
+
 @contextmanager
 def _pool(store: Store, count: int) -> Iterator[ProcessPoolExecutor]:
     """Fresh processes of one thread each: matrices here are small, and cores are for cases."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    before = {name: os.environ.get(name) for name in (*_ONE_THREAD, _IS_WORKER)}
+    os.environ.update(dict.fromkeys(before, "1"))
+    context = SpawnContext() if _needs_main(store) else _WithoutMain()
     try:
-        with ProcessPoolExecutor(count, get_context("spawn"), _take, (store,)) as pool:
+        with ProcessPoolExecutor(count, context, _take, (store,)) as pool:
             yield pool
     finally:
         for name, value in before.items():
