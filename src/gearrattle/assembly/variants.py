@@ -186,7 +186,7 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
     _write_laws(columns, out)
     out.period[:, 0] = 2 * math.pi / columns.omega / common.turns
     laws = assemble(model).laws
-    limp = np.repeat([not law.stiffness.any() for law in laws], [law.pieces for law in laws])
+    limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
     for array, pattern in ((out.stiffness, base.stiffness), (out.corners, base.corners)):
         columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
     columns.good &= np.all((out.offset != 0.0) == (base.offset != 0.0), axis=1, where=limp)  # push, or push nothing

@@ -202,7 +202,7 @@ def check_modes(problem: FitProblem) -> None:
         omega = spectra[state].omega
         taken = {m.number for m in problem.data.modes if m.state == state and m.number is not None}
         left = np.count_nonzero(omega) - len(taken)
-        if count > left:
+        if count > max(left, 0):
             rule = f"only {left} elastic modes of the model are left for them"
             problems.append(Problem("shapes without a number", str(count), rule))
     if problems:

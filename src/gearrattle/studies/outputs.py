@@ -178,11 +178,17 @@ def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
     return found
 
 
+def _absent(known: Mapping[str, Output], run: Run) -> str:
+    """Why an output is none, and which there are."""
+    why = "" if run.trajectory.layout.clearance_names else " of a driveline without a clearance"
+    return f"there is no such output{why}; there are {', '.join(known)}"
+
+
 def outputs_of(names: Sequence[str], run: Run, function: Function | None = None) -> Outputs:
     """Find outputs by name in what one run has.
 
     Args:
-        names: of outputs.
+        names: of outputs; of ``DEFAULT`` itself those that the driveline has.
         run: any run of the driveline.
         function: of a run, returns numbers by name.
 
@@ -192,14 +198,16 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
     known |= _outputs_in(criteria(run).entries, run)
+    if names is DEFAULT:
+        names = tuple(name for name in DEFAULT if name in known)
     if any(name not in known for name in names):  # metrics need samples, and take longer than all else here
         measured = _outputs_in(_measured(run, METRICS), run)
         known |= {name: output for name, output in measured.items() if name not in known}
     problems = [
-        Problem("outputs", f'"{name}"', f"there is no such output; there are {', '.join(known)}",
-                did_you_mean(name, tuple(known)))
-        for name in names if name not in known
-    ]  # fmt: skip
+        Problem("outputs", f'"{name}"', _absent(known, run), did_you_mean(name, tuple(known)))
+        for name in names
+        if name not in known
+    ]
     if not names and function is None:
         problems.append(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
     if problems:

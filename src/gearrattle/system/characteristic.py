@@ -94,12 +94,18 @@ def characteristic(
     """
     meshes = [k for k in range(len(system.laws)) if is_mesh[k]]
     if radius is None:
-        radius = float(system.rows[meshes[0]][system.rows[meshes[0]] > 0.0][0]) if meshes else 1.0
+        radius = _first_radius(system.rows[meshes[0]]) if meshes else 1.0
     if length is None:
         gaps = [float(np.abs(system.laws[k].corners).max()) for k in meshes if system.laws[k].corners.size]
         angles = [abs(c) for law in system.laws for c in law.corners.tolist() if c != 0.0]
         length = gaps[0] if gaps else radius * min(angles, default=1.0)
     return Scales(frequency, length / radius, radius, float(system.inertia[0]))
+
+
+def _first_radius(row: Array) -> float:
+    """The radius of a mesh's first gear; of its second where the first is no degree of freedom."""
+    first = row[row > 0.0]
+    return float(first[0]) if first.size else float(np.abs(row).max())
 
 
 def coefficients(
