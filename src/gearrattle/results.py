@@ -23,6 +23,7 @@ import numpy as np
 from gearrattle.assembly import assemble, drive_torque, free_names, name_plate, ramp_of
 from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, opened_hdf5
 from gearrattle.model import Model, Points, loads
 from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
@@ -73,7 +74,8 @@ class Run:
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
         slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
-        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance.
+        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance. The arrays
+        are read-only, for criteria and figures are made of them; ``run.data.copy(deep=True)`` may be changed.
         """
         import xarray as xr
 
@@ -99,6 +101,7 @@ class Run:
             variables["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), {"units": "N m"})
         if self.speed is not None:
             variables["speed"] = (("time",), self.speed, {"units": "rad/s"})
+        variables = {name: (axes, _read_only(array), *more) for name, (axes, array, *more) in variables.items()}
         return xr.Dataset(variables, coordinates, self._attributes())
 
     @cached_property
@@ -296,6 +299,13 @@ class Run:
         pd.DataFrame(columns).to_csv(path, index=False)
 
 
+def _read_only(array: Any) -> Any:
+    """Return a view that cannot be written."""
+    view = np.asarray(array).view()
+    view.flags.writeable = False
+    return view
+
+
 def _write_points(file: Any, stored: Points) -> None:
     """Write the points of the model's signals, each as a group named by their digest."""
     for digest, points in stored.items():
@@ -358,18 +368,39 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     Raises:
         ModelError: the file is missing, or no netCDF file of a run.
     """
-    import h5netcdf
-
     rule = "must be a netCDF file written by Run.save"
     try:
-        file = h5netcdf.File(path, "r")
+        with opened_hdf5(path) as stored:
+            return _read(stored, path, rule)
     except FileNotFoundError:
         raise ModelError(Problem(str(path), "", "there is no such file")) from None
-    except OSError as error:
-        raise ModelError(Problem(str(path), str(error).splitlines()[0], rule)) from None
-    with file:
+    except ModelError:
+        raise
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
+    except MemoryError:
+        raise
+    except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        remedy = "it is damaged, or no such file: save the run again"
+        raise ModelError(Problem(str(path), words, rule, remedy)) from None
+
+
+def _other_format(file: Any) -> str:
+    """Return what to do with a file of another format."""
+    name = str(file.attrs.get("format", ""))
+    if name.startswith("gearrattle run"):
+        return "a later version of gearrattle wrote it: upgrade" if name > FORMAT else "simulate it again"
+    return ""
+
+
+def _read(stored: Any, path: str | os.PathLike[str], rule: str) -> Run:
+    """Read a run from an open file that may be damaged in any way."""
+    import h5netcdf
+
+    with h5netcdf.File(stored, "r") as file:
         if file.attrs.get("format") != FORMAT:
-            raise ModelError(Problem(str(path), str(file.attrs.get("format", "")), rule))
+            raise ModelError(Problem(str(path), str(file.attrs.get("format", "")), rule, _other_format(file)))
         model = loads(str(file.attrs["model"]), str(path), _read_points(file))
         group = file.groups["events"]
         logged: dict[str, Any] = {

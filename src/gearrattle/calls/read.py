@@ -14,6 +14,7 @@ import numpy as np
 
 from gearrattle.calls.conditioned import Conditioned, became, brought, finished, uniform
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import allowed_root
 from gearrattle.model.table import listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.readers import READERS, Column, read_raw
@@ -29,7 +30,12 @@ LEAST_SHARE = 0.05
 _RIVAL = 0.95
 
 
-def read(source: str | os.PathLike[str] | Mapping[str, Any], format: str = "") -> Recording:
+def read(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    format: str = "",
+    *,
+    root: str | os.PathLike[str] | None = None,
+) -> Recording:
     """Read a measured file.
 
     Args:
@@ -37,6 +43,8 @@ def read(source: str | os.PathLike[str] | Mapping[str, Any], format: str = "") -
             file or its units tell; or a mapping, ``measurement.toml`` or its tables, which names channels and says
             what is done to them.
         format: of a file; empty: told by its content.
+        root: folder of further files that a mapping may name. Always allowed are files under the mapping's own folder,
+            and under the working directory if that holds the mapping.
 
     Returns:
         The recording, in SI.
@@ -45,7 +53,8 @@ def read(source: str | os.PathLike[str] | Mapping[str, Any], format: str = "") -
         ModelError: what is wrong, with its place.
     """
     if isinstance(source, Mapping) or Path(source).suffix.lower() == ".toml":
-        return _measured(read_mapping(source))
+        with allowed_root(root):
+            return _measured(read_mapping(source))
     if format and format not in READERS:
         raise ModelError(Problem("format", shown(format), f"must be one of {listed(READERS)}"))
     raw = read_raw(source, format=format)

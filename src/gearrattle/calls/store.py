@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, check_archive
 from gearrattle.model import Model
 from gearrattle.results import Run, open_run
 
@@ -123,6 +124,7 @@ def read_state(folder: Path) -> State | None:
     path = folder / STATE
     rule = "must be the state of a stored motion"
     try:
+        check_archive(path)
         with np.load(path, allow_pickle=False) as file:
             owner, (chunks, done) = str(file["owner"]), file["counts"].tolist()
             parts: dict[str, dict[str, NDArray[Any]]] = {"march": {}, "gathered": {}}
@@ -131,6 +133,8 @@ def read_state(folder: Path) -> State | None:
                 parts[part][key] = file[name]
     except FileNotFoundError:
         return None
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except (zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
         raise ModelError(Problem(str(path), str(error), rule, "remove the folder, or choose another")) from None
     return State(owner, chunks, done, parts["march"], parts["gathered"])

@@ -9,8 +9,12 @@ To add a command: its file with a function, and its line in ``COMMANDS``.
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+from gearrattle.files import allowed_root
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -58,7 +62,10 @@ def app() -> App:
 
     built = App(
         name="gearrattle",
-        help="Does it rattle, where, how badly? Exact simulation of drivelines with clearances.",
+        help=(
+            "Does it rattle, where, how badly? Exact simulation of drivelines with clearances. Every command takes "
+            "--root DIR: files under DIR may be named by input files, beside those under an input file's own folder."
+        ),
         version=gearrattle.__version__,
         help_format="plaintext",
         suppress_keyboard_interrupt=False,
@@ -87,4 +94,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(arguments: Sequence[str] | None) -> None:
-    app()(arguments, print_error=False, exit_on_error=False)
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    root, rest = _root_of(words)
+    with allowed_root(root):
+        app()(rest, print_error=False, exit_on_error=False)
+
+
+def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
+    """Take ``--root DIR``, which every command has, out of the command line.
+
+    Raises:
+        ModelError: it names no folder.
+    """
+    from gearrattle.errors import ModelError, Problem
+
+    root, rest = None, []
+    ahead = iter(words)
+    for word in ahead:
+        if word == "--":
+            rest += [word, *ahead]
+        elif word == "--root" or word.startswith("--root="):
+            root = word.removeprefix("--root=") if word != "--root" else next(ahead, "")
+            if not os.path.isdir(root):
+                raise ModelError(Problem("--root", f'"{root}"', "must be a folder", "its files may then be named"))
+        else:
+            rest.append(word)
+    return root, rest

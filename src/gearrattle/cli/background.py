@@ -9,6 +9,7 @@ Takes a function of a ``Watch``; gives what it returns, or raises what it raises
 
 from __future__ import annotations
 
+import contextvars
 import sys
 import threading
 import time
@@ -87,7 +88,8 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
         except BaseException as error:
             failure.append(error)
 
-    thread = threading.Thread(target=body, name=WORKER, daemon=True)
+    context = contextvars.copy_context()  # which files may be read
+    thread = threading.Thread(target=context.run, args=(body,), name=WORKER, daemon=True)
     display = _Display(watch)
     try:
         thread.start()

@@ -32,9 +32,12 @@ def is_model(source: Path) -> bool:
     """Return whether a file is a model: TOML with inertias, or TOML that cannot be read (``load`` says why)."""
     import tomllib
 
+    from gearrattle.errors import ModelError
+    from gearrattle.model.file import read_text
+
     if source.suffix.lower() != ".toml":
         return False
     try:
-        return "inertia" in tomllib.loads(source.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return "inertia" in tomllib.loads(read_text(source))
+    except (ModelError, ValueError):
         return True

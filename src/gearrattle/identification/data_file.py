@@ -29,7 +29,7 @@ from gearrattle.identification.measured import (
 )
 from gearrattle.identification.response_file import Samples, read_samples
 from gearrattle.model import Model
-from gearrattle.model.file import read_tables, read_text
+from gearrattle.model.file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place
 from gearrattle.model.table import Breach, did_you_mean, listed, shown
 
@@ -180,6 +180,8 @@ def _response(
         samples = Samples(row.omega, row.value.astype(complex), row.error, None)
     else:
         path = folder / row.file
+        if positions.name:
+            check_reachable(path, folder)
         samples = read_samples(read_text(path, "response file"), os.fspath(path), dimensionless)
     said = None if row.quantity is None else QUANTITIES.index(row.quantity)
     if said is None and samples.derivatives is None:

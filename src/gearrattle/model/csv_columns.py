@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from gearrattle.files import Refused, check_regular
 from gearrattle.model import units
 from gearrattle.model.csv_layout import Layout, RecordError, layout_of
 from gearrattle.model.table import did_you_mean, listed, shown
@@ -88,7 +89,7 @@ def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
     try:
         if os.path.isdir(path):
             raise RecordError(str(path), "a folder", "must be a CSV file")
-        if os.path.getsize(path) > LARGEST:
+        if check_regular(path) > LARGEST:
             raise RecordError(str(path), f"more than {LARGEST // 1_000_000} MB", "a record must be smaller than that")
         layout = layout_of(path)
         names = [head.name for head in layout.heads]
@@ -100,6 +101,8 @@ def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
         return read(layout)
     except FileNotFoundError:
         raise RecordError(str(path), "", "no such file", "a path is relative to the model file") from None
+    except Refused as error:
+        raise RecordError(str(path), "", error.rule, error.remedy) from None
     except OSError as error:
         raise RecordError(str(path), "", f"cannot be read: {(error.strerror or str(error)).lower()}") from None
 

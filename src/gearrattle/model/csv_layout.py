@@ -20,7 +20,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from gearrattle.model.table import shown
+from gearrattle.files import opened, opened_text
 
 _LOOKED_AT = 200  # lines that are no comments, at most, until the first numbers
 _BYTES_LOOKED_AT = 65_536
@@ -78,7 +78,7 @@ class Layout(NamedTuple):
 
     def rows(self, path: Path) -> Iterator[tuple[int, str]]:
         """Yield number and text of the rows below names and units."""
-        with open(path, encoding=self.encoding, errors="replace") as stream:
+        with opened_text(path, self.encoding, "replace") as stream:
             yield from itertools.islice(numbered(stream), self.first_row, None)
 
     def with_points(self, text: str) -> str:
@@ -116,11 +116,11 @@ def layout_of(path: Path) -> Layout:
         RecordError: no text, or no line of names above the numbers.
         OSError: the file cannot be read.
     """
-    with open(path, "rb") as binary:
+    with opened(path) as binary:
         encoding = encoding_of(binary.read(_BYTES_LOOKED_AT))
     if encoding is None:
         raise RecordError(str(path), "", "must be a text", "export the record as CSV")
-    with open(path, encoding=encoding, errors="replace") as stream:
+    with opened_text(path, encoding, "replace") as stream:
         lines = [(number, line.rstrip("\r\n")) for number, line in itertools.islice(numbered(stream), _LOOKED_AT)]
     if not lines or any(len(line) > _LONGEST_LINE for _, line in lines):
         raise RecordError(str(path), "", "must begin with a line of column names and units", EXAMPLE)
@@ -128,9 +128,9 @@ def layout_of(path: Path) -> Layout:
     count = len(lines[min(first_row, len(lines) - 1)][1].split(separator))
     above = first_row - 1
     if above < 0 or lines[above][1].count(separator) != count - 1:
-        number, line = lines[min(first_row, len(lines) - 1)]
+        number, _ = lines[min(first_row, len(lines) - 1)]
         rule = f"a line of {count} column names must stand above the numbers"
-        raise RecordError(f"{path}:{number}", shown(line[:40]), rule, EXAMPLE)
+        raise RecordError(f"{path}:{number}", "", rule, EXAMPLE)
     units = [_unit(cell) for cell in _cells(lines[above][1], separator)]
     has_units = any(unit in _OF_TIME_OR_ANGLE for unit in units)
     has_units = has_units and above > 0 and lines[above - 1][1].count(separator) == count - 1
@@ -188,7 +188,7 @@ def _head(cell: str) -> Head:
 
 def _has_decimal_comma(path: Path, encoding: str, first_row: int) -> bool:
     """Tell by the first row with a comma or a point in it."""
-    with open(path, encoding=encoding, errors="replace") as stream:
+    with opened_text(path, encoding, "replace") as stream:
         for _, line in itertools.islice(numbered(stream), first_row, None):
             if "," in line or "." in line:
                 return "," in line and "." not in line

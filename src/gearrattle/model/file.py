@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, allowed_root, opened, reachable
 from gearrattle.model.model import Model
 from gearrattle.model.positions import NestingError, key_lines
 from gearrattle.model.problems import Positions
@@ -25,11 +26,13 @@ from gearrattle.model.signal import Points
 LARGEST = 1_000_000
 
 
-def load(path: str | os.PathLike[str]) -> Model:
+def load(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | None = None) -> Model:
     """Read and validate a model file.
 
     Args:
         path: a TOML file, UTF-8, at most 1 MB.
+        root: folder of further files that the model may name. Always allowed are files under the model's own folder,
+            and under the working directory if that holds the model.
 
     Returns:
         The validated model, in SI.
@@ -37,7 +40,8 @@ def load(path: str | os.PathLike[str]) -> Model:
     Raises:
         ModelError: the file is missing, unreadable or no model; carries all problems found, with line numbers.
     """
-    return loads(read_text(path), os.fspath(path))
+    with allowed_root(root):
+        return loads(read_text(path), os.fspath(path))
 
 
 def loads(text: str, name: str = "<text>", stored: Points | None = None) -> Model:
@@ -84,13 +88,12 @@ def read_text(path: str | os.PathLike[str], kind: str = "model file") -> str:
     try:
         if os.path.isdir(name):
             raise ModelError(Problem(name, "a folder", "must be a TOML file", _models_in(name)))
-        with open(name, "rb") as stream:
+        with opened(name) as stream:
             content = stream.read(LARGEST + 1)
     except FileNotFoundError:
         raise ModelError(Problem(name, "", "no such file", _neighbour(name))) from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise ModelError(Problem(shown_name(name), "", f"cannot be read: {(reason or str(error)).lower()}")) from None
+        raise ModelError(unreadable(shown_name(name), error)) from None
     if len(content) > LARGEST:
         raise ModelError(Problem(name, "more than 1 MB", _size_rule(kind), f"is this really a {kind}?"))
     try:
@@ -126,6 +129,26 @@ def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[st
 
 def _size_rule(kind: str) -> str:
     return f"a {kind} has at most 1 MB"
+
+
+def check_reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
+    """Refuse a file that an input file in this folder names and may not read (``reachable``).
+
+    Raises:
+        ModelError: it lies elsewhere.
+    """
+    try:
+        reachable(path, folder)
+    except (OSError, ValueError) as error:
+        raise ModelError(unreadable(shown_name(os.fspath(path)), error)) from None
+
+
+def unreadable(name: str, error: OSError | ValueError) -> Problem:
+    """Return the problem of a file that the machine, or ``gearrattle.files``, does not open."""
+    if isinstance(error, Refused):
+        return Problem(name, "", error.rule, error.remedy)
+    reason = error.strerror if isinstance(error, OSError) else None
+    return Problem(name, "", f"cannot be read: {(reason or str(error)).lower()}")
 
 
 def shown_name(name: str) -> str:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
+from gearrattle.files import Refused, reachable
 from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
@@ -38,7 +39,8 @@ Points = Mapping[str, "tuple[Array, Array]"]
 """Times [s] and values [SI] of signals by their digest."""
 
 FOLDER = "folder"
-"""Key of the validation context under which the folder stands that paths are relative to."""
+"""Key of the validation context: the folder that paths are relative to, and under which files may be read. Without it
+the table comes from Python, whose author names what may be read."""
 STORED = "stored"
 """Key of the validation context, and of a signal's table, for points kept elsewhere under their digest."""
 FEWEST = 4
@@ -160,7 +162,7 @@ class OverTime:
         if missing:
             raise breach(f"{missing[0]} is required: a column of the file, or a list of numbers", _EXAMPLE)
         if "file" in table:
-            return self._from_file(table, Path(context.get(FOLDER) or ""), dimensionless, settings)
+            return self._from_file(table, context.get(FOLDER), dimensionless, settings)
         time = self._points(self.key, table[self.key], self.along, dimensionless)
         value = self._points("value", table["value"], self.dimension, dimensionless)
         if time.size != value.size:
@@ -187,15 +189,17 @@ class OverTime:
         return {**settings, "source": source}
 
     def _from_file(
-        self, table: Mapping[str, Any], folder: Path, dimensionless: bool, settings: dict[str, Any]
+        self, table: Mapping[str, Any], folder: Path | None, dimensionless: bool, settings: dict[str, Any]
     ) -> Signal:
         names = {key: table[key] for key in ("file", self.key, "value")}
         wrong = [key for key, name in names.items() if not isinstance(name, str) or not name or "\0" in name]
         if wrong:
             rule = f"{wrong[0]} must be a text in quotes, as there is a file: its path, or the name of a column"
             raise breach(rule, _EXAMPLE)
-        path = folder / names["file"]
+        path = (folder or Path()) / names["file"]
         try:
+            if folder is not None:
+                reachable(path, folder)
             columns = read_columns(path, {names[self.key]: self.along, names["value"]: self.dimension}, dimensionless)
             time, value = columns.values[names[self.key]], columns.values[names["value"]]
             if at := _out_of_order(time):
@@ -203,6 +207,8 @@ class OverTime:
                 rule = f"{self.key}s must ascend; the one before is {time[at - 1]:.9g} {unit}"
                 place = columns.place(at, names[self.key])
                 raise RecordError(place, f"{time[at]:.9g} {unit}", rule, "sort the record")
+        except Refused as error:
+            raise breach(error.rule, error.remedy, place=str(path)) from None
         except RecordError as error:
             raise breach(error.rule, error.remedy, place=error.place, found=error.found) from None
         source = settings.pop("source") or f"{names['file']}: {names['value']} over {names[self.key]}"

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, check_archive
 from gearrattle.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
 from gearrattle.trajectory import Array
 
@@ -46,6 +47,7 @@ def read_charts(path: Path) -> list[Chart]:
         OSError: it cannot be read.
     """
     try:
+        check_archive(path)
         with np.load(path, allow_pickle=False) as archive:
             told = json.loads(archive["charts"].tobytes().decode("utf-8"))
             arrays = {int(name): archive[name] for name in archive.files if name != "charts"}
@@ -57,6 +59,8 @@ def read_charts(path: Path) -> list[Chart]:
         if not all(isinstance(each, Chart) for each in made):
             raise TypeError("not a chart")
         return made
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         rule = f"holds no charts, or is damaged ({type(error).__name__})"
         raise ModelError(Problem(str(path), "", rule, "run the command that wrote the folder again")) from None

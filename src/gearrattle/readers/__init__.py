@@ -16,6 +16,8 @@ from typing import cast
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, opened
+from gearrattle.model.file import unreadable
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.readers import csv, hdf5, mat, mdf4, run, uff, wav
 from gearrattle.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
@@ -45,13 +47,12 @@ def format_of(path: str | os.PathLike[str]) -> str:
     try:
         if place.is_dir():
             raise ModelError(Problem(name, "a folder", "must be a file"))
-        with open(place, "rb") as stream:
+        with opened(place) as stream:
             head = stream.read(HEAD)
     except FileNotFoundError:
         raise ModelError(Problem(name, "", "no such file", _neighbour(place))) from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ModelError(Problem(name, "", f"cannot be read: {reason.lower()}")) from None
+        raise ModelError(unreadable(name, error)) from None
     if not head:
         raise ModelError(Problem(name, "", "the file is empty", "copy or export it again"))
     for reader in READERS.values():
@@ -64,7 +65,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
     remedy = (
         f"it ends like {ending}: damaged, or another format under that name" if ending else "export it as one of these"
     )
-    raise ModelError(Problem(name, f"begins with {head[:12]!r}", rule, remedy))
+    raise ModelError(Problem(name, "", rule, remedy))
 
 
 def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
@@ -86,6 +87,8 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         raw = reader.read(place, request)
     except (ModelError, MemoryError):
         raise
+    except Refused as error:
+        raise ModelError(unreadable(str(path), error)) from None
     except Exception as error:  # a library complains as it likes; the user gets one kind of answer
         rule = f"cannot be read as {reader.NAME}: damaged, truncated, or another format"
         remedy = "copy or export it again" if told == reader.NAME else f"its content looks like {told}"

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import opened_text
 from gearrattle.model.csv_columns import read_all
 from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
 from gearrattle.readers.base import Column, Raw, Request, is_time, unfit, with_times
@@ -86,7 +87,7 @@ def write(recording: Recording, path: Path) -> None:
 def _said(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
     """Return quantity and subject by column, from the comments at the beginning."""
     found: dict[str, tuple[str, str]] = {}
-    with open(path, encoding=encoding, errors="replace") as stream:
+    with opened_text(path, encoding, "replace") as stream:
         for line in stream:
             if not line.startswith("#"):
                 break

@@ -9,7 +9,6 @@ Takes a path; gives columns with times.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import datasets, opened_hdf5
 from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, is_time, split_columns, unfit, with_times
 from gearrattle.recording import Recording
 
@@ -33,15 +33,14 @@ def knows(_path: Path, head: bytes) -> bool:
 
 def read(path: Path, request: Request) -> Raw:
     """Return its vectors."""
-    import h5py
-
     columns: list[Column] = []
     scales: dict[str, Column] = {}
-    with h5py.File(path, "r") as file:
-        for item in _datasets(file):
-            name = str(item.name).lstrip("/")
+    with opened_hdf5(path) as file:
+        for name, item in datasets(file):
             if (
-                item.dtype.kind not in "fiu"
+                "/#" in f"/{name}"  # MATLAB's references
+                or not item.shape
+                or item.dtype.kind not in "fiu"
                 or item.ndim > 2
                 or _text(item.attrs.get("MATLAB_class", "")) in _NO_SIGNALS
             ):
@@ -74,17 +73,6 @@ def write(recording: Recording, path: Path) -> None:
             dataset.dims[0].attach_scale(time)
             for key, value in (("units", channel.unit), ("quantity", channel.quantity), ("subject", channel.subject)):
                 dataset.attrs[key] = np.bytes_(value.encode()) if value else ""
-
-
-def _datasets(group: Any) -> Iterator[Any]:
-    """Yield the datasets below a group, in the order of the file where it keeps one."""
-    for name, item in group.items():
-        if name.startswith("#"):  # MATLAB's references
-            continue
-        if hasattr(item, "items"):
-            yield from _datasets(item)
-        elif hasattr(item, "shape") and item.shape:
-            yield item
 
 
 def _with_axes(columns: list[Column], scales: dict[str, Column]) -> list[Column]:

@@ -27,7 +27,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.file import read_tables, read_text
+from gearrattle.model.file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import UnitError
@@ -103,6 +103,9 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
     if tables.format is not None and tables.format not in READERS:
         rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
         raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
+    if positions.name:  # tables from Python name what their author may read
+        for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
+            check_reachable(folder / file, folder)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
     channels: list[Mapped] = []
     problems: list[Problem] = []

@@ -10,6 +10,7 @@ Takes a path; gives columns with times.
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import zlib
@@ -20,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import read_bytes, within_limit
 from gearrattle.readers.base import Column, Raw, Request, split_columns, unfit, with_times
 from gearrattle.recording import Recording
 
@@ -51,7 +53,8 @@ def knows(_path: Path, head: bytes) -> bool:
 
 def read(path: Path, request: Request) -> Raw:
     """Return its vectors."""
-    found = list(_version_5(path) if knows(path, path.read_bytes()[:128]) else _version_4(path))
+    content = read_bytes(path)
+    found = list(_version_5(content) if knows(path, content[:128]) else _version_4(content))
     told = next((_told(value) for name, value in found if name == _TOLD), {})
     columns: list[Column] = []
     skipped: list[str] = []
@@ -96,24 +99,50 @@ def _told(value: Any) -> dict[str, dict[str, str]]:
     return rows if plain else {}
 
 
-def _version_4(path: Path) -> Iterator[tuple[str, Any]]:
+def _version_4(content: bytes) -> Iterator[tuple[str, Any]]:
     from scipy.io import loadmat
 
-    for name, value in loadmat(path).items():
+    for name, value in loadmat(io.BytesIO(content)).items():
         if not name.startswith("__"):
             yield name, value
 
 
-def _version_5(path: Path) -> Iterator[tuple[str, Any]]:
+def _version_5(content: bytes) -> Iterator[tuple[str, Any]]:
     """Yield names and values of the variables, fields of structures by their path."""
-    content = path.read_bytes()
+    unpacked = 0
     order = "<" if content[126:128] == b"IM" else ">"
     for element in _elements(memoryview(content)[128:], order):
         inner = element
         if element.kind == _PACKED:
-            inner = next(_elements(memoryview(zlib.decompress(element.data)), order))
+            data = _unpacked(element.data, order, unpacked)
+            unpacked += len(data)
+            inner = next(_elements(memoryview(data), order))
         if inner.kind == _MATRIX:
             yield from _variable(inner.data, order, "", 0)
+
+
+def _unpacked(data: memoryview, order: str, before: int) -> bytes:
+    """Return what a compressed variable holds: one element, whose head says its length.
+
+    Args:
+        data: the compressed bytes.
+        order: of bytes in a number.
+        before: bytes unpacked from the file so far.
+
+    Raises:
+        Refused: the file would take more memory than the limit.
+    """
+    unpacking = zlib.decompressobj()
+    head = unpacking.decompress(data, 8)
+    if len(head) < 8:
+        raise _Damaged("a compressed variable ends too early")
+    kind, size = (int(x) for x in np.frombuffer(head, f"{order}u4", 2))
+    length = 0 if kind >> 16 else size
+    within_limit(before + length)
+    rest = unpacking.decompress(unpacking.unconsumed_tail, length + 8)
+    if len(rest) < length:
+        raise _Damaged("a compressed variable ends too early")
+    return head + rest
 
 
 def _elements(data: memoryview, order: str) -> Iterator[_Element]:

@@ -18,12 +18,14 @@ from typing import Any
 import numpy as np
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
+from gearrattle.files import Refused, opened, within_limit
 from gearrattle.readers.base import Column, Raw, Request
 from gearrattle.recording import Recording
 
 NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
+_MOST_BLOCKS = 1_000_000
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -34,7 +36,7 @@ def knows(_path: Path, head: bytes) -> bool:
 def read(path: Path, request: Request) -> Raw:
     """Return its channels of numbers."""
     mdf = _library(path)
-    with open(path, "rb") as stream:
+    with opened(path) as stream:
         if stream.read(8) == b"UnFinMF ":
             rule = "the file was not finished: its writer was interrupted"
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
@@ -44,6 +46,7 @@ def read(path: Path, request: Request) -> Raw:
         masters = set(file.masters_db.items())
         entries = [(name, *at) for name, places in file.channels_db.items() for at in places if at not in masters]
         entries.sort(key=lambda entry: entry[1:])
+        _check_size(file, entries, request)
         count = Counter(name for name, _, _ in entries)
         for name, group, index in entries:
             full = name if count[name] == 1 else f"{name}[{group}]"
@@ -64,6 +67,24 @@ def read(path: Path, request: Request) -> Raw:
         raise ModelError(Problem(str(path), ", ".join(skipped[:8]), "holds no channels of numbers"))
     notes = (f"no signals, left out: {', '.join(skipped)}",) if skipped else ()
     return Raw(tuple(columns), str(path), NAME, notes)
+
+
+def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request) -> None:
+    """Refuse groups that unpack to more than the limit, before they are read.
+
+    Raises:
+        Refused: they do.
+    """
+    groups = {group for name, group, _ in entries if request.names is None or name in request.names}
+    samples = {group: int(file.groups[group].channel_group.cycles_nr) for group in groups}
+    within_limit(sum(16 * samples[group] for _, group, _ in entries if group in groups))
+    unpacked = 0
+    for group in groups:
+        for number, block in enumerate(file.groups[group].get_data_blocks()):
+            unpacked += int(block.original_size)
+            within_limit(unpacked)
+            if number > _MOST_BLOCKS:
+                raise Refused("its list of data blocks does not end", "copy or export it again")
 
 
 def write(recording: Recording, path: Path) -> None:

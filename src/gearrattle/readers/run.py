@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gearrattle.files import opened_hdf5
 from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, unfit
 from gearrattle.recording import Recording
 
@@ -36,10 +37,8 @@ def knows(path: Path, head: bytes) -> bool:
 
 def read(path: Path, request: Request) -> Raw:
     """Return its motions, deflections, forces and torques."""
-    import h5py
-
     columns = []
-    with h5py.File(path, "r") as file:
+    with opened_hdf5(path) as file:
         time = np.array(file["time"][...])
         tables = tomllib.loads(str(file.attrs["model"]))
         meshes = {row["name"] for row in tables.get("mesh", ())}

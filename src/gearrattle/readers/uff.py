@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import read_bytes
 from gearrattle.readers.base import Column, Raw, Request, unfit
 from gearrattle.recording import Array, Channel, Recording
 
@@ -75,7 +76,7 @@ def _shortest(column: Column, count: Counter[str]) -> Column:
 
 def _blocks(path: Path) -> Iterator[_Block]:
     """Cut the file into datasets; binary ones by the number of bytes they tell."""
-    content = path.read_bytes()
+    content = read_bytes(path)
     at, end = 0, len(content)
 
     def line() -> bytes:

@@ -9,11 +9,15 @@ Takes a path; gives columns "1", "2", ...
 
 from __future__ import annotations
 
+import os
+import struct
 import warnings
 from pathlib import Path
 
 import numpy as np
 
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import opened, within_limit
 from gearrattle.readers.base import Column, Raw, Request, unfit
 from gearrattle.recording import Recording
 
@@ -31,6 +35,7 @@ def read(path: Path, _request: Request) -> Raw:
     """Return one column a track."""
     from scipy.io import wavfile
 
+    _check_length(path)
     with warnings.catch_warnings():
         warnings.simplefilter("error", wavfile.WavFileWarning)  # among them: the data end before the header says
         warnings.filterwarnings("ignore", message="Chunk .* not understood", category=wavfile.WavFileWarning)
@@ -45,6 +50,34 @@ def read(path: Path, _request: Request) -> Raw:
         tracks = np.asarray(table, np.float64)
     columns = [Column(str(k + 1), "", tracks[:, k], time) for k in range(tracks.shape[1])]
     return Raw(tuple(columns), str(path), NAME)
+
+
+def _check_length(path: Path) -> None:
+    """Refuse a file that is shorter than its header says, or larger than the limit when it is unpacked.
+
+    Raises:
+        ModelError: it is shorter.
+        Refused: it is larger.
+    """
+    with opened(path) as stream:
+        size = os.fstat(stream.fileno()).st_size
+        within_limit(8 * size)  # of one-byte samples
+        head = stream.read(12)
+        order = ">" if head[:4] == b"RIFX" else "<"
+        long = 0
+        while len(chunk := stream.read(8)) == 8:
+            name, length = struct.unpack(f"{order}4sI", chunk)
+            if name == b"ds64":  # lengths of RF64, which holds more than 4 GB
+                long = int(struct.unpack("<QQ", stream.read(16))[1])
+                length -= 16
+            if name == b"data":
+                length = long or length
+                if stream.tell() + length > size:
+                    found = f"{size - stream.tell()} bytes of samples"
+                    rule = f"its header says {length}: the file is truncated"
+                    raise ModelError(Problem(str(path), found, rule, "copy or export it again"))
+                return
+            stream.seek(length + length % 2, os.SEEK_CUR)
 
 
 def write(recording: Recording, path: Path) -> None:

@@ -72,9 +72,20 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
         problems.append(Problem(name, shown(tables["schema"]), "schema must be 1"))
     if problems:
         raise ModelError(problems)
-    model = load(Path(name).parent / tables["model"])
+    model = load(Path(name).parent / _model_file(tables["model"], place(("model",), {}, positions)))
     title = str(tables.get("name") or Path(name).stem)
     return StudyFile(title, kind, {"model": model, **kind.arguments(tables)})
+
+
+def _model_file(path: str, where: str) -> str:
+    """Return the path of a study's model, which may lie in any folder but must be a TOML file.
+
+    Raises:
+        ModelError: another ending, also behind a symbolic link.
+    """
+    if Path(path).suffix.lower() != ".toml" or Path(path).resolve().suffix.lower() != ".toml":
+        raise ModelError(Problem(where, shown(path), "a study's model is a file that ends in .toml"))
+    return path
 
 
 def _kind(tables: Mapping[str, Any], positions: Positions) -> Kind:

@@ -1,0 +1,203 @@
+"""Files that are read: regular ones only, under folders that are allowed, no larger than memory can bear.
+
+A path in an input file may name anything: a pipe that never ends, a device, a file that is none of the reader's
+business, or a few kilobytes that unpack to gigabytes. So every file is opened here, or checked here before a library
+opens it.
+
+Takes paths; gives bytes, text and paths that may be opened.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any, BinaryIO, TextIO
+
+LIMIT = "GEARRATTLE_READ_LIMIT"
+"""Environment variable: how many bytes of a measured file, unpacked, are read at most."""
+_DEFAULT_LIMIT = 1_000_000_000
+_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+
+_ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
+
+
+class Refused(OSError):
+    """A file that is not opened.
+
+    Attributes:
+        rule: what it breaks.
+        remedy: what to do; may be empty.
+    """
+
+    def __init__(self, rule: str, remedy: str = "") -> None:
+        super().__init__(0, rule)
+        self.rule, self.remedy = rule, remedy
+
+
+def opened(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a regular file to read bytes.
+
+    Raises:
+        Refused: a folder, a pipe, a device or a socket.
+        OSError: no such file, or the machine refused.
+        ValueError: no possible name of a file.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(21, "Is a directory")
+        if not stat.S_ISREG(mode):
+            kind = _KINDS.get(stat.S_IFMT(mode), "no regular file")
+            raise Refused(f"is {kind}; a regular file is needed", "copy its content into a file")
+        return os.fdopen(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def opened_text(path: str | os.PathLike[str], encoding: str, errors: str = "strict") -> TextIO:
+    """Open a regular file to read text; raises as ``opened``."""
+    return io.TextIOWrapper(opened(path), encoding=encoding, errors=errors)
+
+
+def check_regular(path: str | os.PathLike[str]) -> int:
+    """Return the size of a regular file [bytes] before a library opens it; raises as ``opened``."""
+    with opened(path) as stream:
+        return os.fstat(stream.fileno()).st_size
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return the content of a regular file that is within the limit; raises as ``opened``."""
+    with opened(path) as stream:
+        within_limit(os.fstat(stream.fileno()).st_size)
+        return stream.read()
+
+
+def limit() -> int:
+    """Return how many bytes of a file, unpacked, are read at most.
+
+    Raises:
+        Refused: the environment variable holds no number of bytes.
+    """
+    text = os.environ.get(LIMIT, "")
+    if not text:
+        return _DEFAULT_LIMIT
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 1.0 <= value < 2.0**62:
+        raise Refused(f'the environment variable {LIMIT} is "{text}"; it must be a number of bytes', "such as 4e9")
+    return int(value)
+
+
+def within_limit(size: float) -> None:
+    """Refuse a number of bytes above the limit.
+
+    Raises:
+        Refused: it is above.
+    """
+    most = limit()
+    if size > most:
+        rule = f"would take {size / 1e9:.3g} GB of memory; at most {most / 1e9:.3g} GB of a file are read"
+        raise Refused(rule, f"read fewer channels, or raise the limit: {LIMIT}={1.1 * size:.2g}")
+
+
+def check_archive(path: str | os.PathLike[str]) -> None:
+    """Refuse a zip archive, such as NumPy's .npz, that unpacks to more than the limit; raises as ``opened``."""
+    with opened(path) as stream, zipfile.ZipFile(stream) as archive:
+        within_limit(sum(entry.file_size for entry in archive.infolist()))
+
+
+def opened_hdf5(path: str | os.PathLike[str]) -> Any:
+    """Open an HDF5 file (``h5py.File``), unless it points elsewhere or its datasets are larger than the limit together.
+
+    Raises:
+        Refused: external links, external storage, virtual datasets, or too large; and as ``opened``.
+    """
+    import h5py
+
+    check_regular(path)
+    file = h5py.File(path, "r")
+    try:
+        _check_hdf5(file)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _check_hdf5(file: Any) -> None:
+    within_limit(sum(item.size * max(item.dtype.itemsize, 8) for _, item in datasets(file) if item.shape))
+
+
+def datasets(file: Any) -> Iterator[tuple[str, Any]]:
+    """Yield names and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
+
+    Raises:
+        Refused: an external link, external storage or a virtual dataset.
+    """
+    import h5py
+
+    rule, remedy = "points to data in another file", "copy the data into the file"
+    visited: set[Any] = set()
+    open_groups = [("", file, iter(list(file)))]
+    while open_groups:
+        prefix, group, keys = open_groups[-1]
+        key = next(keys, None)
+        if key is None:
+            open_groups.pop()
+            continue
+        name, link = f"{prefix}{key}", group.get(key, getlink=True)
+        if isinstance(link, h5py.ExternalLink):
+            raise Refused(f"{name}: {rule}", remedy)
+        if not isinstance(link, h5py.HardLink):
+            continue
+        item = group[key]
+        address = h5py.h5o.get_info(item.id).addr
+        if address in visited:
+            continue
+        visited.add(address)
+        if isinstance(item, h5py.Group):
+            open_groups.append((f"{name}/", item, iter(list(item))))
+        elif isinstance(item, h5py.Dataset):
+            if item.external or item.is_virtual:
+                raise Refused(f"{name}: {rule}", remedy)
+            yield name, item
+
+
+@contextmanager
+def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Allow files under a folder beside those under a model's own, while the context is open; None changes nothing."""
+    token = _ROOT.set(_ROOT.get() if folder is None else Path(folder).resolve())
+    try:
+        yield
+    finally:
+        _ROOT.reset(token)
+
+
+def reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
+    """Return the path of a file that an input file names, all symbolic links resolved.
+
+    Args:
+        path: as it stands in the input file; relative to ``folder``.
+        folder: the folder of the input file. Files under it may be read; those under the working directory if that
+            holds the folder; those under the folder of ``allowed_root``.
+
+    Raises:
+        Refused: the file lies elsewhere. It is not opened.
+    """
+    home, working = Path(folder).resolve(), Path.cwd()
+    target = (home / path).resolve()
+    allowed = [home, *([working] if home.is_relative_to(working) else []), *([root] if (root := _ROOT.get()) else [])]
+    if not any(target.is_relative_to(one) for one in allowed):
+        rule = f"lies outside of {allowed[-1] if len(allowed) > 1 else home}, the folder whose files may be read"
+        raise Refused(rule, f'copy the file there, or allow its folder: --root "{target.parent}", root= in Python')
+    return target
