@@ -173,6 +173,25 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
             yield name, item
 
 
+def private_folder(path: Path) -> bool:
+    """Make a folder that nobody else can write, for files that are trusted later; tell whether it is one now.
+
+    Its parent is made as well and held to the same: owned by this user, no symbolic link, mode 700.
+    """
+    for folder in (path.parent, path):
+        try:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, exist_ok=True)
+            owner = os.lstat(folder)
+            if not stat.S_ISDIR(owner.st_mode) or (hasattr(os, "geteuid") and owner.st_uid != os.geteuid()):
+                return False
+            if stat.S_IMODE(owner.st_mode) & 0o077:
+                folder.chmod(0o700)
+        except OSError:
+            return False
+    return os.access(path, os.W_OK)
+
+
 @contextmanager
 def allowed_root(folder: str | os.PathLike[str] | None) -> Iterator[None]:
     """Allow files under a folder beside those under a model's own, while the context is open; None changes nothing."""

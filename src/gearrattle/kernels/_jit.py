@@ -13,6 +13,7 @@ import hashlib
 import os
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -25,6 +26,8 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 from numba.extending import get_cython_function_address, intrinsic
+
+from gearrattle.files import private_folder
 
 
 def _user_cache() -> Path:
@@ -39,18 +42,21 @@ def _user_cache() -> Path:
 
 
 def _stamped_folder() -> str:
-    """A writable cache folder named after the content of all kernel files and the compiler's version."""
+    """A private cache folder named after the content of all kernel files and the compiler's version.
+
+    What lies there is unpickled, so a folder that others can write is not used; without any, nothing is kept.
+    """
     stamp = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
     for file in sorted(Path(__file__).parent.glob("*.py")):
         stamp.update(file.read_bytes())
     name = f"kernels-{stamp.hexdigest()[:16]}"
-    for parent in (_user_cache() / "gearrattle", Path(tempfile.gettempdir()) / "gearrattle"):
-        try:
-            (parent / name).mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(parent / name, os.W_OK):
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    parents = _user_cache() / "gearrattle", Path(tempfile.gettempdir()) / f"gearrattle-{user}"
+    for parent in parents:
+        if private_folder(parent / name):
             return str(parent / name)
+    words = f"compiled code is not kept: neither {parents[0]} nor {parents[1]} is a folder that only you can write"
+    warnings.warn(f"{words}; set NUMBA_CACHE_DIR to one", RuntimeWarning, stacklevel=2)
     return ""
 
 
