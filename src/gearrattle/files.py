@@ -185,7 +185,9 @@ def private_folder(path: Path) -> bool:
             owner = os.lstat(folder)
             if not stat.S_ISDIR(owner.st_mode) or (hasattr(os, "geteuid") and owner.st_uid != os.geteuid()):
                 return False
-            if stat.S_IMODE(owner.st_mode) & 0o077:
+            if owner.st_mode & 0o022 and folder == path and any(path.iterdir()):
+                return False  # what lies there may be somebody else's
+            if owner.st_mode & 0o077:
                 folder.chmod(0o700)
         except OSError:
             return False

@@ -50,6 +50,10 @@ def test_a_folder_that_others_can_write_is_closed(tmp_path: Path) -> None:
     (tmp_path / "parent" / "folder").chmod(0o777)
     assert private_folder(tmp_path / "parent" / "folder")
     assert stat.S_IMODE((tmp_path / "parent" / "folder").stat().st_mode) == 0o700
+    (tmp_path / "parent" / "folder" / "planted").touch()
+    assert private_folder(tmp_path / "parent" / "folder")
+    (tmp_path / "parent" / "folder").chmod(0o777)
+    assert not private_folder(tmp_path / "parent" / "folder")
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder away")
