@@ -174,3 +174,10 @@ def test_two_channels_of_one_name_are_refused_in_every_format(tmp_path: Path) ->
     gr.write(Recording(np.arange(4.0), (channel,), "rig"), path)
     path.write_bytes(2 * path.read_bytes())
     assert "columns 1 and 2 of the file have this name" in _refused(path)
+
+
+@pytest.mark.parametrize("end", [";", ";;"])
+def test_separators_at_the_end_of_every_line_are_no_columns(end: str, tmp_path: Path) -> None:
+    rows = "".join(f"{k};{2 * k}{end}\n" for k in range(5))
+    (tmp_path / "x.csv").write_text(f"t [s];n [rpm]{end}\n{rows}")
+    assert gr.read(tmp_path / "x.csv").names == ("n",)

@@ -42,6 +42,8 @@ def read(path: Path, request: Request) -> Raw:
     """Return its columns of numbers."""
 
     def use(name: str, unit: str) -> bool:
+        if not name:
+            return False  # nothing but separators at the end of every line
         if request.names is None or name in request.names:
             return True
         return name == request.time if request.time else is_time(name, unit)
@@ -53,6 +55,8 @@ def read(path: Path, request: Request) -> Raw:
     said, read_ones = _said(path, layout.encoding), iter(values.T)
     columns = []
     for name, unit in layout.heads:
+        if not name:
+            continue
         array = next(read_ones) if use(name, unit or "") else np.empty(0)
         quantity, subject = said.get(name) or _of_a_run(name)
         columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
