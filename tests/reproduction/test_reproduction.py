@@ -4,24 +4,84 @@ from __future__ import annotations
 
 import json
 import math
+import time
 
 import pytest
 
 from gearrattle.cli import main
+from gearrattle.cli.reproduce import _tell
 from gearrattle.errors import Cancelled
 from gearrattle.reproduction import reproduce
+from gearrattle.reproduction.bulirsch_stoer import OTHERS
 from gearrattle.reproduction.page import fill
-from gearrattle.reproduction.record import DIFFERS, NOISE, STATUSES, UNAVAILABLE
+from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
 from gearrattle.solvers import SOLVERS
 
 
 @pytest.fixture(scope="module")
-def found():
-    shares: list[float] = []
-    result = reproduce(quick=True, progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+def timed():
+    """A quick reproduction, and the processor time at which every share was finished."""
+    shares = [(0.0, time.thread_time())]
+    result = reproduce(quick=True, progress=lambda share: shares.append((share, time.thread_time())))
+    return result, shares
+
+
+@pytest.fixture(scope="module")
+def found(timed):
+    result, shares = timed
+    assert [share for share, _ in shares] == sorted(share for share, _ in shares)
+    assert shares[-1][0] == 1.0
     return result
+
+
+def test_the_remaining_time_is_true_within_a_factor_of_two(found, timed):
+    """By processor time, from a tenth of the way to nine tenths, at the pace so far."""
+    _, shares = timed
+    begin, end = shares[0][1], shares[-1][1]
+    for share, now in shares:
+        if 0.1 <= share <= 0.9:
+            told = (now - begin) * (1.0 - share) / share
+            assert 0.5 < told / (end - now) < 2.0, share
+
+
+def test_rk2_and_rk4_take_the_printed_steps(found):
+    """A tenth of them in a quick run."""
+    for table, (rk2, rk4) in ((3, (80_000, 6_400)), (4, (85_000, 6_700))):
+        for label, steps, stages in (("RK2", rk2, 2), ("RK4", rk4, 4)):
+            row = found.row(f"Table {table}, {label}")
+            for kind in ("rattling", "loaded"):
+                assert row.figures[f"steps_{kind}"] == steps
+                assert row.figures[f"calls_{kind}"] == stages * steps
+
+
+def test_rows_that_cannot_fail_are_counted_apart(found):
+    constructed = {row.item for row in found.rows if row.status == CONSTRUCTED}
+    assert constructed == {
+        "Table 1, all but Omega_22^2", "Table 2, case 1", "Table 2, case 2", "Table 2, case 3",
+        "Sec. 3, eight natural frequencies", "Sec. 3, shape psi_3", "Sec. 3, lumping eight inertias below 75 Hz",
+        "Table 3, RK2", "Table 3, RK4", "Table 4, RK2", "Table 4, RK4",
+    }  # fmt: skip
+    assert found.counts()[CONSTRUCTED] == len(constructed)
+
+
+def test_slips_of_section_3_are_said(found):
+    assert found.row("Sec. 3, the first mode in Hz").figures["hertz"] == pytest.approx(346.0 / 6.283185307, rel=2e-4)
+    assert found.row("Sec. 3, shape psi_2").figures["entries"] == 9
+    assert found.row("Sec. 3, shape psi_2").figures["off"] < 0.005
+    assert found.row("Sec. 3, eight natural frequencies").figures["off"] < 2e-4
+
+
+def test_what_others_do_as_well_is_not_reproduced_as_the_only_one(found):
+    row = found.row("Sec. 9, BUS gives incompatible solutions")
+    times = [row.figures[f"case_{c}_{name}"] / row.figures[f"case_{c}_exact"] for c in (2, 3) for name in OTHERS]
+    assert max(times) > 2.0
+    assert row.status == DIFFERS
+
+
+def test_the_cost_of_a_call_is_that_of_all_printed_lines(found):
+    for table, words in ((3, "0.97 (RK2) to 3.99 ms (RK4)"), (4, "0.99 (RK2) to 4.19 ms (RK4)")):
+        row = found.row(f"Table {table}, times relative to RK2, loaded")
+        assert row.status != DIFFERS or words in row.why
 
 
 def test_every_row_says_what_became_of_it(found):
@@ -93,3 +153,11 @@ def test_the_command_line_knows_one_paper(capsys, tmp_path, monkeypatch):
     assert main(["reproduce", "another", "--quick"]) == 2
     assert "paper" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_terminal_says_the_status_and_the_reason(found, capsys):
+    _tell(found)
+    lines = capsys.readouterr().out.splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("Sec. 3, the first mode in Hz"))
+    assert lines[at].endswith("differs, because")
+    assert lines[at + 1] == "    the printed 346 rad/s are 55.1 Hz, not 22"

@@ -37,7 +37,7 @@ def reproduce(
         Shorten the runs to about a tenth: samples, not results.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import json_text
     from gearrattle.report.staging import Staging
     from gearrattle.reproduction import reproduce as run
     from gearrattle.reproduction.page import fill
@@ -56,6 +56,19 @@ def reproduce(
     if json:
         print(json_text(found.to_dict()))
     else:
-        print(columns(("", "status"), [(row.item, row.verdict) for row in found.rows]))
+        _tell(found)
         print("; ".join(f"{number} {status}" for status, number in found.counts().items()))
     print(f"page: {folder / 'reproduction.html'}", file=sys.stderr if json else sys.stdout)
+
+
+def _tell(found: Reproduction) -> None:
+    """Print every row with its status and, below it, the reason."""
+    import shutil
+    import textwrap
+
+    width = max(60, min(120, shutil.get_terminal_size().columns))
+    longest = max(len(row.item) for row in found.rows)
+    for row in found.rows:
+        print(f"{row.item:<{longest}}  {row.verdict}")
+        if row.why:
+            print(textwrap.fill(row.why, width, initial_indent="    ", subsequent_indent="    "))

@@ -21,8 +21,8 @@ CEILING = "exact, 1e-12 away"
 """Label of the exact motion begun nearby, which no algorithm can be expected to beat."""
 
 _SETTINGS = ("algorithm", "tolerance", "step")
-_AGAIN, _SHORT = 3, 0.3
-"""A run shorter than this [s] is timed so many times; the fastest counts."""
+AGAIN, SHORT = 3, 0.3
+"""Runs that take less [s] are repeated so often; the fastest counts."""
 
 Progress = Callable[[float], None]
 Algorithms = str | Sequence[str] | Mapping[str, Mapping[str, Any]]
@@ -137,11 +137,11 @@ def run_one(
         except (ConvergenceError, _Spent):
             pass  # the run that counts will say it better
         run = None
-        for _ in range(_AGAIN):
+        for _ in range(AGAIN):
             begin = time.perf_counter()
             again = simulate(model, **arguments, progress=watch)
             run = again if run is None or again.cost.wall_time < run.cost.wall_time else run
-            if run.cost.wall_time > _SHORT:
+            if run.cost.wall_time > SHORT:
                 break
     except ConvergenceError as error:
         return Result(contender, str(error), None, time.perf_counter() - begin)

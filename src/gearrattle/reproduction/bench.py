@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gearrattle.calls.statics import equilibrium
-from gearrattle.comparison.contest import Contender, Result, run_one
+from gearrattle.comparison.contest import AGAIN, SHORT, Contender, Result, run_one
 from gearrattle.reproduction.cases import SPEED, load_case
 from gearrattle.results import Run
 from gearrattle.solvers import SOLVERS
@@ -24,6 +24,21 @@ TOLERANCE = 1e-6
 MISSING = "not available here"
 _AWAY = 1e-12 * 0.16  # rad, of the clutch's half-width
 _QUICK = 0.1
+TURN = 6.283185307179586
+"""A period in units of 1/omega."""
+_STEP = {"rk2": 0.75e-6, "rk4": 2.5e-6}  # s a step
+# s a cycle, at a tolerance of 1e-6
+_CYCLE = {
+    "exact": 2e-4,
+    "rkf": 3e-3,
+    "rkv": 3.4e-3,
+    "rkv-events": 2e-3,
+    "adams": 2.5e-3,
+    "gear": 3e-3,
+    "bulirsch-stoer": 5e-3,
+}
+_ORDER = {"rkf": 5, "rkv": 6, "bulirsch-stoer": 10}
+_OVERHEAD = 0.03  # s
 _FEWEST = 8
 
 
@@ -54,6 +69,7 @@ class Setup:
         tolerance: of those that choose.
         samples: output samples a cycle.
         nearby: whether the start is 1e-12 half-gaps away.
+        repeats: how often it is run for its time.
     """
 
     case: int
@@ -65,6 +81,7 @@ class Setup:
     tolerance: float = TOLERANCE
     samples: int = 64
     nearby: bool = False
+    repeats: int = 1
 
     def at(self, **changes: Any) -> Setup:
         """The same with some changes."""
@@ -73,14 +90,25 @@ class Setup:
 
 @dataclass(frozen=True)
 class Bench:
-    """Results by their setups, and the scope they were made in."""
+    """Results by their setups, and the scope they were made in.
+
+    Attributes:
+        scope: how long runs are.
+        results: the fastest run of every setup.
+        wall_times: of all its runs [s].
+    """
 
     scope: Scope
     results: Mapping[Setup, Result]
+    wall_times: Mapping[Setup, tuple[float, ...]]
 
     def result(self, setup: Setup) -> Result:
         """How a run went."""
         return self.results[setup]
+
+    def times(self, setup: Setup) -> tuple[float, ...]:
+        """Wall times of a setup's runs, one at least [s]."""
+        return self.wall_times[setup]
 
     def run(self, setup: Setup) -> Run | None:
         """A run, or None."""
@@ -92,30 +120,48 @@ def available(algorithm: str) -> bool:
     return algorithm in SOLVERS
 
 
+def seconds_of(setup: Setup) -> float:
+    """Return about how long a setup takes on one core of 2026 [s]; only ratios matter, for the remaining time."""
+    if setup.step is not None:
+        run = setup.cycles * TURN / setup.step * _STEP[setup.algorithm]
+    else:
+        order = _ORDER.get(setup.algorithm)
+        finer = 1.0 if order is None else (TOLERANCE / setup.tolerance) ** (1.0 / order)
+        run = setup.cycles * _CYCLE.get(setup.algorithm, 0.0) * finer
+    runs = AGAIN if run < SHORT else 1
+    return setup.repeats * (_OVERHEAD + run * runs)
+
+
 def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = None) -> Bench:
-    """Make every run once.
+    """Make every run once, or as often as its setup says.
 
     Args:
         scope: how long runs are.
         setups: which; repeated ones are made once.
-        progress: called with the finished share; what it raises ends everything.
+        progress: called with the finished share of the time they take; what it raises ends everything.
     """
     wanted = tuple(dict.fromkeys(setups))
-    total = sum(setup.cycles for setup in wanted)
-    done, furthest, results = 0, 0.0, {}
+    total = sum(seconds_of(setup) for setup in wanted)
+    done, furthest = 0.0, 0.0
+    results: dict[Setup, Result] = {}
+    times: dict[Setup, tuple[float, ...]] = {}
 
-    def told(share: float) -> None:
+    def tick(share: float) -> None:
         nonlocal furthest
-        furthest = max(furthest, (done + share * length) / total)  # a run is warmed up, and short ones are repeated
+        furthest = max(furthest, (done + share * part) / total)  # a run is warmed up, and short ones are repeated
         if progress is not None:
             progress(furthest)
 
     for setup in wanted:
-        length = setup.cycles
-        told(0.0)
-        results[setup] = _made(setup, told)
-        done += length
-    return Bench(scope, results)
+        part = seconds_of(setup) / setup.repeats
+        made: list[Result] = []
+        for _ in range(setup.repeats):
+            tick(0.0)
+            made.append(_made(setup, tick))
+            done += part
+        results[setup] = min(made, key=lambda result: result.wall_time)
+        times[setup] = tuple(result.wall_time for result in made)
+    return Bench(scope, results, times)
 
 
 def _made(setup: Setup, progress: Progress) -> Result:

@@ -151,18 +151,23 @@ def _aliased(found: Found) -> Row:
 
 def _hardest(found: Found) -> Row:
     """Sec. 9: it is more difficult to find the solution at I_2."""
-    told, hub, total = [], 0, 0
+    told: list[str] = []
+    most: list[bool] = []
+    figures: dict[str, float] = {}
     for filtered in (True, False):
         every = [v for key, v in found.items() if v is not None and key.filtered == filtered and key.label != AWAY]
         lowest = [BODIES[min(range(4), key=lambda i: v[i])] for v in every if min(v) < _HIGH]
-        hub, total = lowest.count("hub"), len(lowest)
-        told.append(f"{'filtered' if filtered else 'aliased'} {hub} of {total}")
+        hub, total, name = lowest.count("hub"), len(lowest), "filtered" if filtered else "aliased"
+        told.append(f"{name} {hub} of {total}")
+        most.append(2 * hub > total)
+        figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}
     return row(
         "Sec. 9, the solution at I_2 is the hardest", "lowest coherence at theta_2''",
         f"the hub's is the lowest in (of those with any below {_HIGH:g}): {', '.join(told)}",
-        REPRODUCED if 2 * hub > total else DIFFERS,
-        "aliased as above: the hub is the lightest body and moves most at high frequency" if 2 * hub > total else
-        "which inertia is lowest depends on the loads", hub=hub, of=total,
+        REPRODUCED if all(most) else DIFFERS,
+        "" if all(most) else "with a filter before sampling it is not; without one, high frequencies fold onto the "
+        "harmonics, and the hub, the lightest body, has most of them" if most[1] else
+        "which inertia is lowest depends on the loads", **figures,
     )  # fmt: skip
 
 

@@ -72,6 +72,11 @@ def section(scope: Scope, tick: Tick) -> Section:
     return Section("figure-3", "Figure 3: vibro-impact regimes", words, rows, tables, charts)
 
 
+def runs(scope: Scope) -> int:
+    """How many runs the figure takes."""
+    return 2 * len(drags(scope)) + 2 * len(amplitudes(scope)) + 1 + len(WORDS)
+
+
 def _middle(stops: Sequence[Stop], kind: Regime) -> Stop | None:
     """The stop in the middle of those of a regime, on the way up."""
     found = [stop for stop in stops if stop.rising and stop.regime == kind]

@@ -89,13 +89,22 @@ def _frequencies(plan: Sequence[tuple[float, float, float]]) -> str:
     return " and ".join(f"{frequency:g}" for frequency, _, _ in plan)
 
 
+def runs(scope: Scope) -> int:
+    """How many runs the figure takes."""
+    return 2 * _loads(scope) * len(SINGLE + DOUBLE)
+
+
+def _loads(scope: Scope) -> int:
+    return 8 if scope.quick else 24
+
+
 def _motions(
     scope: Scope, plan: Sequence[tuple[float, float, float]], mean: float, kind: Regime, tick: Tick
 ) -> tuple[Stop, ...]:
     """Motions of one regime, both ways."""
     found: list[Stop] = []
     for frequency, low, high in plan:
-        loads = np.geomspace(low, high, 8 if scope.quick else 24).tolist()
+        loads = np.geomspace(low, high, _loads(scope)).tolist()
 
         def model_of(amplitude: float, frequency: float = frequency) -> Model:
             return mesh_alone(frequency, mean, amplitude)

@@ -68,6 +68,45 @@ TABLE_1 = {
 }  # fmt: skip
 """Dimensionless parameters, as printed."""
 
+
+@dataclass(frozen=True)
+class Clearances:
+    """A case of Table 2: alpha, beta and half-width b (printed as h) of each element, in units of psi_c or x_c.
+
+    Attributes:
+        clutch, spline, mesh: (alpha, beta, b); (1, 1, inf) is linear.
+        error: amplitude of the transmission error, in units of x_c.
+    """
+
+    clutch: tuple[float, float, float]
+    spline: tuple[float, float, float]
+    mesh: tuple[float, float, float]
+    error: float
+
+    def told(self) -> str:
+        """The values in a line."""
+        parts = [
+            f"{name} " + ("linear" if b == float("inf") else f"alpha {alpha:g}, beta {beta:g}, b {b:g}")
+            for name, (alpha, beta, b) in (("clutch", self.clutch), ("spline", self.spline), ("mesh", self.mesh))
+        ]
+        return "; ".join([*parts, f"transmission error {self.error:g}"])
+
+
+_LINEAR, _LASH, _BACKLASH = (1.0, 1.0, float("inf")), (0.0, 0.0, 58.67), (0.0, 0.0, 1.0)
+TABLE_2 = {
+    1: Clearances((0.10, 0.25, 160.0), _LINEAR, _BACKLASH, 0.0),
+    2: Clearances((0.01, 0.025, 160.0), _LASH, _BACKLASH, 0.1),
+    3: Clearances((0.001, 0.01, 160.0), _LASH, _BACKLASH, 0.1),
+}
+"""Cases 1 to 3."""
+EIGHT = (0.0, 346.0, 7412.0, 10134.0, 18526.0, 48442.0, 50869.0, 68632.0)
+"""Sec. 3: natural frequencies of the eight-inertia model [rad/s]."""
+PSI_2 = (-0.01, 0.98, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+"""Sec. 3: nine entries for eight inertias."""
+PSI_3 = (0.0, 1.0, 0.0, 0.0, -0.3, -0.3, -0.5, -0.5)
+FIRST_MODE_HZ = 22.0
+"""Sec. 3: "the first mode (22 Hz)"; in the same section it is at 346 rad/s."""
+
 COHERENCES = {
     "RK4": ("rk4", (0.76, 0.23, 0.53, 0.37)),
     "RKV": ("rkv", (0.9, 0.23, 0.58, 0.35)),

@@ -8,6 +8,7 @@ Takes nothing but how much time there is; gives a Reproduction.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from gearrattle.reproduction import (
     bulirsch_stoer,
@@ -17,6 +18,7 @@ from gearrattle.reproduction import (
     figure4,
     figure7,
     load,
+    lumping,
     stiffness,
     table1,
     table5,
@@ -24,10 +26,14 @@ from gearrattle.reproduction import (
     unstable_step,
     work,
 )
-from gearrattle.reproduction.bench import Progress, Scope, measure
+from gearrattle.reproduction.bench import Progress, Scope, Setup, measure, seconds_of
 from gearrattle.reproduction.record import Reproduction
 
-_MEASURED = (tables_3_4, unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
+_A_LOAD = 0.02, 0.02
+"""About how long a load of Figs. 3 and 4 takes [s]; as in ``bench``, only ratios matter."""
+_STEPS, _READING = 6.0, 10.0
+"""The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
+_READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
 
 
 def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
@@ -42,15 +48,53 @@ def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduc
     """
     begin = time.perf_counter()
     scope = Scope(quick)
-    bench = measure(scope, [setup for part in _MEASURED for setup in part.needs(scope)], progress)
-
-    def tick() -> None:
-        if progress is not None:
-            progress(1.0)
-
-    sections = [table1.section(), figure3.section(scope, tick), figure4.section(scope, tick), stiffness.section()]
-    for part in _MEASURED:
+    setups = tuple(dict.fromkeys(setup for part in (tables_3_4, *_READ) for setup in part.needs(scope)))
+    share = _shares(scope, setups, progress)
+    bench = measure(scope, setups, share("runs"))
+    figures = [
+        part.section(scope, _ticks(share(name), part.runs(scope)))
+        for name, part in (("figure 3", figure3), ("figure 4", figure4))
+    ]
+    sections = [table1.section(), lumping.section(), *figures, stiffness.section()]
+    sections.append(tables_3_4.section(bench, share("steps")))
+    told = share("reading")
+    for done, part in enumerate(_READ, start=1):
         sections.append(part.section(bench))
-        tick()
+        told(done / len(_READ))
     sections.append(table5.section())
     return Reproduction(tuple(sections), quick, time.perf_counter() - begin)
+
+
+def _shares(scope: Scope, setups: tuple[Setup, ...], progress: Progress | None) -> Callable[[str], Progress]:
+    """Return what turns the finished share of a part into that of everything, by how long the parts take."""
+    seconds = {
+        "runs": sum(map(seconds_of, setups)),
+        "figure 3": _A_LOAD[0] * figure3.runs(scope),
+        "figure 4": _A_LOAD[1] * figure4.runs(scope),
+        "steps": _STEPS * (0.1 if scope.quick else 1.0),
+        "reading": _READING * (0.3 if scope.quick else 1.0),
+    }
+    total, names = sum(seconds.values()), list(seconds)
+
+    def part(name: str) -> Progress:
+        before = sum(seconds[each] for each in names[: names.index(name)])
+
+        def told(share: float) -> None:
+            if progress is not None:
+                progress(min(1.0, (before + share * seconds[name]) / total))
+
+        return told
+
+    return part
+
+
+def _ticks(progress: Progress, runs: int) -> Callable[[], None]:
+    """Return what is called before every one of so many runs."""
+    done = -1
+
+    def tick() -> None:
+        nonlocal done
+        done += 1
+        progress(min(1.0, done / runs))
+
+    return tick

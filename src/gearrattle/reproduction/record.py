@@ -13,6 +13,7 @@ from gearrattle.report.tables import Table
 
 Status = Literal[
     "reproduced",
+    "holds by construction",
     "differs",
     "cannot be decided, since the paper does not print the loads",
     "cannot be decided, since the figure does not survive as numbers",
@@ -20,12 +21,14 @@ Status = Literal[
     "not available here",
 ]
 REPRODUCED: Status = "reproduced"
+CONSTRUCTED: Status = "holds by construction"
+"""Of a row that cannot fail: our model was fitted to what it compares with, or the run was told to do it."""
 DIFFERS: Status = "differs"
 UNDECIDED: Status = "cannot be decided, since the paper does not print the loads"
 LOST: Status = "cannot be decided, since the figure does not survive as numbers"
 NOISE: Status = "cannot be told from zero"
 UNAVAILABLE: Status = "not available here"
-STATUSES = (REPRODUCED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABLE)
+STATUSES = (REPRODUCED, CONSTRUCTED, DIFFERS, UNDECIDED, LOST, NOISE, UNAVAILABLE)
 
 
 @dataclass(frozen=True)

@@ -61,11 +61,11 @@ class StepMarch:
         shortest = _SHORTEST * self.task.system.inputs.period
         return Control(self.fixed, held, float(self.step), shortest, float(tolerance), self.problem.size)
 
-    def advance(self) -> Outcome:
-        """Take one slice of steps; grow the log where the kernel asks for it."""
+    def advance(self, steps: int = _BUDGET) -> Outcome:
+        """Take at most so many steps; grow the log where the kernel asks for it."""
         s, most = self.stepper, int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
-            self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, _BUDGET)
+            self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, steps)
         )
         if outcome is Outcome.LOG_FULL:
             log = {name: array for name, array in s._asdict().items() if name.startswith("event")}
