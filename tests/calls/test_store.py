@@ -39,6 +39,8 @@ def content(folder: Path) -> dict[str, object]:
 
     found: dict[str, object] = {}
     for path in sorted(folder.iterdir()):
+        if path.name == ".lock":
+            continue
         if path.suffix == ".npz":
             with np.load(path) as file:
                 found |= {f"{path.name}/{name}": file[name].tobytes() for name in file.files}
@@ -52,7 +54,7 @@ def content(folder: Path) -> dict[str, object]:
 
 def test_a_store_holds_every_chunk_and_its_state(reference: Path, model: gr.Model) -> None:
     names = [path.name for path in sorted(reference.iterdir())]
-    assert names == [*(f"chunk-{i:06d}.nc" for i in range(1, 8)), "state.npz"]
+    assert names == [".lock", *(f"chunk-{i:06d}.nc" for i in range(1, 8)), "state.npz"]
     runs = list(gr.open_stream(reference))
     assert [run.trajectory.first_cycle for run in runs] == [0, 9, 18, 27, 36, 45, 54]
     whole = gr.simulate(model, cycles=60, samples_per_cycle=8, discard=5, audit=False)
@@ -188,7 +190,85 @@ def test_a_full_disk_loses_nothing_that_was_kept(model: gr.Model, reference: Pat
         with pytest.raises(OSError, match="No space"):
             next(stream)
     assert stream.done == 9
-    assert sorted(p.name for p in (tmp_path / "store").iterdir()) == ["chunk-000001.nc", "chunk-000002.nc", "state.npz"]
+    names = sorted(p.name for p in (tmp_path / "store").iterdir())
+    assert names == [".lock", "chunk-000001.nc", "chunk-000002.nc", "state.npz"]
     for _ in stream:  # there is space again
         pass
     assert content(tmp_path / "store") == content(reference)
+
+
+WRITER = """
+import sys, gearrattle as gr
+model = gr.load({file!r})
+stream = gr.stream(model, **{settings!r}, store={folder!r}, resume={resume})
+print("begun", flush=True)
+sys.stdin.readline()
+try:
+    for run in stream:
+        print("kept", flush=True)
+        sys.stdin.readline()
+except gr.ModelError as error:
+    print(error, flush=True)
+    sys.exit(2)
+"""
+
+
+def writer(folder: Path, *, resume: bool) -> subprocess.Popen[str]:
+    """Start a process that writes a chunk each time it is told to."""
+    code = WRITER.format(file=str(FILE), settings=SETTINGS, folder=str(folder), resume=resume)
+    words = [sys.executable, "-c", code]
+    return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def answer(process: subprocess.Popen[str]) -> str:
+    """Tell a writer to go on, and return what it says."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
+    return process.stdout.readline()
+
+
+def test_two_programs_never_write_into_one_folder(model: gr.Model, reference: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "store"
+    first, second = writer(folder, resume=False), writer(folder, resume=False)
+    assert first.stdout is not None
+    assert second.stdout is not None
+    assert first.stdout.readline() == second.stdout.readline() == "begun\n"
+    assert answer(first) == "kept\n"
+    assert f"another program writes into it (process {first.pid} " in answer(second)
+    assert second.wait(20) == 2
+    with pytest.raises(gr.ModelError, match="another program writes into it"):
+        gr.stream(model, **SETTINGS, store=folder, resume=True)
+    first.kill()  # the lock of a process that was killed is free
+    first.wait(20)
+    for _ in gr.stream(model, **SETTINGS, store=folder, resume=True):
+        pass
+    assert content(folder) == content(reference)
+
+
+def test_a_later_stream_of_the_same_program_takes_the_folder_over(
+    model: gr.Model, reference: Path, tmp_path: Path
+) -> None:
+    earlier = gr.stream(model, **SETTINGS, store=tmp_path)
+    next(earlier)
+    later = gr.stream(model, **SETTINGS, store=tmp_path, resume=True)
+    with pytest.raises(gr.ModelError, match="another stream of this program"):
+        next(earlier)
+    for _ in later:
+        pass
+    assert content(tmp_path) == content(reference)
+
+
+def test_chunks_of_another_motion_are_not_read_as_one(model: gr.Model, reference: Path, tmp_path: Path) -> None:
+    other = model.with_({"torque.0.mean": 1.0})
+    for folder, driveline in ((tmp_path / "a", model), (tmp_path / "b", other)):
+        for _ in gr.stream(driveline, **SETTINGS, store=folder):
+            pass
+    (tmp_path / "b" / "chunk-000003.nc").replace(tmp_path / "a" / "chunk-000003.nc")
+    with pytest.raises(gr.ModelError, match=r"chunk-000003.nc: is a chunk of another model"):
+        list(gr.open_stream(tmp_path / "a"))
+    (tmp_path / "a" / "chunk-000002.nc").replace(tmp_path / "a" / "chunk-000003.nc")
+    (tmp_path / "a" / "chunk-000001.nc").replace(tmp_path / "a" / "chunk-000002.nc")
+    with pytest.raises(gr.ModelError, match=r"chunk-000001.nc|must begin at cycle"):
+        list(gr.open_stream(tmp_path / "a"))

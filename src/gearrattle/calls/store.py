@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import Refused, check_archive
+from gearrattle.files import Lock, Refused, check_archive
 from gearrattle.model import Model
 from gearrattle.results import Run, open_run
 
@@ -64,6 +64,7 @@ class Store:
     def __init__(self, folder: Path, owner: str, state: State | None) -> None:
         self.folder, self.state = folder, state
         self._owner = owner
+        self._lock: Lock | None = None
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
@@ -88,17 +89,48 @@ class Store:
             raise ModelError(Problem(str(path), "", rule, "resume to go on with it, or choose another folder"))
         if state is not None and state.owner != owner:
             raise ModelError(_difference(path, state.owner, owner))
+        store = cls(path, owner, state)
+        if path.exists():
+            store._hold()
+            store.state = read_state(path)  # the last word of whoever wrote before
         for stale in (*path.glob(".chunk-*.nc.*"), *path.glob(f".{STATE}.*")):  # of a program that was killed
             stale.unlink(missing_ok=True)
-        return cls(path, owner, state)
+        return store
+
+    def release(self) -> None:
+        """Let others write into the folder."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _hold(self) -> None:
+        """Keep others from writing into the folder.
+
+        Raises:
+            ModelError: somebody else writes into it.
+        """
+        if self._lock is None:
+            try:
+                self._lock = Lock(self.folder)
+            except Refused as error:
+                raise ModelError(Problem(str(self.folder), "", error.rule, error.remedy)) from None
 
     def keep(self, run: Run, march: Arrays, gathered: Arrays, done: int) -> None:
         """Write a chunk, then the state after it.
 
         Raises:
+            ModelError: another program writes into the folder, or has.
             OSError: the machine refused; what was kept before still counts.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
+        if self._lock is not None and not self._lock.held:
+            rule = "is written by another stream of this program, which was begun later"
+            raise ModelError(Problem(str(self.folder), "", rule, "go on with that one"))
+        if self._lock is None:
+            self._hold()
+            if (state := read_state(self.folder)) is not None:
+                rule = f"holds {state.done} cycles of a run by now, written by another program"
+                raise ModelError(Problem(str(self.folder), "", rule, "choose another folder"))
         chunks = 1 if self.state is None else self.state.chunks + 1
         run.save(self.folder / _CHUNK.format(chunks))
         arrays: dict[str, Any] = {"owner": np.array(self._owner), "counts": np.array([chunks, done])}
@@ -156,7 +188,26 @@ def open_stream(folder: str | os.PathLike[str]) -> Iterator[Run]:
     state = read_state(path)
     if state is None:
         raise ModelError(Problem(str(path), "", f"there is no stored motion ({STATE})"))
-    return (open_run(path / _CHUNK.format(i + 1)) for i in range(state.chunks))
+    return _chunks(path, state)
+
+
+def _chunks(folder: Path, state: State) -> Iterator[Run]:
+    """Yield the chunks, each a continuation of the one before.
+
+    Raises:
+        ModelError: a chunk of another motion, or one that does not begin where the one before ended.
+    """
+    done, model = 0, None
+    for index in range(state.chunks):
+        path = folder / _CHUNK.format(index + 1)
+        run = open_run(path)
+        if model is not None and run.model != model:
+            raise ModelError(Problem(str(path), "", "is a chunk of another model", "compute the motion again"))
+        if run.trajectory.first_cycle != done:
+            found, rule = f"a chunk from cycle {run.trajectory.first_cycle}", f"must begin at cycle {done}"
+            raise ModelError(Problem(str(path), found, rule, "compute the motion again"))
+        done, model = done + run.trajectory.cycles, run.model
+        yield run
 
 
 def _owner(model: Model, settings: Mapping[str, Any]) -> str:

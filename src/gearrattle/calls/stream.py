@@ -164,6 +164,8 @@ class Stream:
         from gearrattle.solvers.simulate import finish
 
         if self.done >= self.cycles:
+            if self._store is not None:
+                self._store.release()
             raise StopIteration
         plan, cycles = self._plan, self._next
         if not self._ready:
