@@ -45,6 +45,7 @@ class Layout:
         companion_names: (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
             "gear.push") and alternating stiffness ("gear.pairs").
         companion_words: what the pieces of each stand for.
+        prescribed: indices of the bodies whose motion is prescribed: no impact moves them.
     """
 
     inertia_names: tuple[str, ...]
@@ -66,6 +67,7 @@ class Layout:
     reference: int
     companion_names: tuple[str, ...] = ()
     companion_words: tuple[tuple[str, ...], ...] = ()
+    prescribed: tuple[int, ...] = ()
 
     @property
     def clearance_names(self) -> tuple[str, ...]:
@@ -82,8 +84,8 @@ class EventLog:
         clearance: (E,) index into ``Layout.clearance``.
         from_region, to_region: (E,) region labels of the contract (0 centre, + drive, - coast).
         velocity: (E,) signed deflection rate at the crossing [rad/s or m/s].
-        force_integral: (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; the impulse
-            of a contact is the difference between its end and its begin. NaN where a solver does not supply it.
+        force_integral: (E,) integral of the element's force from t = 0 to the crossing [N m s or N s]; a contact
+            impulse is the difference between its end and its begin. NaN where a solver does not supply it.
     """
 
     time: Array

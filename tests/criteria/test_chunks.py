@@ -122,8 +122,10 @@ def test_a_contact_across_chunks_is_one_contact() -> None:
     tally, scope = gathered(impacts, motion, (1, 2, 3, 4, 5))
     told = {e.quantity: e.value for e in impacts.tell(tally, scope)}
     assert told["impacts per cycle"] == 2 / 5
-    assert told["largest impulse"] == 5.0
-    assert told["mean impulse"] == (5.0 + 1.5) / 2
+    assert told["largest contact impulse"] == 5.0
+    assert told["mean contact impulse"] == (5.0 + 1.5) / 2
+    assert told["largest exchanged momentum"] == pytest.approx(4.0 / 0.0026)  # of the contact still open: m |v|
+    assert told["mean exchanged momentum"] == pytest.approx((1.0 + 1.0 + 4.0) / 2 / 0.0026)
     assert told["largest approach speed"] == 4.0
     same(impacts.tell(tally, scope), impacts.evaluate(motion))
 

@@ -11,6 +11,7 @@ from tests.criteria.reading import one, value
 from tests.signals.handmade import Row, layout, staged, trajectory
 
 criterion = ImpactStatistics()
+MASS = 1.0 / 0.0026  # of the plate: 1 / (0.06^2 / 2 + 0.02^2 / 0.5)
 ROWS: list[Row] = [
     (0.5, 0, 0, 1, 9.0, 0.0),  # before the window
     (0.6, 0, 1, 0, -9.0, 9.0),
@@ -32,12 +33,20 @@ def test_rates_speeds_and_impulses() -> None:
         "impacts per second": 0.75,
         "mean approach speed": pytest.approx(0.7, rel=1e-15),
         "largest approach speed": 1.0,
-        "mean impulse": 2.0,
-        "largest impulse": 3.0,
+        "mean impact momentum": pytest.approx(MASS * 0.7, rel=1e-14),
+        "largest impact momentum": pytest.approx(MASS, rel=1e-14),
+        "mean impact energy": pytest.approx(0.5 * MASS * (0.25 + 1.0 + 0.36) / 3.0, rel=1e-14),
+        "largest impact energy": pytest.approx(0.5 * MASS, rel=1e-14),
+        "mean exchanged momentum": pytest.approx(MASS * (1.0 + 2.0 + 0.6) / 3.0, rel=1e-14),  # the last still open
+        "largest exchanged momentum": pytest.approx(2.0 * MASS, rel=1e-14),
+        "mean contact impulse": 2.0,
+        "largest contact impulse": 3.0,
     }
-    assert one(entries, "gear", "mean impulse").unit == "N s"
+    assert one(entries, "gear", "mean contact impulse").unit == "N s"
+    assert one(entries, "gear", "mean impact momentum").unit == "N s"
+    assert one(entries, "gear", "mean impact energy").unit == "J"
     assert one(entries, "gear", "mean approach speed").unit == "m/s"
-    assert "ends within a contact" in one(entries, "gear", "mean impulse").note
+    assert "ends within a contact" in one(entries, "gear", "mean contact impulse").note
 
 
 def test_rate_per_second_follows_the_period() -> None:
@@ -56,13 +65,13 @@ def test_without_impacts_only_the_rates() -> None:
 def test_units_of_a_coupling() -> None:
     plate = staged([-1.0, 1.0], -1, [5.0, 0.0, 5.0])
     entries = criterion.evaluate(trajectory(plate, [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0))
-    assert one(entries, "spring", "largest impulse").unit == "N m s"
+    assert one(entries, "spring", "largest contact impulse").unit == "N m s"
     assert one(entries, "spring", "largest approach speed").unit == "rad/s"
 
 
 def test_missing_force_integral_is_said() -> None:
     entries = criterion.evaluate(trajectory(rows=[(0.5, 0, 0, 1, 0.5, math.nan)], final=math.nan))
-    impulse = one(entries, "gear", "largest impulse")
+    impulse = one(entries, "gear", "largest contact impulse")
     assert math.isnan(float(impulse.value))
-    assert impulse.note == "gear: no impulses, for by hand supplies no force integral"
+    assert impulse.note == "gear: no contact impulses, for by hand supplies no force integral"
     assert value(entries, "gear", "largest approach speed") == 0.5

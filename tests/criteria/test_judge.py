@@ -36,8 +36,9 @@ def test_part_of_a_mesh() -> None:
     assert (part.name, part.kind, part.gap, part.regime) == ("gear", "mesh", True, "double-sided")
     assert (part.impacts_per_cycle, part.impacts_per_second) == (0.5, 0.5)
     assert (part.drive_impacts_per_cycle, part.coast_impacts_per_cycle) == (0.25, 0.25)
-    assert (part.mean_impulse, part.max_impulse, part.max_approach_speed) == (2.0, 3.0, 1.0)
-    assert (part.impulse_unit, part.speed_unit) == ("N s", "m/s")
+    assert (part.mean_contact_impulse, part.max_contact_impulse, part.max_approach_speed) == (2.0, 3.0, 1.0)
+    assert part.max_impact_energy == pytest.approx(0.5 / 0.0026, rel=1e-14)
+    assert (part.impulse_unit, part.energy_unit, part.speed_unit) == ("N s", "J", "m/s")
     assert part.contact_share == 0.25
     assert part.margin_db == pytest.approx(20 * math.log10(2.0), rel=1e-13)
 
@@ -113,7 +114,7 @@ def test_sentence_of_rattle() -> None:
     verdict = judge(trajectory(rows=rows, accelerations=(sine(4.0), still)))
     assert str(verdict) == (
         "double-sided: Rattle over the 4 cycles judged: gear hits both flanks, 0.5 impacts a cycle, approach speed up "
-        "to 1 m/s, mean impulse 2 N s, in contact 25 % of the time (loose-gear margin +6.0 dB)."
+        "to 1 m/s, impact energy up to 192 J, in contact 25 % of the time (loose-gear margin +6.0 dB)."
     )
 
 
@@ -154,7 +155,7 @@ def test_dictionary_is_pure_json_without_numbers_that_are_none() -> None:
     read = json.loads(text)
     assert set(read) == {"verdict", "sentence", "rule", "parts", "entries", "notes", "window"}
     assert read["window"] == {"start": 0.0, "end": 2.0, "cycles": 2}
-    assert read["parts"][0]["mean_impulse"] is None
+    assert read["parts"][0]["mean_contact_impulse"] is None
     assert read["parts"][0]["margin_db"] is None  # the driver is at rest: minus infinity
     assert any(item["value"] is None for item in read["entries"])
 

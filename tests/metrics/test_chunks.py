@@ -138,9 +138,11 @@ def test_the_folder_of_a_stream_is_measured(tmp_path: Path, capsys: pytest.Captu
     model = model_of("paper/case3.toml")
     for _ in gr.stream(model, cycles=9, discard=3, samples_per_cycle=64, chunk=2, store=tmp_path / "long"):
         pass
-    assert main(["metrics", str(tmp_path / "long"), "--json", "--name", "impact_impulse", "--name", "separation"]) == 0
+    assert (
+        main(["metrics", str(tmp_path / "long"), "--json", "--name", "impact_intensity", "--name", "separation"]) == 0
+    )
     rows = json.loads(capsys.readouterr().out)["metrics"]
-    names = ["impact_impulse", "separation"]
+    names = ["impact_intensity", "separation"]
     whole = gr.metrics(gr.simulate(model, cycles=9, discard=3, samples_per_cycle=64, audit=False), names=names)
     assert [row["value"] for row in rows] == pytest.approx(whole.value.tolist(), rel=1e-9, nan_ok=True)
     assert "in chunks" in rows[0]["window"]

@@ -13,9 +13,9 @@ import numpy as np
 
 from gearrattle.metrics import Heard, Metric, RattleLevel, hear_motion, hear_recording
 from gearrattle.metrics.contact import ContactSides
-from gearrattle.metrics.energy import ContactWork, ImpactEnergy
+from gearrattle.metrics.energy import ContactWork, ImpactLoss
 from gearrattle.metrics.force import ForceStatistics
-from gearrattle.metrics.impulse import ImpactImpulse
+from gearrattle.metrics.intensity import ImpactIntensity
 from gearrattle.metrics.irregularity import SpeedIrregularity
 from gearrattle.metrics.loose_motion import LooseMotion
 from gearrattle.metrics.separation import HarmonicSeparation, SeparationRatio
@@ -103,13 +103,12 @@ VECTORS: tuple[Vector, ...] = (
         (_GEAR, "separation ratio at order 1"): 6.0, (_GEAR, "separation ratio at order 2"): 2.0,
         (_GEAR, "largest separation ratio of an order"): 6.0,
     }),
-    Vector(ImpactImpulse(), heard(trajectory(rows=ROWS)), {
+    Vector(ImpactIntensity(), heard(trajectory(rows=ROWS)), {
         (_GEAR, "mean restitution"): (0.4 / 0.5 + 0.6 / 0.7 + 0.1 / 0.2) / 3.0,
-        (_GEAR, "mean impulse m (1 + e) |v|"): PUSHED / 3.0,
         (_GEAR, "mean impact intensity"): PUSHED / 4.0,
     }),
-    Vector(ImpactEnergy(), heard(trajectory(rows=ROWS)), {
-        (_GEAR, "impact energy rate"): TAKEN / 4.0, (_GEAR, "mean energy of an impact"): TAKEN / 3.0,
+    Vector(ImpactLoss(), heard(trajectory(rows=ROWS)), {
+        (_GEAR, "impact loss rate"): TAKEN / 4.0, (_GEAR, "mean loss of an impact"): TAKEN / 3.0,
     }),
     Vector(ContactWork(), heard(_audited()), {(_GEAR, "contact work rate"): 6.0 / 4.0}),
     Vector(RattleLevel(40.0, 2.0), heard(trajectory(rows=ROWS)), {

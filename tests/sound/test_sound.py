@@ -86,8 +86,8 @@ def test_impulses_through_a_mode_superpose_in_closed_form() -> None:
     assert np.abs(sound.pressure[0][:9600] - exact)[away].max() < 5e-3
 
 
-def test_every_impact_of_a_run_is_heard_with_its_impulse(run: gr.Run) -> None:
-    """At zero frequency the pressure's integral is the sum of the impulses times that of the response."""
+def test_every_impact_of_a_run_is_heard_with_the_momentum_it_exchanges(run: gr.Run) -> None:
+    """At zero frequency the pressure's integral is the sum of the momenta times that of the response."""
     sound = gr.listen(run)
     motion = run.trajectory
     impacts = find_impacts(motion)
@@ -97,7 +97,7 @@ def test_every_impact_of_a_run_is_heard_with_its_impulse(run: gr.Run) -> None:
     assert heard.sum() > 10
     spectrum_at = 1500.0
     t = impacts.time[heard] - 2 * motion.layout.period
-    train = (impacts.impulse[heard] * np.exp(-2j * np.pi * spectrum_at * t)).sum()
+    train = (impacts.exchanged[heard] * np.exp(-2j * np.pi * spectrum_at * t)).sum()
     n = np.arange(sound.path.response.size) - sound.path.lead
     through = (sound.path.response * np.exp(-2j * np.pi * spectrum_at * n / RATE)).sum() / RATE
     k = np.arange(sound.pressure[0].size)

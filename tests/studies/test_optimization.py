@@ -239,7 +239,7 @@ def test_killed_within_a_generation_it_goes_on_to_the_same_bits(tmp_path: Path) 
         'kind = "optimization"\nmodel = "two.toml"\npopulation = 16\ngenerations = 3\n'
         '[variable]\n"coupling.joint.stiffness" = { from = 500.0, to = 1000.0 }\n'
         '"inertia.wheel.J" = { from = 0.01, to = 0.03, spacing = "log" }\n'
-        '[objective]\n"joint: largest impulse" = "min"\n"wheel: TR rms" = "min"\n'
+        '[objective]\n"joint: largest impact energy" = "min"\n"wheel: TR rms" = "min"\n'
     )
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
     command = [sys.executable, "-m", "gearrattle", "study", "study.toml", "--workers", "1", "-o"]
@@ -293,7 +293,7 @@ def test_the_command_writes_page_and_models(tmp_path: Path, capsys: pytest.Captu
     study = (
         'kind = "optimization"\nmodel = "two.toml"\npopulation = 8\ngenerations = 3\n'
         '[variable]\n"coupling.joint.stiffness" = { from = 500.0, to = 1000.0 }\n'
-        '[objective]\n"joint: largest impulse" = "min"\n"wheel: TR rms" = "min"\n'
+        '[objective]\n"joint: largest impact energy" = "min"\n"wheel: TR rms" = "min"\n'
         '[constraint]\n"joint: impacts per cycle" = { below = 10.0 }\n'
     )
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")

@@ -105,4 +105,5 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
         reference=names.index(driving[0]) if driving else 0,
         companion_names=tuple(named.name for named in companions(model)),
         companion_words=tuple(named.words for named in companions(model)),
+        prescribed=tuple(names.index(motion.on) for motion in model.motions),
     )

@@ -30,7 +30,7 @@ from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
 from gearrattle.results import Run
-from gearrattle.trajectory import Array, Layout
+from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,8 +103,7 @@ def heard_of(run: Run, orders: Sequence[float] | None = None) -> Heard:
     """
     model, trajectory = run.model, run.trajectory
     engine = engine_orders(model) if orders is None else np.unique(np.asarray(orders, dtype=np.float64))
-    moved = replace(trajectory, layout=_held(trajectory.layout, model)) if model.motions else trajectory
-    return hear_motion(moved, engine, one_speed=model.excitation.sweep is None)
+    return hear_motion(trajectory, engine, one_speed=model.excitation.sweep is None)
 
 
 def _heard_in_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> tuple[Heard, str]:
@@ -123,8 +122,7 @@ def _heard_in_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> t
         if end is None:
             engine = engine_orders(last.model) if orders is None else np.unique(np.asarray(orders, dtype=np.float64))
         end = chunk.first_cycle + chunk.cycles
-        moved = replace(chunk, layout=_held(chunk.layout, last.model)) if last.model.motions else chunk
-        tally = gather_motion(moved, engine, tally)
+        tally = gather_motion(chunk, engine, tally)
     if last is None or tally is None or tally.moments is None:
         raise ModelError(
             Problem("discard", f"all of {end or 0} cycles", "at least one cycle must remain to be measured")
@@ -138,13 +136,6 @@ def engine_orders(model: Model) -> Array:
     return np.unique([h.order for t in model.torques for h in t.harmonics if h.amplitude and h.order])
 
 
-def _held(layout: Layout, model: Model) -> Layout:
-    """Return the name plate on which bodies of prescribed motion weigh infinitely much: no impact moves them."""
-    inertia = layout.inertia.copy()
-    inertia[[layout.inertia_names.index(motion.on) for motion in model.motions]] = np.inf
-    return replace(layout, inertia=inertia)
-
-
 def _heard_on_a_rig(
     recording: Recording, model: Model | None, speed: float | None, orders: Sequence[float] | None
 ) -> Heard:
@@ -154,7 +145,7 @@ def _heard_on_a_rig(
         speed = model.excitation.omega
     if orders is None:
         orders = [] if model is None else engine_orders(model).tolist()
-    layout = None if model is None else _held(name_plate(model, assemble(model)), model)
+    layout = None if model is None else name_plate(model, assemble(model))
     return hear_recording(recording, layout, speed, orders)
 
 

@@ -35,14 +35,14 @@ def criteria(run: Path, /, *, json: Json = False) -> None:
             part.regime,
             f"{part.impacts_per_cycle:.4g}",
             _number(part.max_approach_speed, part.speed_unit),
-            _number(part.max_impulse, part.impulse_unit),
+            _number(part.max_impact_energy, part.energy_unit),
             f"{100.0 * part.contact_share:.3g} %",
             _number(part.margin_db, "dB"),
         )
         for part in verdict.parts
     ]
     if rows:
-        head = ("part", "regime", "impacts/cycle", "approach speed", "impulse", "in contact", "margin")
+        head = ("part", "regime", "impacts/cycle", "approach speed", "impact energy", "in contact", "margin")
         print(columns(head, rows))
     for note in verdict.notes:
         print(f"note: {note}", file=sys.stderr)

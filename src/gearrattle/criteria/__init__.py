@@ -141,9 +141,9 @@ def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
     parts = worst_first(measure_parts(entries, scope, tallies[ImpactStatistics.name]))
     if units != "SI":
         entries = [item if item.unit in _UNITS_WITHOUT_DIMENSION else _bare(item) for item in entries]
-        parts = tuple(dataclasses.replace(part, impulse_unit="1", speed_unit="1") for part in parts)
+        parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
     return Verdict(
-        verdict=parts[0].regime if parts else "quiet",
+        verdict=parts[0].regime if parts and parts[0].rattles else "quiet",
         sentence=sentence(parts, scope.window.cycles),
         rule=RULE,
         parts=parts,

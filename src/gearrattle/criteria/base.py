@@ -8,7 +8,7 @@ motion comes in chunks that nobody keeps: it *gathers* from every chunk what it 
 promises.
 
 Each mesh and each clearance is a *part* of the verdict, judged by its regime in the steady part; the whole is the worst
-of its parts. The rule is stated in words (``RULE``) wherever the verdict is shown.
+of the parts that rattle. The rule is stated in words (``RULE``) wherever the verdict is shown.
 
 Takes trajectories; gives entries, parts and the verdict to reports and users.
 """
@@ -200,7 +200,7 @@ def deflection_rate_unit(layout: Layout, element: int) -> str:
 
 
 def impulse_unit(layout: Layout, element: int) -> str:
-    """Return the unit of an element's impulse: N s for a mesh, N m s for a coupling."""
+    """Return the unit of an element's momenta and impulses: N s for a mesh, N m s for a coupling."""
     return "N s" if layout.is_mesh[element] else "N m s"
 
 
@@ -216,8 +216,11 @@ def judged_elements(layout: Layout) -> list[tuple[int, int | None]]:
 RULE = (
     "Each mesh and each clearance is judged over the steady part, from the discarded cycles to the end: quiet if it "
     "crosses no corner there, single-sided if it crosses corners on its drive side only or on its coast side only, "
-    "double-sided if it crosses corners on both sides. The whole is the worst of its parts. Parts of one regime are "
-    "ranked by their impacts per cycle. The margin is that of the loose-gear test, 20 log10 of the loose gear's "
+    "double-sided if it crosses corners on both sides. Of a gap, whose centre has no stiffness, the corners of the "
+    "centre count: crossing them it separates, and rattles. A staged spring with stiffness in all its stages changes "
+    "stage and does not rattle. The whole is the worst of the parts that rattle, and quiet if none does. Parts that "
+    "rattle come first, then double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the "
+    "hardest impact. The margin is that of the loose-gear test, 20 log10 of the loose gear's "
     "inertia torque over its drag torque: above 0 dB the drag cannot hold the gear against its flank."
 )
 
@@ -231,15 +234,20 @@ class Part:
     Attributes:
         name: of the mesh or coupling.
         kind: "mesh" or "coupling".
-        gap: whether its centre is free of stiffness, a gap proper; else its corners are those of a staged spring.
-        regime: "quiet", "single-sided" or "double-sided".
+        gap: whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
+            spring.
+        regime: "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
         impacts_per_cycle, impacts_per_second: rate of impacts.
         drive_impacts_per_cycle, coast_impacts_per_cycle: the same, side by side.
-        mean_impulse, max_impulse: magnitudes [N s or N m s]; None without impacts or without a force integral.
-        max_approach_speed: magnitude [m/s or rad/s]; None without impacts.
+        max_approach_speed: |v| of the fastest impact [m/s or rad/s]; None without impacts.
+        max_impact_momentum: m_eff |v| of the same [N s or N m s]; None without impacts, or if no body is free.
+        mean_impact_energy, max_impact_energy: m_eff v^2 / 2 [J]; None as above. The largest one ranks parts.
+        mean_exchanged_momentum, max_exchanged_momentum: m_eff (|v| + |v'|) [N s or N m s]; None as above.
+        mean_contact_impulse, max_contact_impulse: |integral of the force over the contact|, static load included
+            [N s or N m s]; None without impacts or without a force integral.
         contact_share: share of time in contact, 0 to 1.
         margin_db: of the loose-gear test [dB]; None where there is no loose gear.
-        impulse_unit, speed_unit: units of the above.
+        impulse_unit, energy_unit, speed_unit: units of the above.
     """
 
     name: str
@@ -250,13 +258,24 @@ class Part:
     impacts_per_second: float
     drive_impacts_per_cycle: float
     coast_impacts_per_cycle: float
-    mean_impulse: float | None
-    max_impulse: float | None
     max_approach_speed: float | None
+    max_impact_momentum: float | None
+    mean_impact_energy: float | None
+    max_impact_energy: float | None
+    mean_exchanged_momentum: float | None
+    max_exchanged_momentum: float | None
+    mean_contact_impulse: float | None
+    max_contact_impulse: float | None
     contact_share: float
     margin_db: float | None
     impulse_unit: str
+    energy_unit: str
     speed_unit: str
+
+    @property
+    def rattles(self) -> bool:
+        """Whether it separates and meets again: a gap that is not quiet."""
+        return self.gap and self.regime != "quiet"
 
 
 @dataclass(frozen=True)
@@ -264,7 +283,7 @@ class Verdict:
     """What the criteria say of one motion.
 
     Attributes:
-        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts.
+        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
         sentence: the same in human words: what rattles, where, how badly.
         rule: by which rule.
         parts: every mesh and clearance, worst first.
@@ -300,8 +319,10 @@ class Verdict:
 
 
 def worst_first(parts: list[Part]) -> tuple[Part, ...]:
-    """Return the parts by falling severity, then impact rate; element order decides ties."""
-    return tuple(sorted(parts, key=lambda part: (-SEVERITY[part.regime], -part.impacts_per_cycle)))
+    """Return those that rattle first, by falling regime, then largest impact energy; element order decides ties."""
+    return tuple(
+        sorted(parts, key=lambda part: (not part.rattles, -SEVERITY[part.regime], -(part.max_impact_energy or 0.0)))
+    )
 
 
 def _plain(value: Any) -> Any:

@@ -1,11 +1,17 @@
 """Impacts of every clearance: how often, how fast, how hard.
 
-An impact is a crossing outward into contact, counted if it begins in the steady part [discard T, end]; its approach
-speed is |delta'| at the crossing, its impulse the integral of the element's force over the contact (magnitudes here;
-``gearrattle.signals.find_impacts`` has every one with its sign). A contact that the end of the motion cuts short
-counts with what it has gathered by then, and is noted.
+An impact is a crossing outward into contact, counted if it begins in the steady part [discard T, end]. With v the
+deflection rate at the crossing, v' that at the end of the contact, and m_eff the reduced inertia of the element
+(1/m_eff = r_a^2/J_a + r_b^2/J_b), impacts are measured by
 
-Takes Trajectories; gives rates for every clearance, speeds and impulses for those that are hit.
+    approach speed |v|,    momentum m_eff |v|,    energy m_eff v^2 / 2,    exchanged momentum m_eff (|v| + |v'|),
+
+the last being the integral over the contact of the force above the quasi-static load (``gearrattle.signals.impacts``,
+which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
+it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
+motion cuts short has v' = 0 and the contact impulse gathered by then, and is noted.
+
+Takes Trajectories; gives rates for every clearance, the rest for those that are hit.
 """
 
 from __future__ import annotations
@@ -28,10 +34,19 @@ from gearrattle.criteria.base import (
 from gearrattle.signals import add_impacts, measure_impacts, steady, summarise_impacts
 from gearrattle.trajectory import Array, Layout, Trajectory
 
+_SEVERITY = {
+    "approach speed": ("speed", "|delta'| at the crossing"),
+    "impact momentum": ("momentum", "m_eff |delta'| at the crossing"),
+    "impact energy": ("energy", "m_eff delta'^2 / 2 at the crossing"),
+    "exchanged momentum": ("exchanged", "m_eff (|delta'| at the begin + |delta'| at the end of the contact)"),
+    "contact impulse": ("impulse", "|integral of the force over the contact|"),
+}
+"""How hard impacts are: quantity, its name in ``signals.Severity``, formula."""
+
 
 @dataclass(frozen=True)
 class ImpactStatistics(Telling):
-    """Rate, approach speed and impulse of impacts."""
+    """Rate of impacts, and how hard they are."""
 
     name: str = "impacts"
     title: str = "Impacts"
@@ -46,61 +61,55 @@ class ImpactStatistics(Telling):
         return add_impacts(before, trajectory, steady(trajectory))
 
     def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
-        """Return rates for every clearance; speeds and impulses, NaN for those that are not hit."""
-        found: dict[tuple[str, str], Array] = {}
+        """Return rates for every clearance; how hard impacts are, NaN for those that are not hit."""
+        values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
-            all_, drive = tally["count"][..., k], tally["drive"][..., k]
-            severity = measure_impacts(tally, layout, k)
-            found |= {
-                (name, "impacts per cycle"): all_ / cycles,
+            count, drive = tally["count"][..., k], tally["drive"][..., k]
+            values |= {
+                (name, "impacts per cycle"): count / cycles,
                 (name, "drive-side impacts per cycle"): drive / cycles,
-                (name, "coast-side impacts per cycle"): (all_ - drive) / cycles,
-                (name, "impacts per second"): all_ / duration,
-                (name, "mean approach speed"): severity.mean_speed,
-                (name, "largest approach speed"): severity.largest_speed,
-                (name, "mean impulse"): severity.mean_impulse,
-                (name, "largest impulse"): severity.largest_impulse,
+                (name, "coast-side impacts per cycle"): (count - drive) / cycles,
+                (name, "impacts per second"): count / duration,
             }
-        return found
+            severity = measure_impacts(tally, layout, k)._asdict()
+            for quantity, (field, _) in _SEVERITY.items():
+                values[name, f"mean {quantity}"] = severity[f"mean_{field}"]
+                values[name, f"largest {quantity}"] = severity[f"largest_{field}"]
+        return values
 
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the impact statistics of every clearance."""
-        per_cycle, per_second = f"{self.formula} / cycles", f"{self.formula} / time"
-        of_speed, of_push = "|delta'| at the crossing", "|integral of the force over the contact|"
-        formulas = {
-            "impacts per second": per_second, "mean approach speed": f"mean {of_speed}",
-            "largest approach speed": f"max {of_speed}", "mean impulse": f"mean {of_push}",
-            "largest impulse": f"max {of_push}",
-        }  # fmt: skip
         entries, layout = [], scope.layout
         hit = {name for k, name in enumerate(layout.clearance_names) if tally["count"][k]}
         for (name, quantity), value in measured(self, tally, scope).items():
-            if quantity in _SEVERITY and name not in hit:
-                continue
+            statistic, _, what = quantity.partition(" ")
             clearance = layout.clearance_names.index(name)
-            formula, note = formulas.get(quantity, per_cycle), _note(tally, scope, clearance, quantity)
-            unit = _unit(layout, int(layout.clearance[clearance]), quantity)
+            if what not in _SEVERITY:
+                per = "time" if quantity == "impacts per second" else "cycles"
+                unit, formula, note = ("1/s" if per == "time" else None), f"{self.formula} / {per}", ""
+            elif name not in hit:
+                continue
+            else:
+                word = "mean" if statistic == "mean" else "max"
+                unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_SEVERITY[what][1]}"
+                note = _note(tally, scope, clearance, what)
             entries.append(entry(self, name, quantity, float(value), unit=unit, formula=formula, note=note))
         return entries
 
 
-_SPEEDS, _PUSHES = ("mean approach speed", "largest approach speed"), ("mean impulse", "largest impulse")
-_SEVERITY = (*_SPEEDS, *_PUSHES)
-
-
-def _unit(layout: Layout, element: int, quantity: str) -> str | None:
-    if quantity in _SPEEDS:
+def _unit(layout: Layout, element: int, what: str) -> str:
+    if what == "approach speed":
         return deflection_rate_unit(layout, element)
-    if quantity in _PUSHES:
-        return impulse_unit(layout, element)
-    return "1/s" if quantity == "impacts per second" else None
+    return "J" if what == "impact energy" else impulse_unit(layout, element)
 
 
-def _note(tally: Tally, scope: Scope, clearance: int, quantity: str) -> str:
-    """Say what there is to know about impulses."""
-    if quantity not in _PUSHES:
-        return ""
-    name, found = scope.layout.clearance_names[clearance], summarise_impacts(tally, scope.layout, clearance)
-    if np.isnan(found.mean_impulse):
-        return f"{name}: no impulses, for {scope.algorithm} supplies no force integral"
-    return f"{name}: the motion ends within a contact; its impulse counts up to the end" if found.censored else ""
+def _note(tally: Tally, scope: Scope, clearance: int, what: str) -> str:
+    """Say what there is to know about contacts that are cut short, and values that do not exist."""
+    name, summary = scope.layout.clearance_names[clearance], summarise_impacts(tally, scope.layout, clearance)
+    if what == "contact impulse":
+        if np.isnan(summary.severity.mean_impulse):
+            return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"
+        return f"{name}: the motion ends within a contact; its impulse counts up to the end" if summary.censored else ""
+    if what != "approach speed" and np.isnan(summary.severity.mean_momentum):
+        return f"{name}: no body at it is free to move, so impacts have no momentum"
+    return ""

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from gearrattle.criteria.base import Entry, Part, Scope, Tally, deflection_rate_unit, impulse_unit, judged_elements
-from gearrattle.signals import ImpactSummary, Regime, is_gap, summarise_impacts
+from gearrattle.signals import ImpactSummary, Regime, Severity, is_gap, summarise_impacts
 from gearrattle.trajectory import Layout
 
 Key = tuple[str, str, str]
@@ -40,9 +40,9 @@ def measure_parts(entries: Sequence[Entry], scope: Scope, impacts: Tally) -> lis
 
 
 def _part(
-    scope: Scope, element: int, found: tuple[ImpactSummary, Mapping[Key, float | str]], margins: Mapping[str, float]
+    scope: Scope, element: int, judged: tuple[ImpactSummary, Mapping[Key, float | str]], margins: Mapping[str, float]
 ) -> Part:
-    impacts, said = found
+    impacts, said = judged
     layout, window = scope.layout, scope.window
     name = layout.element_names[element]
     clearance = layout.clearance.tolist().index(element)
@@ -55,12 +55,11 @@ def _part(
         impacts_per_second=impacts.count / window.duration,
         drive_impacts_per_cycle=impacts.drive / window.cycles,
         coast_impacts_per_cycle=(impacts.count - impacts.drive) / window.cycles,
-        mean_impulse=_if_any(impacts.mean_impulse),
-        max_impulse=_if_any(impacts.largest_impulse),
-        max_approach_speed=_if_any(impacts.largest_speed),
+        **_severity(impacts.severity),
         contact_share=cast(float, said["contact", "contact share", name]),
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
+        energy_unit="J",
         speed_unit=deflection_rate_unit(layout, element),
     )
 
@@ -77,12 +76,11 @@ def _unbroken(layout: Layout, element: int, margins: Mapping[str, float]) -> Par
         impacts_per_second=0.0,
         drive_impacts_per_cycle=0.0,
         coast_impacts_per_cycle=0.0,
-        mean_impulse=None,
-        max_impulse=None,
-        max_approach_speed=None,
+        **_severity(None),
         contact_share=1.0,
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
+        energy_unit="J",
         speed_unit=deflection_rate_unit(layout, element),
     )
 
@@ -91,5 +89,17 @@ def _kind(layout: Layout, element: int) -> str:
     return "mesh" if layout.is_mesh[element] else "coupling"
 
 
-def _if_any(magnitude: float) -> float | None:
-    return None if np.isnan(magnitude) else magnitude
+def _severity(severity: Severity | None) -> dict[str, float | None]:
+    """Return how hard its impacts are, by the names of a part; None for what does not exist."""
+    names = {
+        "max_approach_speed": "largest_speed",
+        "max_impact_momentum": "largest_momentum",
+        "mean_impact_energy": "mean_energy",
+        "max_impact_energy": "largest_energy",
+        "mean_exchanged_momentum": "mean_exchanged",
+        "max_exchanged_momentum": "largest_exchanged",
+        "mean_contact_impulse": "mean_impulse",
+        "max_contact_impulse": "largest_impulse",
+    }
+    values = {} if severity is None else {name: float(value) for name, value in severity._asdict().items()}
+    return {name: None if np.isnan(values.get(field, np.nan)) else values[field] for name, field in names.items()}

@@ -2,7 +2,9 @@
 
 From the corner crossings of the steady part, exactly: no crossing is "quiet" (the element may be in contact all the
 time, or float free), crossings of drive-side corners only or of coast-side ones only are "single-sided", of both
-"double-sided" (Padmanabhan et al. 1995, sec. 6 and Fig. 3: no impact, single- and double-sided impact).
+"double-sided" (Padmanabhan et al. 1995, sec. 6 and Fig. 3: no impact, single- and double-sided impact). Of a gap only
+the corners of its centre count, where it separates: a gap that is not quiet rattles. Of a spring with stiffness in all
+its stages every corner counts: it changes stage, which is no rattle.
 
 Takes a Trajectory; gives one entry an element.
 """

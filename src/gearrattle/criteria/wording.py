@@ -1,7 +1,7 @@
 """The verdict in one human sentence: what rattles, where, and how badly.
 
-Gaps proper *rattle*; a staged spring that crosses its corners changes *stage*, which is judged by the same rule but is
-not called rattle. Only the worst parts are spelt out; the others are named.
+A gap that separates *rattles*; a staged spring that crosses its corners, or a gap that crosses outer ones alone,
+changes *stage*, which is not called rattle. Only the worst parts are spelt out; the others are named.
 
 Takes parts, worst first; gives a sentence to the verdict.
 """
@@ -25,9 +25,9 @@ def sentence(parts: Sequence[Part], cycles: int) -> str:
     span = f"over the {cycles} cycles judged" if cycles != 1 else "over the one cycle judged"
     if not parts:
         return "There is no mesh and no clearance: nothing can rattle."
-    rattling = [part for part in parts if part.gap and part.regime != "quiet"]
-    changing = [part for part in parts if not part.gap and part.regime != "quiet"]
-    quiet = [part for part in parts if part.regime == "quiet"]
+    rattling = [part for part in parts if part.rattles]
+    changing = [part for part in parts if _changes_stage(part)]
+    quiet = [part for part in parts if part not in rattling and part not in changing]
     words = []
     if rattling:
         words.append(f"Rattle {span}: " + _listed([_rattle(part) for part in rattling]) + ".")
@@ -52,14 +52,19 @@ def _rattle(part: Part) -> str:
     severity = [f"{part.impacts_per_cycle:.3g} impacts a cycle"]
     if part.max_approach_speed is not None:
         severity.append(f"approach speed up to {part.max_approach_speed:.3g}{_unit(part.speed_unit)}")
-    if part.mean_impulse is not None:
-        severity.append(f"mean impulse {part.mean_impulse:.3g}{_unit(part.impulse_unit)}")
+    if part.max_impact_energy is not None:
+        severity.append(f"impact energy up to {part.max_impact_energy:.3g}{_unit(part.energy_unit)}")
     severity.append(f"in contact {_percent(part.contact_share)} of the time")
     return f"{hits}, " + ", ".join(severity) + _margin(part)
 
 
+def _changes_stage(part: Part) -> bool:
+    return not part.rattles and (part.regime != "quiet" or part.impacts_per_cycle > 0.0)
+
+
 def _stage_changes(part: Part) -> str:
-    where = "on both sides" if part.regime == "double-sided" else f"on its {_side(part)}side only"
+    both = part.drive_impacts_per_cycle > 0.0 and part.coast_impacts_per_cycle > 0.0
+    where = "on both sides" if both or part.regime == "double-sided" else f"on its {_side(part)}side only"
     rate = f"entering an outer stage {part.impacts_per_cycle:.3g} times a cycle"
     return f"{part.name} changes stage {where}, {rate}" + _margin(part)
 

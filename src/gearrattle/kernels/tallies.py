@@ -1,7 +1,7 @@
 """What the criteria keep of a motion, gathered from its log without any arrays in between.
 
 The tallies are those of ``criteria`` (regime, contact, impacts; ``signals.impact_sums``): counts, sums and largest
-values, added up in the order of the log. ``tests/criteria/test_tallies.py`` holds both to the same bits.
+values, added up in the order of the log. ``tests/studies/test_batch.py`` holds both to the same bits.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def _stay(judged, log, events, time, window, pieces, sides, dwell):
             dwell[begin + pieces[k]] += time[i] - since[k]
             since[k] = time[i]
             lower, last = begin + log.piece[i] - (0 if log.upward[i] else 1), begin
-            if not (judged.inner[lower] and judged.inner[lower + 1]):
+            inside = judged.inner[lower] + judged.inner[lower + 1]
+            if inside == 1 or (inside == 0 and not judged.gap[k]):
                 for p in range(begin, judged.pieces[k + 1]):
                     if judged.inner[p]:
                         last = p
@@ -92,10 +93,14 @@ def _strike(judged, log, events, time, window, scales, v, out):
         out.drive[v, k] += 1.0 if to + judged.label[k] >= 0 else 0.0
         out.speed[v, k] += speed
         out.top_speed[v, k] = max(out.top_speed[v, k], speed)
+        out.square[v, k] += speed * speed
         if following[i] < 0:
             corner = begin - k + min(origin, to)
-            out.open[v, corner], out.begun[v, corner] = 1.0, log.integral[i]
+            out.open[v, corner], out.begun[v, corner], out.met[v, corner] = 1.0, log.integral[i], speed
         else:
+            left = abs(log.rate[following[i]] * scales.corner[k] / period)
+            out.left[v, k] += left
+            out.top_change[v, k] = max(out.top_change[v, k], speed + left)
             push = abs(log.integral[following[i]] - log.integral[i])
             out.push[v, k] += push
             out.top_push[v, k] = max(out.top_push[v, k], push)
@@ -121,10 +126,10 @@ def tally(judged, log, events, window, initial, final, scales, v, out):
     _stay(judged, log, events, time, window, pieces, out.sides[v], out.dwell[v])
     for k in range(initial.size):
         out.count[v, k] = out.drive[v, k] = out.speed[v, k] = out.top_speed[v, k] = 0.0
-        out.push[v, k] = out.top_push[v, k] = 0.0
+        out.square[v, k] = out.left[v, k] = out.top_change[v, k] = out.push[v, k] = out.top_push[v, k] = 0.0
         out.final[v, k] = final[k]
     for corner in range(out.open.shape[1]):
-        out.open[v, corner] = out.begun[v, corner] = 0.0
+        out.open[v, corner] = out.begun[v, corner] = out.met[v, corner] = 0.0
     _strike(judged, log, events, time, window, scales, v, out)
     crossed = 0
     for i in range(events):

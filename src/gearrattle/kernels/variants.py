@@ -71,6 +71,7 @@ class Judged(NamedTuple):
     pieces: Any  # (K + 1,) where a clearance's pieces begin; its corners begin at pieces[k] - k
     label: Any  # (K,) label of its lowest piece
     inner: Any  # (pieces,) whether one is its centre, 1 or 0
+    gap: Any  # (K,) whether its centre is free of stiffness, 1 or 0
 
 
 class Tallies(NamedTuple):
@@ -82,11 +83,15 @@ class Tallies(NamedTuple):
     drive: Any  # (K,) on the drive side
     speed: Any  # (K,) sum of their speeds
     top_speed: Any  # (K,)
-    push: Any  # (K,) sum of their impulses
+    square: Any  # (K,) sum of the squares of their speeds
+    left: Any  # (K,) sum of the speeds at which contacts end
+    top_change: Any  # (K,) largest change of the deflection rate, begin to end of a contact
+    push: Any  # (K,) sum of their contact impulses
     top_push: Any  # (K,)
     final: Any  # (K,) force integral at the end
     open: Any  # (corners,) 1 where a contact has not ended
     begun: Any  # (corners,) the force integral at its begin
+    met: Any  # (corners,) the speed at its begin
     crossings: Any  # (1,) crossings in the window
     calls: Any  # (1,) function calls of the algorithm
 

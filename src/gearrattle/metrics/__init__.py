@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 from gearrattle.metrics.base import Heard, Metric, Value
 from gearrattle.metrics.contact import ContactSides
-from gearrattle.metrics.energy import ContactWork, ImpactEnergy
+from gearrattle.metrics.energy import ContactWork, ImpactLoss
 from gearrattle.metrics.force import ForceStatistics
 from gearrattle.metrics.hearing import gather_motion, hear_chunks, hear_motion, hear_recording, recording_of
-from gearrattle.metrics.impulse import ImpactImpulse
+from gearrattle.metrics.intensity import ImpactIntensity
 from gearrattle.metrics.irregularity import SpeedIrregularity
 from gearrattle.metrics.loose_motion import LooseMotion
 from gearrattle.metrics.rattle_level import RattleLevel
@@ -29,8 +29,8 @@ from gearrattle.metrics.transmissibility import OrderTransmissibility
 METRICS: tuple[Metric, ...] = (
     SeparationRatio(),
     HarmonicSeparation(),
-    ImpactImpulse(),
-    ImpactEnergy(),
+    ImpactIntensity(),
+    ImpactLoss(),
     ContactWork(),
     RattleLevel(),
     ForceStatistics(),

@@ -275,14 +275,14 @@ def order_word(order: float) -> str:
 
 
 def about(name: str, found: Contacts, duration: float) -> str:
-    """Say what a sum over completed contacts of one clearance leaves out; empty for short ones that all ended.
+    """Say what a sum over contacts of one clearance leaves out; empty for short ones that all ended.
 
     Args:
         name: of the clearance.
         found: its contacts in the window.
         duration: length of the window [s].
     """
-    told = ["the motion ends within a contact, which does not count"] * found.cut
+    told = ["the motion ends within a contact, which counts as not rebounding"] * found.cut
     share = found.time / duration
     if share > _LONG:
         told.append(f"contacts take {100.0 * share:.3g} % of the time: other elements push meanwhile, uncounted")

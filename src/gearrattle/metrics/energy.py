@@ -1,12 +1,13 @@
-"""Energy that impacts take, and the work of contacts.
+"""Energy that is lost in impacts, and the work of contacts.
 
 From the log: what is gone of the relative kinetic energy between the begin and the end of each contact,
 
     E = m (v^2 - v'^2) / 2,     rate = (1/t_w) sum of E over the completed contacts that begin in the window  [W]
 
-with m the weight of the two bodies along the deflection. At both ends of a contact the spring holds the same energy,
-so E is the work the contact takes, but for what other elements do during it. From the audit: the work of the element's
-damping and friction itself, by quadrature of its power on dense output, exact, but over the whole run.
+with m the reduced inertia of the two bodies along the deflection. At both ends of a contact the spring holds the same
+energy, so E is the energy lost in the contact, but for the work of other elements during it. (The impact energy
+m v^2 / 2 of the criterion "impacts" is what a contact begins with.) From the audit: the work of the element's damping
+and friction itself, by quadrature of its power on dense output, exact, but over the whole run.
 
 Takes what is heard; gives values for every gap proper, and for every element with a corner.
 """
@@ -21,11 +22,11 @@ from gearrattle.signals import is_gap, reduced_inertia
 
 
 @dataclass(frozen=True)
-class ImpactEnergy:
-    """Relative kinetic energy that impacts take."""
+class ImpactLoss:
+    """Relative kinetic energy that is lost in impacts."""
 
-    name: str = "impact_energy"
-    title: str = "Energy of impacts"
+    name: str = "impact_loss"
+    title: str = "Energy lost in impacts"
     formula: str = "sum of m (v^2 - v'^2) / 2 over completed contacts / time"
     unit: str = "W"
     source: str = PFEIFFER
@@ -47,8 +48,8 @@ class ImpactEnergy:
             none = "" if found.whole else f"{name}: no impact begins and ends in the window"
             each = taken / found.whole if found.whole else math.nan
             values += [
-                Value(name, "impact energy rate", taken / heard.duration, "W", cut),
-                Value(name, "mean energy of an impact", each, "J", none or cut),
+                Value(name, "impact loss rate", taken / heard.duration, "W", cut),
+                Value(name, "mean loss of an impact", each, "J", none or cut),
             ]
         return values
 

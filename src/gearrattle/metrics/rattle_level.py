@@ -3,7 +3,7 @@
     L = 10 log10( 10^(0.1 L_0) + kappa I )  [dB]
 
 L_0 is the level of the gearbox that does not rattle, I the mean intensity of the impacts of its meshes [N] (see
-``impulse``), kappa [1/N] what a gearbox and a room make of it. Both constants must be measured; no model gives them.
+``intensity``), kappa [1/N] what a gearbox and a room make of it. Both constants must be measured; no model gives them.
 Uncalibrated (L_0 = 0 dB, kappa = 1/N) only differences of a gearbox from itself mean anything.
 
 Takes what is heard; gives one value a mesh with backlash, and one for all of them.
@@ -42,7 +42,7 @@ class RattleLevel:
     window: str = LOG
     sampling: str = "none: exact to the events"
     needs: tuple[str, ...] = ("gaps",)
-    merging: str = "exact: the sums of impulses add up; a contact across chunks is one contact"
+    merging: str = "exact: the sums of momenta add up; a contact across chunks is one contact"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return the level of every mesh with backlash by itself, and of all together."""

@@ -12,7 +12,15 @@ import numpy as np
 from gearrattle.plots.chart import Chart, Line, Panel
 from gearrattle.plots.palette import ACCENT, MUTED
 from gearrattle.plots.sweeps import subjects_of
-from gearrattle.studies.layout import axes_in, chosen_codes, has_probabilities, independent, subject_of, values_of
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    gaps_of,
+    has_probabilities,
+    independent,
+    subject_of,
+    values_of,
+)
 from gearrattle.studies.probability import running
 
 if TYPE_CHECKING:
@@ -22,11 +30,11 @@ _FEWEST, _MOST_PANELS, _MOST_POINTS = 8, 6, 600
 
 
 def probability_convergence(data: xr.Dataset) -> Chart | None:
-    """Draw the running share above quiet of every part that rattles sometimes; None if none does, or few samples."""
+    """Draw the running share of samples that rattle, a panel a part that rattles in some; None without any."""
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):
         return None
-    codes = values_of(independent(data), output)
+    codes = gaps_of(values_of(independent(data), output))
     panels = []
     for name, each in subjects_of(codes, subject_of(data, output)):
         n, share, low, high = running(np.asarray(each.values))

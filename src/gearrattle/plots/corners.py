@@ -59,7 +59,7 @@ def reach(values: Array, corners: Array) -> tuple[float, float]:
 
 
 def units(findings: Findings, clearance: int) -> dict[str, str]:
-    """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``impulse``; empty if dimensionless.
+    """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``energy``; empty if dimensionless.
 
     Args:
         findings: what the pipeline found.
@@ -67,7 +67,7 @@ def units(findings: Findings, clearance: int) -> dict[str, str]:
     """
     layout = findings.run.trajectory.layout
     if findings.model.units != "SI":
-        return {"deflection": "", "rate": "", "force": "", "impulse": ""}
+        return {"deflection": "", "rate": "", "force": "", "energy": ""}
     if layout.is_mesh[layout.clearance[clearance]]:
-        return {"deflection": "m", "rate": "m/s", "force": "N", "impulse": "N s"}
-    return {"deflection": "rad", "rate": "rad/s", "force": "N m", "impulse": "N m s"}
+        return {"deflection": "m", "rate": "m/s", "force": "N", "energy": "J"}
+    return {"deflection": "rad", "rate": "rad/s", "force": "N m", "energy": "J"}

@@ -32,17 +32,18 @@ def impacts(findings: Findings) -> Chart | None:
             continue
         unit = units(findings, k)
         speed = scale(mine.velocity, unit["rate"])
-        push = scale(mine.impulse, unit["impulse"])
+        energy = scale(mine.energy, unit["energy"])
         panels += [
             _phases(trajectory, mine, name),
             _histogram(mine, np.abs(mine.velocity) * speed.factor, name, "approach speed", speed.unit),
-            _histogram(mine, np.abs(mine.impulse) * push.factor, name, "impulse", push.unit),
+            _histogram(mine, mine.energy * energy.factor, name, "impact energy", energy.unit),
         ]
     if not panels:
         return None
     caption = (
         "Every impact of the steady part. Left: its phase within the cycle, cycle over cycle; stripes mean a rattle "
-        "that repeats, scatter one that does not. Middle and right: how many, by approach speed and by impulse."
+        "that repeats, scatter one that does not. Middle and right: how many, by approach speed v and by impact energy "
+        "m_eff v²/2."
     )
     return Chart(
         key="impacts",
@@ -70,7 +71,7 @@ def _histogram(mine: Impacts, values: Array, name: str, what: str, unit: str) ->
     """Count values by side, coast stacked on drive."""
     x_title = f"{what}  [{unit}]" if unit else what
     if not np.all(np.isfinite(values)):
-        return Panel(name, "", x_title, note="not supplied by this algorithm")
+        return Panel(name, "", x_title, note="no body at it is free to move")
     edges = np.linspace(0.0, float(values.max()) or 1.0, _BINS + 1)
     drive = np.histogram(values[mine.drive], edges)[0].astype(np.float64)
     coast = np.histogram(values[~mine.drive], edges)[0].astype(np.float64)

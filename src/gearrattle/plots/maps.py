@@ -80,8 +80,8 @@ def regime_map(data: xr.Dataset) -> Chart | None:
     if not panels:
         return None
     caption = (
-        f"{_name(output)} {_over(data, x, y)}; the dark line separates quiet from rattling.{_others(data, x, y)}"
-        f"{_BELIEVE if _has_numbers(data) else ''}"
+        f"{_name(output)} {_over(data, x, y)}; the dark line separates quiet from rattling, of a staged spring "
+        f"from changing stage.{_others(data, x, y)}{_BELIEVE if _has_numbers(data) else ''}"
     )
     return _chart("map", f"Map of the {output}", caption, panels, legend)
 
@@ -94,6 +94,8 @@ def probability_map(data: xr.Dataset) -> Chart | None:
     x, y = two_axes(data)
     found = rattle_probability(data, output)["probability"]
     panels, legend = _shaded(data, found, subject_of(data, output), np.linspace(0.0, 1.0, 11), _RED)
+    if not panels:
+        return None
     caption = f"Share of samples in which a part rattles, {_over(data, x, y)}.{_others(data, x, y)}"
     return _chart("probability-map", "Probability of rattle", caption, panels, legend)
 

@@ -47,7 +47,7 @@ _KINDS = (
     _Kind("Restitution", "1", (("mean restitution", "mean"),), log=False),
     _Kind("Impact intensity", "N", (("mean impact intensity", "mean"),)),
     _Kind("Impact intensity of couplings", "N m", (("mean impact intensity", "mean"),)),
-    _Kind("Energy of impacts", "W", (("impact energy rate", "by the log"), ("contact work rate", "by the audit"))),
+    _Kind("Energy lost in impacts", "W", (("impact loss rate", "by the log"), ("contact work rate", "by the audit"))),
     _Kind("Rattle level", "dB", (("rattle level", "each"), ("rattle level of all meshes", "all")), log=False),
     _Kind("Mesh force", "N", (
         ("force standard deviation", "deviation"), ("force exceeded 5 % of the time", "5 % exceed"),

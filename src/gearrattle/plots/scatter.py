@@ -23,7 +23,6 @@ from gearrattle.studies.layout import (
     outputs_in,
     sampling_of,
     scattered,
-    subject_names,
     subject_of,
     units_of,
     values_of,
@@ -41,14 +40,16 @@ _NAMES = 1.9  # room for names left of the bars, in units of a correlation
 
 
 def probability_bars(data: xr.Dataset) -> Chart | None:
-    """Draw the share of samples above quiet, a row a part, with its interval."""
+    """Draw the share of samples in which a part rattles, a row a part, with its interval."""
     output = chosen_codes(data)
     if not _alone(data) or not output:
         return None
     found = rattle_probability(data, output)
     share, low, high = (np.atleast_1d(found[name].values) for name in ("probability", "low", "high"))
     subject = subject_of(data, output)
-    names = subject_names(data, output) if subject else [output]
+    names = [str(name) for name in found[subject].values] if subject else [output]
+    if not names:
+        return None
     rows = np.arange(len(names), dtype=np.float64)[::-1]
     bars = Cells(np.zeros(len(rows)), np.nan_to_num(share), rows - 0.3, rows + 0.3, "share", REGIMES["double-sided"])
     whiskers = Line(*_pieces(low, high, rows), "95 % interval", INK, width=2.0)
@@ -57,7 +58,7 @@ def probability_bars(data: xr.Dataset) -> Chart | None:
         y_range=(-0.6, len(rows) - 0.4), x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)),
         y_ticks=tuple((float(row), name[:10]) for row, name in zip(rows, names, strict=True)),
     )  # fmt: skip
-    caption = "Share of samples above quiet; the line is Wilson's 95 % interval."
+    caption = "Share of samples in which a part rattles; the line is Wilson's 95 % interval."
     return Chart("probability", "Probability of rattle", caption, (panel,), panel_height=30 * len(names) + 10)
 
 

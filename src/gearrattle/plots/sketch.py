@@ -36,7 +36,7 @@ def sketch(findings: Findings) -> str:
     drawn = []
     for element, name in enumerate(layout.element_names):
         part = parts.get(name)
-        colour = REGIMES[part.regime] if part else MUTED
+        colour = REGIMES[part.regime] if part and part.rattles else MUTED
         drawn.append(driveline.element(scene, element, colour, _label(name, part)))
     drawn += driveline.grounds(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
@@ -84,6 +84,8 @@ def _torque(findings: Findings, torque: Torque) -> str:
 def _label(name: str, part: Part | None) -> list[str]:
     lines = [f'<tspan class="name">{escape(name)}</tspan>']
     if part is not None:
-        words = [part.regime, *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet"))]
-        lines += [f'<tspan class="regime" fill="{REGIMES[part.regime]}">{word}</tspan>' for word in words]
+        colour = REGIMES[part.regime] if part.rattles else MUTED
+        state = part.regime if part.rattles or part.regime == "quiet" else "changes stage"
+        words = [state, *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet"))]
+        lines += [f'<tspan class="regime" fill="{colour}">{word}</tspan>' for word in words]
     return lines

@@ -69,6 +69,8 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
     (axis,) = axes_in(data)
     found = rattle_probability(data, output)
     subject = subject_of(data, output)
+    if subject and not found.sizes[subject]:
+        return None
     lines: list[Line] = []
     legend = []
     for i, (name, _) in enumerate(subjects_of(found["probability"], subject)):
@@ -78,7 +80,8 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
             curve = dict(subjects_of(found[quantity], subject))[name].values
             lines.append(Line(np.zeros(0), curve, key.name, key.colour, width=width))
     panel = replace(_panel(data, axis, ("Share of samples that rattle", ""), lines), y_range=(-0.03, 1.03))
-    caption = f"Thick: share of samples above quiet over {words_of_axis(data, axis)}; thin: Wilson's 95 % interval."
+    over = words_of_axis(data, axis)
+    caption = f"Thick: share of samples in which a part rattles over {over}; thin: Wilson's 95 % interval."
     return Chart("probability", "Probability of rattle", caption, (panel,), panel_height=240, legend=tuple(legend))
 
 

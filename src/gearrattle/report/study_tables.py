@@ -64,7 +64,9 @@ def probability_table(data: xr.Dataset) -> Table:
         return Table(head, ())
     found = rattle_probability(data, output)
     subject = subject_of(data, output)
-    names = subject_names(data, output) if subject else [output]
+    names = [str(name) for name in found[subject].values] if subject else [output]
+    if not names:
+        return Table(head, ())
     columns = [np.atleast_1d(found[name].values) for name in ("rattling", "samples", "probability", "low", "high")]
     rows = [
         (name, f"{int(k)}", f"{int(n)}", _percent(p), f"{_percent(low)} to {_percent(high)}")

@@ -45,13 +45,12 @@ def tiles(findings: Findings) -> list[Tile]:
             if si
             else Tile("Impacts", numeral(worst.impacts_per_cycle, 3), f"{worst.name} · per cycle")
         )
-        if worst.max_approach_speed is not None:
-            speed = engineering(worst.max_approach_speed, worst.speed_unit)
-            made.append(Tile("Hardest approach", speed, f"{worst.name} · largest speed"))
-        if worst.max_impulse is not None:
-            made.append(
-                Tile("Hardest impact", engineering(worst.max_impulse, worst.impulse_unit), f"{worst.name} · impulse")
-            )
+        hardest = max(parts, key=lambda part: (part.rattles, part.max_impact_energy or 0.0))
+        if hardest.max_impact_energy is not None and hardest.max_approach_speed is not None:
+            energy = engineering(hardest.max_impact_energy, hardest.energy_unit)
+            speed = engineering(hardest.max_approach_speed, hardest.speed_unit)
+            made.append(Tile("Hardest impact", energy, f"{hardest.name} · energy m v²/2"))
+            made.append(Tile("Approach speed", speed, f"{hardest.name} · of the hardest impact"))
         made.append(Tile("In contact", percent(worst.contact_share), f"{worst.name} · share of time"))
     margins = [part for part in parts if part.margin_db is not None]
     if margins:
@@ -74,26 +73,36 @@ def decibel(margin: float | None) -> str:
 
 
 def parts_table(findings: Findings) -> Table:
-    """Return one row for every mesh and clearance, worst first, with a bar of where it spends its time."""
-    head = ["part", "regime", "impacts per cycle", "per second", "approach speed", "impulse mean", "largest", "margin"]
+    """Return one row for every mesh and clearance, worst first: its hardest impact, and where it spends its time."""
+    head = ["part", "regime", "impacts per cycle", "per second"]
+    head += ["approach speed", "impact energy", "exchanged momentum", "margin"]
     if findings.model.units != "SI":
         head[3] = "per unit time"
     head.append("coast · centre · drive")
     rows = tuple(
         (
             part.name,
-            Markup(f'<span class="pill {part.regime}">{part.regime}</span>'),
+            Markup(f'<span class="pill {_pill(part)}">{part.regime}</span>{_changes(part)}'),
             numeral(part.impacts_per_cycle, 3),
             numeral(part.impacts_per_second, 3),
             engineering(part.max_approach_speed, part.speed_unit),
-            engineering(part.mean_impulse, part.impulse_unit),
-            engineering(part.max_impulse, part.impulse_unit),
+            engineering(part.max_impact_energy, part.energy_unit),
+            engineering(part.max_exchanged_momentum, part.impulse_unit),
             decibel(part.margin_db),
             _share_bar(findings, part),
         )
         for part in findings.verdict.parts
     )
     return Table(tuple(head), rows, words=frozenset({0, 1, 8}))
+
+
+def _pill(part: Part) -> str:
+    """Return the class of a regime's colour: only what rattles is coloured."""
+    return part.regime if part.rattles else "quiet"
+
+
+def _changes(part: Part) -> str:
+    return "" if part.rattles or part.regime == "quiet" else " <small>changes stage</small>"
 
 
 def _share_bar(findings: Findings, part: Part) -> str:

@@ -9,7 +9,15 @@ Takes trajectories and plain arrays; gives plain arrays to the criteria, plots a
 
 from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
-from gearrattle.signals.bodies import LooseGear, is_gap, loose_gears, reduced_inertia, speed_ratios
+from gearrattle.signals.bodies import (
+    LooseGear,
+    gap_names,
+    is_gap,
+    loose_gears,
+    reduced_inertia,
+    reduced_inertias,
+    speed_ratios,
+)
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.ensembles import density_distances, distribution_distances, number_distances, rank
 from gearrattle.signals.impact_sums import ImpactSummary, Severity, add_impacts, measure_impacts, summarise_impacts
@@ -60,6 +68,7 @@ __all__ = [
     "dwell_of_regions",
     "dwell_times",
     "find_impacts",
+    "gap_names",
     "harmonics",
     "in_contact",
     "is_gap",
@@ -74,6 +83,7 @@ __all__ = [
     "psd",
     "rank",
     "reduced_inertia",
+    "reduced_inertias",
     "regime",
     "regime_of",
     "region_at",

@@ -1,24 +1,25 @@
 """What the name plate tells of bodies: which gears are loose, how heavy a pair is to its impacts, how fast each turns.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
-deflection of an element, delta = r_a theta_a - r_b theta_b - e, its two bodies weigh
+deflection of an element, delta = r_a theta_a - r_b theta_b - e, its two bodies have the reduced inertia m_eff,
 
-    1 / m = r_a^2 / J_a + r_b^2 / J_b        [kg along a line of action, kg m^2 along an angle]
+    1 / m_eff = r_a^2 / J_a + r_b^2 / J_b        [kg for a mesh, kg m^2 for a coupling]
 
-ground weighing infinitely much; what hangs on the two bodies by other elements is left out, for it takes part only as
-its springs let it. Mean speeds go by the radii of the meshes, element by element from the reference shaft.
+Ground and bodies of prescribed motion contribute 0. Bodies connected by other elements are left out: in the short time
+of an impact those elements transmit next to nothing. Mean speeds follow from the radii of the meshes, element by
+element from the reference shaft.
 
 Takes a Layout; gives plain numbers to criteria and metrics.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from gearrattle.signals.regions import centre
+from gearrattle.signals.regions import judged_of
 from gearrattle.trajectory import Array, Layout
 
 
@@ -43,7 +44,7 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
     for mesh in np.flatnonzero(layout.is_mesh).tolist():
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
-            if layout.drag_torque[loose] > 0.0 and _is_loose(layout, loose, mesh):
+            if layout.drag_torque[loose] > 0.0 and loose not in layout.prescribed and _is_loose(layout, loose, mesh):
                 reduction = float(layout.radii[mesh, 1 - end] / layout.radii[mesh, end])
                 found.append(LooseGear(mesh, loose, driver, reduction))
     return tuple(found)
@@ -56,16 +57,39 @@ def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
 
 
 def reduced_inertia(layout: Layout, element: int) -> float:
-    """Return what the two bodies of an element weigh along its deflection [kg for a mesh, kg m^2 for a coupling]."""
-    ends = zip(layout.between[element].tolist(), layout.radii[element].tolist(), strict=True)
-    compliance = sum(radius**2 / float(layout.inertia[body]) for body, radius in ends if body >= 0)
-    return float(1.0 / compliance) if compliance > 0.0 else math.inf
+    """Return m_eff of one element [kg for a mesh, kg m^2 for a coupling]; infinite if no end of it is free."""
+    return float(reduced_inertias(layout, [element])[0])
+
+
+def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | None = None) -> Array:
+    """Return m_eff of several elements.
+
+    Args:
+        layout: the driveline's name plate.
+        elements: their indices.
+        inertia: (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
+
+    Returns:
+        (..., elements) [kg for a mesh, kg m^2 for a coupling]; infinite where no end of an element is free.
+    """
+    J = layout.inertia if inertia is None else inertia
+    compliance = np.zeros((*J.shape[:-1], len(elements)))
+    for i, element in enumerate(elements):
+        for body, radius in zip(layout.between[element].tolist(), layout.radii[element].tolist(), strict=True):
+            if body >= 0 and body not in layout.prescribed:
+                compliance[..., i] += radius**2 / J[..., body]
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / compliance)
 
 
 def is_gap(layout: Layout, clearance: int) -> bool:
-    """Return whether the centre of a clearance is free of stiffness: a gap proper, no stage of a spring."""
-    first = int(layout.region_of_first_piece[clearance])
-    return any(layout.stiffness_of_piece[clearance][label - first] == 0.0 for label in centre(layout, clearance))
+    """Return whether the centre of a clearance is free of stiffness: a gap, which can separate."""
+    return bool(judged_of(layout).gap[clearance])
+
+
+def gap_names(layout: Layout) -> tuple[str, ...]:
+    """Return the names of the clearances that can separate, in element order: only these can rattle."""
+    return tuple(name for k, name in enumerate(layout.clearance_names) if is_gap(layout, k))
 
 
 def speed_ratios(layout: Layout) -> Array:

@@ -116,9 +116,10 @@ class Tally:
 
     def contact(self, clearance: int) -> Contacts:
         """Return what the contacts of a clearance add up to, the open one included."""
-        began = self.open.time[self.open.clearance == clearance]
-        began = began[began >= self.start]
-        return self.contacts[clearance].plus(Contacts(time=float(np.sum(self.end - began)), cut=bool(began.size)))
+        mine = (self.open.clearance == clearance) & (self.open.time >= self.start)
+        began, speeds = self.open.time[mine], float(np.sum(np.abs(self.open.velocity[mine])))
+        time = float(np.sum(self.end - began))
+        return self.contacts[clearance].plus(Contacts(speeds=speeds, time=time, cut=bool(began.size)))
 
     def sides(self, clearance: int) -> Sides:
         """Return where a clearance spent its time, and how its impacts changed flanks."""

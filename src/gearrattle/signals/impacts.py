@@ -1,11 +1,18 @@
 """Impacts, read from the log of corner crossings.
 
-An impact is a crossing outward (|to| > |from|) into contact. Its *approach velocity* is the deflection rate at the
-crossing; its *contact* lasts until the next crossing of the same corner, which can only be the return; its *impulse*
-is the integral of the element's force over that contact, the difference of the running force integral between the two
-crossings. A contact still closed when the motion ends is *censored*: its impulse and duration count up to the end.
-In a staged clutch damper every stage that is entered from within is such a contact. (Where delta = 0 is a corner and
-just one of the two pieces that meet there is a gap, passing from the gap into the other is an impact as well.)
+An impact is a crossing outward (|to| > |from|) into contact. Its *approach velocity* v is the deflection rate at the
+crossing; its *contact* lasts until the next crossing of the same corner, which can only be the return, at the rate v'.
+With the reduced inertia m_eff of the element (``bodies``) its *momentum* is m_eff |v|, its *energy* m_eff v^2 / 2. The
+*exchanged momentum* is m_eff (|v| + |v'|): the integral over the contact of the force F above the quasi-static load
+F_0, the force with which the two bodies would stay together (delta'' = 0) under all other forces Q and the error e,
+
+    m_eff delta'' = F_0 - F,    F_0 = m_eff (w M^-1 Q - e''),    integral of (F - F_0) dt = m_eff (v - v').
+
+The *contact impulse*, the integral of F itself, has the static load in it and grows with the length of the contact.
+A contact still closed when the motion ends is *censored*: its contact impulse and duration count up to the end, and
+v' is taken as 0, for it has not rebounded. In a staged clutch damper every stage that is entered from within is such a
+contact. (Where delta = 0 is a corner and just one of the two pieces that meet there is a gap, passing from the gap into
+the other is an impact as well.)
 
 Takes a Trajectory; gives Impacts to the criteria, plots and reports.
 """
@@ -17,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
 from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
@@ -33,10 +41,11 @@ class Impacts:
         velocity: (I,) signed approach velocity [rad/s or m/s]: positive on the drive side.
         departure: (I,) signed deflection rate at its end [rad/s or m/s]: negative on the drive side; NaN if censored.
         duration: (I,) length of the contact [s].
-        impulse: (I,) integral of the element's force over the contact [N m s or N s], positive for a drive-side
-            push; NaN where the solver supplies no force integral.
+        impulse: (I,) contact impulse: integral of the element's force over the contact [N m s or N s], positive for a
+            drive-side push; NaN where the solver supplies no force integral.
         censored: (I,) whether the motion ended before the contact did.
         row: (I,) position of the crossing in the log.
+        mass: (I,) m_eff of the element [kg m^2 or kg]; infinite if no end of it is free.
     """
 
     time: Array
@@ -48,6 +57,17 @@ class Impacts:
     impulse: Array
     censored: NDArray[np.bool_]
     row: NDArray[np.intp]
+    mass: Array
+
+    @property
+    def energy(self) -> Array:
+        """Return (I,) m_eff v^2 / 2 [J]."""
+        return np.asarray(0.5 * self.mass * self.velocity**2)
+
+    @property
+    def exchanged(self) -> Array:
+        """Return (I,) exchanged momentum m_eff (v - v') [N m s or N s], positive on the drive side."""
+        return np.asarray(self.mass * (self.velocity - np.where(self.censored, 0.0, self.departure)))
 
     def __len__(self) -> int:
         """Return the number of impacts."""
@@ -77,6 +97,7 @@ class Impacts:
             self.impulse[chosen],
             self.censored[chosen],
             self.row[chosen],
+            self.mass[chosen],
         )
 
 
@@ -137,4 +158,5 @@ def find_impacts(trajectory: Trajectory) -> Impacts:
         impulse=integral - events.force_integral[rows],
         censored=np.asarray(censored, dtype=np.bool_),
         row=rows,
+        mass=reduced_inertias(trajectory.layout, trajectory.layout.clearance.tolist())[clearance],
     )

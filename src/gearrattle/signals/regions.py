@@ -6,8 +6,9 @@ Shares of time are therefore sums of event times, exact to the accuracy of the e
 *Centre*: the piece labelled 0. Where delta = 0 is itself a corner, the pieces 0 and -1 meet there and both are the
 centre, unless just one of them has no stiffness: then that one is the gap, and the centre, alone. An element is *in
 contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3): "quiet" if no corner is crossed,
-"single-sided" if only drive-side or only coast-side ones are, "double-sided" if both; passing delta = 0 inside the
-centre is no crossing in this sense, for it opens or closes no contact.
+"single-sided" if only drive-side or only coast-side ones are, "double-sided" if both. A gap (a centre without
+stiffness) rattles where it separates, so only the corners of its centre count; of a staged spring every corner counts.
+Passing delta = 0 inside the centre is no crossing in this sense, for it opens or closes no contact.
 
 Takes a Trajectory; gives shares and regimes to the criteria and to ``impacts``.
 """
@@ -55,7 +56,11 @@ def judged_of(layout: Layout) -> Judged:
         for piece in range(size)
     ]
     first = np.array(layout.region_of_first_piece, dtype=np.int64)
-    return Judged(np.cumsum([0, *sizes], dtype=np.int64), first, np.array(inner, dtype=np.int64))
+    pieces = np.cumsum([0, *sizes], dtype=np.int64)
+    free = np.concatenate([np.zeros(0), *layout.stiffness_of_piece]) == 0.0
+    free_centre = free & (np.array(inner) > 0)
+    gap = [int(np.any(part)) for part in np.split(free_centre, pieces[1:-1])][: len(sizes)]
+    return Judged(pieces, first, np.array(inner, dtype=np.int64), np.array(gap, dtype=np.int64))
 
 
 def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.bool_]:
@@ -185,6 +190,8 @@ def regime_of(drive: bool, coast: bool) -> Regime:
 def sides_crossed(trajectory: Trajectory, clearance: int, window: Window) -> tuple[bool, bool]:
     """Return whether a clearance crosses corners on its drive side, and on its coast side, in the window.
 
+    Of a gap only the corners of its centre count: where it separates.
+
     Raises:
         GearRattleError: if the log has a gap.
     """
@@ -194,5 +201,6 @@ def sides_crossed(trajectory: Trajectory, clearance: int, window: Window) -> tup
     lower = np.minimum(events.from_region[inside], events.to_region[inside])  # the piece below the crossed corner
     inner = centre(trajectory.layout, clearance)
     drive_bound = max(inner)  # corners from here up are the drive side's, the others the coast side's
-    crossed = ~(np.isin(lower, sorted(inner)) & np.isin(lower + 1, sorted(inner)))
+    below, above = np.isin(lower, sorted(inner)), np.isin(lower + 1, sorted(inner))
+    crossed = below != above if judged_of(trajectory.layout).gap[clearance] else ~(below & above)
     return bool(np.any(crossed & (lower >= drive_bound))), bool(np.any(crossed & (lower < drive_bound)))

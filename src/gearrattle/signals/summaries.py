@@ -79,8 +79,8 @@ class Contacts:
 
     Attributes:
         whole: how many begin and end.
-        speeds: sum of |v| + |v'| of these [rad/s or m/s].
-        squares: sum of v^2 - v'^2 [the same squared].
+        speeds: sum of |v| + |v'| [rad/s or m/s]; v' of one that does not end is 0.
+        squares: sum of v^2 - v'^2 of those that end [the same squared].
         kept: sum of |v'| / |v| of those with v other than zero.
         moving: how many these are.
         time: of all contacts, the one cut short included [s].
@@ -108,8 +108,9 @@ def added(velocity: Array, departure: Array, duration: Array, censored: NDArray[
     whole = ~censored
     arrival, left = np.abs(velocity[whole]), np.abs(departure[whole])
     moving = arrival > 0.0
+    speeds = float(np.sum(arrival + left)) + float(np.sum(np.abs(velocity[censored])))
     return Contacts(
-        int(whole.sum()), float(np.sum(arrival + left)), float(np.sum(arrival**2 - left**2)),
+        int(whole.sum()), speeds, float(np.sum(arrival**2 - left**2)),
         float(np.sum(left[moving] / arrival[moving])), int(moving.sum()), float(np.sum(duration)), bool(censored.any()),
     )  # fmt: skip
 

@@ -240,5 +240,5 @@ def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
 
 def _tallies(count: int, clearances: int, judged: Judged) -> Tallies:
     pieces = int(judged.pieces[-1])
-    shapes = [(clearances, 2), (pieces,), *7 * [(clearances,)], *2 * [(pieces - clearances,)], (1,), (1,)]
+    shapes = [(clearances, 2), (pieces,), *10 * [(clearances,)], *3 * [(pieces - clearances,)], (1,), (1,)]
     return Tallies(*(np.zeros((count, *shape)) for shape in shapes))

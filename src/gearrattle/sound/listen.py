@@ -1,9 +1,11 @@
 """``listen``: runs or recordings as sound, all through one path and at one gain, so that A against B keeps its dB.
 
-    p(t) = sum of I_i h(t - t_i)
+    p(t) = sum of p_i h(t - t_i),      p_i = m_eff (v_i - v_i')
 
-over the impacts of the chosen elements, times and impulses as the solver found them: no sampling of the motion plays a
-part. The length of a contact is left out, so what lies above the reciprocal of a contact's duration is too strong.
+over the impacts of the chosen elements: p_i is the momentum that impact i exchanges, the integral of its force above
+the quasi-static load (``gearrattle.signals.impacts``), for a load that is merely carried makes no sound. Times and
+rates are those of the log of crossings: no sampling of the motion plays a part. The length of a contact is left out, so
+what lies above the reciprocal of a contact's duration is too strong.
 A recording's sound pressure is taken as it is, a force goes through the path.
 
 Takes runs or recordings; gives a frozen ``Sound``.
@@ -104,7 +106,7 @@ def listen(
         runs: a run or a recording, several, or several by name.
         path: from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
             and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
-        elements: whose impacts are heard; None: all gear meshes with backlash. An impulse of a coupling [N m s] counts
+        elements: whose impacts are heard; None: all gear meshes with backlash. A momentum of a coupling [N m s] counts
             as one on a lever of 1 m.
         gain: full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
         rate: samples a second [Hz].
@@ -114,8 +116,8 @@ def listen(
         Pressures, all through one path and at one gain. A run is heard from the end of its ``discard`` on.
 
     Raises:
-        ModelError: no such element, a path that cannot be read, a run without impulses, a recording without sound
-            pressure or force.
+        ModelError: no such element, an element without a free body, a path that cannot be read, a recording without
+            sound pressure or force.
     """
     if not (isinstance(rate, int) and 8_000 <= rate <= 384_000):
         raise ModelError(Problem("rate", repr(rate), "must be a whole number of Hz from 8000 to 384000"))
@@ -169,14 +171,14 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     window = steady(motion)
     impacts = find_impacts(motion).within(window)
     heard = np.isin(impacts.clearance, [known.index(each) for each in chosen])
-    if np.isnan(impacts.impulse[heard]).any():
-        rule = "its algorithm tells no impulses"
-        raise ModelError(Problem(name, motion.cost.algorithm, rule, 'simulate with algorithm = "exact"'))
+    if not np.isfinite(impacts.exchanged[heard]).all():
+        rule = "no body at one of these is free to move, so its impacts exchange no momentum"
+        raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
     seconds = window.end - window.start
     if seconds > _LONGEST:
         raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {_LONGEST:g} s", "cut it"))
     samples = int(np.ceil(seconds * way.rate)) + 1
-    return _through(impulse_train(impacts.time[heard] - window.start, impacts.impulse[heard], way.rate, samples), way)
+    return _through(impulse_train(impacts.time[heard] - window.start, impacts.exchanged[heard], way.rate, samples), way)
 
 
 def _heard(recording: Recording, way: SoundPath) -> Array:

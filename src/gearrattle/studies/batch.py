@@ -23,7 +23,7 @@ from gearrattle.criteria import MEASURED
 from gearrattle.errors import GearRattleError
 from gearrattle.kernels.variants import Tallies, picked
 from gearrattle.model import Initial, Model
-from gearrattle.signals import judged_of
+from gearrattle.signals import gap_names, judged_of, reduced_inertias
 from gearrattle.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.studies.outputs import VERDICT, Outputs
 from gearrattle.studies.plan import Plan
@@ -167,6 +167,8 @@ def _keep(
     """Write the values of the cases that are judged."""
     chosen, judged = places
     tally, at, duration = picked(found, judged), chosen[judged], (alike.window[:, 1] - alike.window[:, 0])[judged]
+    mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), alike.numbers.inertia[judged])
+    sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}
     for output in outputs.chosen:
         if output.name in _COUNTED:
@@ -175,10 +177,10 @@ def _keep(
             continue
         if output.criterion not in by_criterion:
             criterion = MEASURED[output.criterion]
-            by_criterion[criterion.name] = criterion.measure(tally._asdict(), alike.layout, alike.cycles, duration)
+            by_criterion[criterion.name] = criterion.measure(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
         if output.name == VERDICT:
-            codes = [code for (_, quantity), code in measures.items() if quantity == output.quantity]
+            codes = [code for (part, what), code in measures.items() if what == output.quantity and part in gaps]
             values[VERDICT][at] = np.max(codes, axis=0, initial=0)
             continue
         for i, subject in enumerate(output.subjects):

@@ -1,8 +1,8 @@
 """Goals of an optimisation: which outputs shall be small or large, and within which limits others must stay.
 
-An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impulse".
-A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both. How far a
-design misses it is told in units of the limit, so that violations of different quantities can be added up.
+An output of one subject is named by itself, "verdict"; one of several by subject and output, "gear: largest impact
+energy". A constraint holds an output, or in Python a function of the Model, ``below`` a limit, ``above`` one, or both.
+How far a design misses it is told in units of the limit, so that violations of different quantities can be added up.
 
 Takes mappings; gives frozen goals, and their values over designs.
 """

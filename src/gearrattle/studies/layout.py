@@ -120,6 +120,14 @@ def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataA
     return values_of(data, output)
 
 
+def gaps_of(codes: xr.DataArray) -> xr.DataArray:
+    """An output of codes, of the parts alone that can separate; itself where that is not known, or without parts."""
+    if "part" not in codes.dims or "can_rattle" not in codes.attrs:
+        return codes
+    gaps = str(codes.attrs["can_rattle"]).split()
+    return codes.sel(part=[name for name in codes["part"].values.tolist() if str(name) in gaps])
+
+
 def chosen_codes(data: xr.Dataset) -> str:
     """The output of codes to show: the regime of every part if it was kept, else the verdict; empty for none."""
     return next((name for name in ("regime", "verdict") if name in data), "")

@@ -252,7 +252,7 @@ def optimize(
     Args:
         model: the driveline; its own values are the first design, where they lie within the ranges.
         variables: by path a pair (low, high), or ``{"from": ..., "to": ..., "spacing": "linear" | "log"}``.
-        objectives: by output "min" or "max"; one of several parts as "gear: largest impulse".
+        objectives: by output "min" or "max"; one of several parts as "gear: largest impact energy".
         constraints: by output ``{"below": ..., "above": ...}``, SI, one of them or both; with ``"of"``, a function of
             the Model, under a name of one's own.
         outputs: further outputs to keep.

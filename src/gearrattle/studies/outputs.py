@@ -23,6 +23,7 @@ from gearrattle.errors import GearRattleError, ModelError, Problem
 from gearrattle.metrics import METRICS, Metric, Row
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
+from gearrattle.signals import gap_names
 
 VERDICT, _REGIME = "verdict", "regime"
 REGIMES = ("quiet", "single-sided", "double-sided")
@@ -61,6 +62,7 @@ class Output:
         words: what codes stand for; empty for numbers.
         criterion: the criterion or metric whose quantity it is; empty if none's.
         only: the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
+        gaps: of a regime, the subjects that can separate: only these can rattle.
     """
 
     name: str
@@ -70,6 +72,7 @@ class Output:
     words: tuple[str, ...] = ()
     criterion: str = ""
     only: tuple[Any, ...] = ()
+    gaps: tuple[str, ...] = ()
 
     @property
     def applies_to(self) -> tuple[Any, ...]:
@@ -127,8 +130,9 @@ class Outputs:
             entries = {e.subject: e for e in told.get(output.criterion, ()) if e.quantity == output.quantity}
             if not output.dimension and output.name != VERDICT:  # of the whole driveline
                 found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.nothing))
-            elif output.name == VERDICT:  # the worst of the parts
-                codes = [output.words.index(str(entry.value)) for entry in entries.values()]
+            elif output.name == VERDICT:  # the worst of the parts that rattle
+                gaps = gap_names(run.trajectory.layout)
+                codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
                 found[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
             else:
                 found[output.name] = _values(output, entries)
@@ -174,7 +178,8 @@ def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
         words = REGIMES if isinstance(first.value, str) else ()
         subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
         owner = first.metric if isinstance(first, Row) else first.criterion
-        found[name] = Output(name, dimension, subjects if dimension else (), units, words, owner)
+        gaps = gap_names(layout) if words else ()
+        found[name] = Output(name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps)
     return found
 
 

@@ -1,4 +1,6 @@
-"""How likely a part rattles: the share of samples above quiet, with an interval.
+"""How likely a part rattles: the share of samples in which it separates, with an interval.
+
+Only a gap can separate: a staged spring with stiffness in all its stages changes stage, and is left out.
 
 The interval is E. B. Wilson's (Probable inference, the law of succession, and statistical inference, Journal of the
 American Statistical Association 22, 1927, pp. 209-212): all p whose own scatter, sqrt(p (1 - p) / n), explains the
@@ -20,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.layout import chosen_codes, independent, output_in, sampling_of
+from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
@@ -109,8 +111,8 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         level: of confidence of the interval.
 
     Returns:
-        A Dataset over the study's axes and the output's subjects: ``probability``, ``low`` and ``high`` (Wilson 1927),
-        ``rattling`` of ``samples``; cases that failed are counted nowhere.
+        A Dataset over the study's axes and those of the output's subjects that can separate: ``probability``, ``low``
+        and ``high`` (Wilson 1927), ``rattling`` of ``samples``; cases that failed are counted nowhere.
 
     Raises:
         ModelError: no samples, no such output, a level outside 0 to 1.
@@ -118,7 +120,7 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     import xarray as xr
 
     codes = output_in(data, output if output is not None else chosen_codes(data) or "regime", codes=True)
-    codes = codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name))
+    codes = gaps_of(codes if SAMPLE not in codes.dims else output_in(independent(data), str(codes.name)))
     if SAMPLE not in codes.dims:
         raise ModelError(Problem("data", "", "a probability needs samples", "let values scatter: vary, samples"))
     if not codes.sizes[SAMPLE]:

@@ -155,6 +155,7 @@ class Store:
             if output.words:
                 array.attrs["flag_values"] = list(range(len(output.words)))
                 array.attrs["flag_meanings"] = " ".join(output.words)
+                array.attrs["can_rattle"] = " ".join(output.gaps)
         grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
         outcome = _array(group, OUTCOME, grid, "int8", MISSING)
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))

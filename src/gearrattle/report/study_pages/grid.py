@@ -37,7 +37,6 @@ from gearrattle.studies.layout import (
     outputs_in,
     sampling_of,
     scattered,
-    subject_names,
     subject_of,
     words_of,
 )
@@ -100,7 +99,9 @@ def _probable(data: xr.Dataset, output: str) -> list[str]:
     found, subject = rattle_probability(data, output), subject_of(data, output)
     follows = sensitivities(data, output) if scattered(data) else None
     told = []
-    names = subject_names(data, output)
+    names = [str(name) for name in found[subject].values] if subject else [""]
+    if not names:
+        return ["No part has a gap: nothing can rattle."]
     for name in names[:_MOST_NAMED]:
         one = found.sel({subject: name}) if subject else found
         p, low, high = (100.0 * float(one[key]) for key in ("probability", "low", "high"))

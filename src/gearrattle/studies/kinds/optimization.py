@@ -9,7 +9,7 @@
     "coupling.damper.stages.0.stiffness" = { from = "0.2 N*m/deg", to = "2 N*m/deg", spacing = "log" }
 
     [objective]                              # "min" or "max"; an output of several parts by part and output
-    "second_mesh: largest impulse" = "min"
+    "second_mesh: largest impact energy" = "min"
 
     [constraint]                             # below, above, or both; SI
     "second_mesh: impacts per cycle" = { below = 20.0 }
