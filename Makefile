@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics scaling images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics scaling compositions images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -75,6 +75,9 @@ metrics: $(VENV)/.package   ## what sampling rattle metrics need: writes docs/re
 
 scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
 	$(PY) -m benchmarks.scaling
+
+compositions: $(VENV)/.test ## what works with what: writes docs/reference/compositions.md (minutes)
+	$(PY) -m tests.compositions
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
