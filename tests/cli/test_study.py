@@ -41,13 +41,24 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["study", str(study), "--workers", "1"]) == 0
     out, err = capsys.readouterr()
     folder = Path("gaps-study")
-    assert out.splitlines() == ["6 done", f"results: {folder / 'results.zarr'}", f"page: {folder / 'study.html'}"]
+    lines = out.splitlines()
+    assert lines[0] == "6 done"
+    assert lines[1].startswith("joint is ")
+    assert lines[-2:] == [f"results: {folder / 'results.zarr'}", f"page: {folder / 'study.html'}"]
+    counts = next(line.split() for line in lines if line.startswith("joint ") and "is" not in line.split())
+    codes = gr.open_study("gaps-study")["regime"].values
+    assert [int(word) for word in counts[1:]] == [int((codes == code).sum()) for code in range(3)]
+    assert "coupling.joint" not in out.replace(str(folder), "")
     assert "6 cases of about" in err
     assert dict(gr.open_study("gaps-study").sizes) == {"coupling.joint.clearance": 3, "torque.0.mean": 2, "part": 1}
     assert main(["study", str(study)]) == 2
     assert "holds a study already" in capsys.readouterr().err
     assert main(["study", str(study), "--resume", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["outcomes"]["done"] == 6
+    told = json.loads(capsys.readouterr().out)
+    assert told["outcomes"]["done"] == 6
+    assert sum(told["counts"]["joint"].values()) == 6
+    assert told["units"] == {"coupling.joint.clearance": "rad", "torque.0.mean": "N m"}
+    assert len(told["boundary"]) == gr.regime_boundary(gr.open_study("gaps-study")).sizes.get("crossing", 0)
 
 
 def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,8 +82,40 @@ def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytes
 def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sorted(Path().iterdir())
     assert main(["study", str(study), "--estimate"]) == 0
-    assert "6 cases of about" in capsys.readouterr().err
+    assert "6 cases of about" in capsys.readouterr().out
+    assert main(["study", str(study), "--estimate", "--json", "--workers", "2"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["cases"], told["workers"]) == (6, 2)
+    assert 0.0 < told["case_seconds"] < told["seconds"]
     assert sorted(Path().iterdir()) == before
+
+
+def test_the_memory_of_the_process_is_no_place_for_results(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", str(study), "-o", "memory://gone"]) == 2
+    assert "is gone when the command ends" in capsys.readouterr().err
+
+
+def test_a_lost_cluster_is_told_in_one_line(study: Path) -> None:
+    pytest.importorskip("distributed")
+    study.write_text(STUDY.replace("COUNT", "64"), encoding="utf-8")
+    Path("dask").mkdir()
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root / "src"), str(root)])}
+    with dask(Path("dask").absolute(), 1) as cluster:
+        command = [sys.executable, "-m", "gearrattle", "study", str(study), "--scheduler", cluster.address, "-o", "cut"]
+        command += ["--function", "tests.studies.clusters:slow"]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
+        deadline = time.monotonic() + 200.0
+        while time.monotonic() < deadline and not list(Path("cut/done").glob("*.json")):
+            time.sleep(0.05)
+        cluster.scheduler.kill()
+        told = process.communicate(timeout=100.0)[1]
+    assert process.returncode == 1
+    assert "Traceback" not in told
+    assert "ERROR" not in told
+    (line,) = [line for line in told.splitlines() if line.startswith("error:")]
+    assert "has gone, or has dropped the study" in line
+    assert "--resume goes on" in line
 
 
 @pytest.mark.parametrize(

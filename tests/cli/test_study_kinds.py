@@ -57,7 +57,11 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
     assert set(found["motions"].dims) == {"torque.0.harmonics.0.amplitude"}
     assert "Bifurcation diagram" in Path("over-study/study.html").read_text(encoding="utf-8")
     assert main(["study", "over.toml", "--resume", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["outcomes"]["done"] == 10
+    told = json.loads(capsys.readouterr().out)
+    assert told["outcomes"]["done"] == 10
+    assert told["swept"] == "torque.0.harmonics.0.amplitude"
+    assert {each["sweep"] for each in told["stretches"]} == {"up", "down"}
+    assert sum(each["values"] for each in told["stretches"]) == 10
     assert gr.open_study("over-study").identical(found)
 
 
@@ -87,8 +91,11 @@ def test_wrong_files_are_refused_before_anything_runs(
 def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "rest.toml").write_text(BASINS, encoding="utf-8")
     assert main(["study", "rest.toml", "--workers", "1"]) == 0
-    assert capsys.readouterr().out.splitlines()[0] == "36 done"
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "36 done"
     found = gr.open_study("rest-study")
+    for share in found["share"].values.tolist():
+        assert any(f"{100.0 * share:.3g} %" in line for line in lines)
     assert found.attrs["kind"] == "basins"
     assert found["basin"].shape == (6, 6)
     page = Path("rest-study/study.html").read_text(encoding="utf-8")

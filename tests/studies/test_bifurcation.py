@@ -203,7 +203,7 @@ def test_further_axes_and_workers_change_nothing(tmp_path: Path) -> None:
     two = gr.bifurcation(model(), AMPLITUDE, [5.0, 5.5, 6.0], axes=axes, **SHORT, workers=2, scheduler="threads")
     assert one.identical(two)
     assert [name for name, _ in sweeps_of(one)] == [
-        f"drag of gear {drag}, {way}" for drag in (0.5, 0.6) for way in ("up", "down")
+        f"drag of gear = {drag}, {way}" for drag in (0.5, 0.6) for way in ("up", "down")
     ]
     alone = gr.bifurcation(model(), AMPLITUDE, [5.0, 5.5, 6.0], **SHORT, workers=1)
     assert alone["rate.flanks"].equals(one["rate.flanks"].sel({"inertia.gear.drag": 0.6}, drop=True))

@@ -210,14 +210,14 @@ def deadly(run: gr.Run) -> dict[str, float]:
 def test_an_estimate_costs_nothing() -> None:
     found = prepare(model(), AXES, OUTPUTS)
     assert found.plan.count == 12
-    assert found.estimate(2).startswith("12 cases of about ")
-    assert found.estimate(2).endswith("on 2 workers")
+    assert str(found.estimate(2)).startswith("12 cases of about ")
+    assert str(found.estimate(2)).endswith("on 2 workers")
 
 
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[2] / "examples" / "studies").glob("*.toml")))
 def test_examples_can_be_computed(path: Path) -> None:
     asked = read_study(path)
-    told = asked.kind.prepare(**asked.arguments).estimate(1)
+    told = asked.kind.prepare(**asked.arguments).estimate(1).words
     if asked.kind.name == "grid":
         count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50}.get(path.stem, 64)
         assert told.startswith(f"{count} cases of about ")

@@ -35,6 +35,7 @@ class Watch:
         self.phase = _FIRST
         self.fraction = 0.0
         self._since: tuple[float, float] | None = None
+        self._expected: tuple[float, float] | None = None
         self._stop = threading.Event()
 
     def __call__(self, fraction: float) -> None:
@@ -53,11 +54,18 @@ class Watch:
 
     def enter(self, phase: str) -> None:
         """Begin another phase, named in a word or two."""
-        self.phase, self._since = phase, None
+        self.phase, self._since, self._expected = phase, None, None
         self(0.0)
 
+    def expect(self, seconds: float) -> None:
+        """Take note of how long the phase still takes, from work that knows better than the share so far."""
+        self._expected = time.monotonic(), seconds
+
     def remaining(self) -> float | None:
-        """Seconds this phase will still take at the pace so far; None while that is anybody's guess."""
+        """Seconds this phase will still take, as the work says or at the pace so far; None while nobody knows."""
+        if self._expected is not None:
+            at, seconds = self._expected
+            return max(0.0, seconds - (time.monotonic() - at))
         if self._since is None or self.fraction <= self._since[1]:
             return None
         took = time.monotonic() - self._since[0]
@@ -125,22 +133,30 @@ class _Display:
             self._draw()
             return
         share = f": {100.0 * self._watch.fraction:.0f} %" if self._watch.fraction else ""
-        left = self._watch.remaining()
-        pace = "" if left is None or left < 1.0 else f", about {_duration(left)} left"
+        pace = f", {words}" if (words := self._left()) else ""
         self._next = now + _LINE_EVERY
         if (line := f"{self._watch.phase}{share}{pace}") != self._told:
             print(line, file=sys.stderr, flush=True)
             self._told = line
 
+    def _left(self) -> str:
+        """How long it still takes, in words; empty while that is not known, and at the end."""
+        left = self._watch.remaining()
+        return "" if left is None or left < 1.0 else f"about {_duration(left)} left"
+
     def _draw(self) -> None:
         if self._bar is None:
             from rich.console import Console
-            from rich.progress import Progress
+            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-            self._bar = Progress(console=Console(stderr=True), transient=True)
+            texts = TextColumn("{task.description}"), TextColumn("{task.fields[left]}")
+            self._bar = Progress(
+                texts[0], BarColumn(), TaskProgressColumn(), texts[1], console=Console(stderr=True), transient=True
+            )
             self._bar.start()
-            self._bar.add_task(self._watch.phase, total=1.0)
-        self._bar.update(0, description=self._watch.phase, completed=self._watch.fraction)
+            self._bar.add_task(self._watch.phase, total=1.0, left="")
+        watch = self._watch
+        self._bar.update(0, description=watch.phase, completed=watch.fraction, left=self._left())
 
     def close(self) -> None:
         """Clear the bar."""

@@ -6,16 +6,16 @@ Takes rows of text; gives lines.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 
-def columns(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table: the first column aligned left, the others right, two spaces between."""
+def columns(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,)) -> str:
+    """Return a table: the columns of words aligned left, the others right, two spaces between."""
     table = [list(head), *(list(row) for row in rows)]
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     lines = (
-        "  ".join(cell.ljust(widths[k]) if k == 0 else cell.rjust(widths[k]) for k, cell in enumerate(row))
+        "  ".join(cell.ljust(widths[k]) if k in words else cell.rjust(widths[k]) for k, cell in enumerate(row))
         for row in table
     )
     return "\n".join(line.rstrip() for line in lines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -11,12 +12,14 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gearrattle.cli.background import Watch
     from gearrattle.studies import Done
     from gearrattle.studies.kinds import Kind, Study
     from gearrattle.studies.places import Place
 
-_SHOWN = 5
+_SHOWN, _WIDTH = 5, 100
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 
 
@@ -52,25 +55,32 @@ def study(
     retry_failed
         With --resume: compute chunks with failed cases anew.
     estimate
-        Say how many cases there are and what they would cost, and stop.
+        Print how many cases there are and what they would cost, and stop.
+    json
+        Print the answer, or the estimate, as JSON: values in SI, by the paths of the model file.
     function
         MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
     """
     from gearrattle.cli.background import watched
+    from gearrattle.cli.columns import json_text
     from gearrattle.studies.file import read_study
     from gearrattle.studies.places import place_of
 
     asked = read_study(study)
     given = asked.arguments | _options(asked.kind, function)
-    folder = place_of(output or f"{study.stem}-study")
+    folder = _lasting(place_of(output or f"{study.stem}-study"))
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 
     def work(watch: Watch) -> Done | None:
         watch.enter("looking at the study")
         found = asked.kind.prepare(**given)
-        print(found.estimate(workers or 1), file=sys.stderr)
-        return None if estimate else _carried_out(watch, found, folder, asked.name, under_way, **how)
+        cost = found.estimate(workers, scheduler)
+        if estimate:
+            print(json_text(cost.to_dict()) if json else f"{cost}{_divided(scheduler)}")
+            return None
+        print(f"{cost}{_divided(scheduler)}", file=sys.stderr)
+        return _carried_out(watch, found, folder, asked.name, under_way, **how)
 
     try:
         done = watched(work, _GRACE)
@@ -80,14 +90,32 @@ def study(
         _tell(done, folder, json=json)
 
 
+def _lasting(folder: Place) -> Place:
+    """Refuse a place that is gone when the command ends."""
+    from gearrattle.errors import ModelError, Problem
+
+    if folder.address.startswith("memory://"):
+        rule = "is the memory of this process, and is gone when the command ends"
+        raise ModelError(Problem("--output", folder.address, rule, "give a folder, or an address such as s3://BUCKET"))
+    return folder
+
+
+def _divided(scheduler: str | None) -> str:
+    """What an estimate says of a cluster, whose workers are not counted before it is asked."""
+    return f"; divide by the number of threads of {scheduler}" if "://" in (scheduler or "") else ""
+
+
 def _carried_out(watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any) -> Done:
     """Compute what is not done, and write the page."""
     from gearrattle.studies import opened
 
+    workers = found.estimate(how["workers"], how["scheduler"]).workers
     with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible(), shared=folder.shared) as compute:
         under_way.append(found)
         watch.enter("computing cases")
-        done = found.carry_out(folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch)
+        done = found.carry_out(
+            folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch, workers=workers
+        )
     watch.enter("writing the page")
     _page(done, folder, title)
     return done
@@ -151,20 +179,40 @@ def _function(named: str) -> Any:
     return found
 
 
+def _at(data: xr.Dataset, dimension: str, i: int) -> str:
+    """Where along a dimension a case is, in words."""
+    from gearrattle.plots.axis_names import measure_of
+
+    if dimension not in data.coords:
+        return f"{dimension} {i}"
+    measure = measure_of(data, dimension)
+    return f"{measure.words} = {measure.said(data[dimension].values[i])}"
+
+
 def _tell(done: Done, folder: Place, *, json: bool) -> None:
-    from gearrattle.cli.columns import json_text
+    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.report.study_pages import page_of
     from gearrattle.studies.places import File
 
     for note in done.notes:
         print(f"note: {note}", file=sys.stderr)
     for place, text in list(done.messages.items())[:_SHOWN]:
-        at = ", ".join(f"{name} {i}" for name, i in zip(done.data["outcome"].dims, place, strict=True))
+        at = ", ".join(_at(done.data, str(name), i) for name, i in zip(done.data["outcome"].dims, place, strict=True))
         print(f"note: case {at}: {text}", file=sys.stderr)
     if len(done.messages) > _SHOWN:
         print(f"note: {len(done.messages) - _SHOWN} more cases failed; their messages are in done/", file=sys.stderr)
+    page = page_of(done.data)
+    answer, summary = page.answer(done.data), page.summary(done.data)
     if json:
-        print(json_text({"folder": folder.address, **done.summary}))
+        print(json_text({"folder": folder.address, "summary": summary, **done.summary, **answer.content}))
         return
     print(done.told)
+    print(fill(summary, _WIDTH, break_on_hyphens=False))
+    for table in answer.tables:
+        if table.rows:
+            print(f"\n{columns(table.head, table.rows, table.words)}")
+        if table.rows and table.note:
+            print(fill(table.note, _WIDTH, break_on_hyphens=False))
+    print()
     print(f"results: {File(folder, 'results.zarr')}")
     print(f"page: {File(folder, 'study.html')}")

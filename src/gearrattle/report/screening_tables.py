@@ -101,7 +101,7 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
         return f"{at}, {what} {labels[load]}"
     path = paths_of(data, LOAD)[0]
     measure = measure_of(data, path)
-    return f"{at}, {measure.words} {measure.said(data[path].values[load])}"
+    return f"{at}, {measure.words} = {measure.said(data[path].values[load])}"
 
 
 def decibels(margin: float) -> str:

@@ -10,7 +10,6 @@ Takes a Model and ranges of initial values; gives an xarray Dataset.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -21,12 +20,12 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
-from gearrattle.results import Run
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
 from gearrattle.studies.designs import METHODS
 from gearrattle.studies.distributions import Distribution, sampled
 from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
 from gearrattle.studies.schedulers import opened
@@ -132,9 +131,7 @@ def prepare(
     told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
     found = Sections(told.chosen, None, (), chosen, units, last, float(tolerance), last)
-    begun = time.perf_counter()
-    found.of(Run(run.trajectory, run.model))
-    seconds += time.perf_counter() - begun
+    seconds = seconds_alone(plan, found.of, run, seconds)
     plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
     return Basins(plan, found, seconds, same=float(same))
 
@@ -193,7 +190,10 @@ def basins(
         section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
     )  # fmt: skip
     with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress).data
+        return found.carry_out(
+            folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
+            workers=workers or found.sensible(),
+        ).data  # fmt: skip
 
 
 def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:

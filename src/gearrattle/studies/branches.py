@@ -113,7 +113,7 @@ def _said(data: xr.Dataset, name: str) -> str:
     values, attributes = data[name], data[name].attrs
     words = attributes.get("long_name", name)
     return (
-        f"{words} {values.values:g} {attributes.get('units', '')}".strip()
+        f"{words} = {values.values:g} {attributes.get('units', '')}".strip()
         if values.dtype.kind in "iuf"
         else f"{values.values}"
     )

@@ -31,14 +31,14 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.results import Run
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
 from gearrattle.studies.outputs import along_all, outputs_of
+from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.prepared import Prepared, Progress, folder_for, span
+from gearrattle.studies.prepared import Prepared, Progress, folder_for
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, section_of, unit_of
 from gearrattle.studies.store import Store, Told
@@ -91,15 +91,10 @@ class Sweeps(Plan):
 class Diagram(Prepared):
     """A bifurcation diagram about to begin."""
 
-    def estimate(self, workers: int) -> str:
-        """Return in words what all sweeps will cost."""
-        sweeps, values = self.plan.chunks, self.plan.shape[-1]
-        busy = min(workers, sweeps)
-        total = span(-(-sweeps // busy) * values * self.seconds)
-        return (
-            f"{sweeps} sweep{'s' * (sweeps != 1)} of {values} values of about {1e3 * self.seconds:.3g} ms: "
-            f"{total} on {busy} worker{'s' * (busy != 1)}"
-        )
+    def _counted(self) -> str:
+        """How many sweeps and values there are, in words."""
+        sweeps = self.plan.chunks
+        return f"{sweeps} sweep{'s' * (sweeps != 1)} of {self.plan.shape[-1]} values"
 
     def sensible(self) -> int:
         """Return how many workers pay: never more than there are sweeps."""
@@ -161,10 +156,7 @@ def prepare(
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(told.chosen, run, ends)
     found = Sections(chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends)
-    found.of(run)
-    begun = time.perf_counter()
-    found.of(Run(run.trajectory, run.model))
-    return Diagram(plan, found, seconds + time.perf_counter() - begun, sweep)
+    return Diagram(plan, found, seconds_alone(plan, found.of, run, seconds), sweep)
 
 
 def bifurcation(
@@ -223,7 +215,10 @@ def bifurcation(
         section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
     )  # fmt: skip
     with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress).data
+        return found.carry_out(
+            folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
+            workers=workers or found.sensible(),
+        ).data  # fmt: skip
 
 
 def _check_order(axis: Axis) -> None:

@@ -24,14 +24,16 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
+from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
 from gearrattle.studies.outputs import Function, Outputs, outputs_of
+from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, span
+from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened, unreachable
 from gearrattle.studies.store import Store, failures_of, is_whole
@@ -43,6 +45,7 @@ Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
 _FORMAT, _ABOUT = "gearrattle optimization 1", "study.json"
+_STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 
 
@@ -57,7 +60,8 @@ class Optimization:
         outputs: that are kept.
         size: designs of a generation, and generations.
         seed: of everything drawn.
-        seconds: that one design took, warm.
+        seconds: that one design takes among others of its generation.
+        alone: that a run of its own takes, audited.
     """
 
     model: Model
@@ -67,14 +71,34 @@ class Optimization:
     size: tuple[int, int]
     seed: int
     seconds: float
+    alone: float = 0.0
 
-    def estimate(self, workers: int) -> str:
-        """Return in words what all designs will cost."""
+    def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
+        """Return what all designs will cost, and the runs that certify the front."""
         population, generations = self.size
-        total = span(population * generations * self.seconds / workers)
-        each = f"{population * generations} cases of about {1e3 * self.seconds:.3g} ms"
-        plural = "s" * (workers != 1)
-        return f"{each}, {generations} generations of {population} designs: {total} on {workers} worker{plural}"
+        busy = min(workers or pays(scheduler, self.sensible()), self._generation_chunks())
+        starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
+        each = starting + keeping(self._generation_chunks()) + self._generation_seconds(busy)
+        total = generations * each + self._certifying
+        words = (
+            f"{population * generations} cases of about {1e3 * self.seconds:.3g} ms, {generations} generations of "
+            f"{population} designs: {span(total)} on {workers_said(busy)}"
+        )
+        return Cost(population * generations, self.seconds, busy, total, words)
+
+    def _generation_chunks(self) -> int:
+        """Chunks of a generation."""
+        return -(-self.size[0] // fit_size(self.seconds, self.size[0]))
+
+    def _generation_seconds(self, workers: int) -> float:
+        """What a generation takes [s]."""
+        chunks = self._generation_chunks()
+        return rounds(chunks, workers) * self.size[0] / chunks * self.seconds
+
+    @property
+    def _certifying(self) -> float:
+        """What certifying the front takes [s], if half a generation stands on it: a run each, audited."""
+        return 0.5 * self.size[0] * self.alone
 
     @property
     def scheduler(self) -> str:
@@ -105,6 +129,7 @@ class Optimization:
         resume: bool = False,
         retry_failed: bool = False,
         progress: Progress | None = None,
+        workers: int = 1,
     ) -> Done:
         """Compute the generations a folder does not hold yet, and return the whole; as every study."""
         if retry_failed:
@@ -112,7 +137,7 @@ class Optimization:
             raise ModelError(Problem("retry_failed", "", rule, "leave it out, or begin in another folder"))
         place, begun = place_of(folder), time.perf_counter()
         self._claim(place, resume=resume)
-        parts, messages, damaged = self._evolved(place, compute, progress)
+        parts, messages, damaged = self._evolved(place, compute, progress, workers)
         settings = {"seed": self.seed, "population": self.size[0]}
         data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
         data.attrs["failures"] = failures_of(messages)
@@ -123,11 +148,12 @@ class Optimization:
         return Done(data, messages, told_of(data), cost, _summary(data), notes)
 
     def _evolved(
-        self, place: Place, compute: Scheduler, progress: Progress | None
+        self, place: Place, compute: Scheduler, progress: Progress | None, workers: int
     ) -> tuple[list[xr.Dataset], dict[tuple[int, ...], str], int]:
         """Every generation's results, why designs failed, and how many chunks were damaged."""
         population, generations = self.size
         search = Evolution(first_points(self.ranges, self.model, population, self.seed), len(self.goals[0]), self.seed)
+        begun = time.perf_counter()
         parts: list[xr.Dataset] = []
         messages: dict[tuple[int, ...], str] = {}
         damaged = count = 0
@@ -141,7 +167,9 @@ class Optimization:
             samples = Samples(tuple(each.path for each in self.ranges), points, "optimization")
             plan = Plan(self.model, (), samples, fit_size(self.seconds, population))
             store = Store.open(_generation(place, g), plan, self.outputs, resume=True)
-            damaged += len(carry_out(store, compute, progress=_shifted(progress, g, generations)))
+            shifted = None if progress is None else _Shifted(progress, g, generations, time.perf_counter() - begun)
+            pace = (workers, self._generation_seconds(1) / store.plan.chunks)
+            damaged += len(carry_out(store, compute, progress=shifted, pace=pace))
             data = store.dataset()
             search.tell(*self._worth(data, plan))
             messages |= {(count + i,): text for (i,), text in store.messages().items()}
@@ -213,9 +241,7 @@ def prepare(
     _check_sizes(population, generations, seed)
     ranges = ranges_of(variables, base)
     first_points(ranges, base, 2, seed)
-    simulate(base, audit=False)
-    begun = time.perf_counter()
-    run = simulate(base, audit=False)
+    run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     labels = [
         *objectives,
@@ -223,10 +249,10 @@ def prepare(
     ]
     wanted = [name for name in dict.fromkeys([*outputs, *named_outputs(labels)]) if name not in extra]
     found = outputs_of(wanted, run, function) if wanted or function is not None else Outputs(())
-    seconds = time.perf_counter() - begun
+    seconds = _design_seconds(base, ranges, found, (run, population, seed))
     goals = objectives_of(objectives, found), constraints_of(limits, found, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
-    return Optimization(base, ranges, goals, found, (population, generations), seed, seconds)
+    return Optimization(base, ranges, goals, found, (population, generations), seed, seconds, alone)
 
 
 def optimize(
@@ -278,7 +304,32 @@ def optimize(
             generations=generations, seed=seed, fixed=fixed, function=function,
         )  # fmt: skip
         with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            return found.carry_out(folder, compute, resume=resume, progress=progress).data
+            done = found.carry_out(
+                folder, compute, resume=resume, progress=progress, workers=workers or found.sensible()
+            )
+            return done.data
+
+
+def _run_twice(model: Model) -> tuple[Run, float]:
+    """A run of the model, and what one takes warm and audited [s]."""
+    run = simulate(model, algorithm="exact", audit=True) if model.simulation.algorithm == "exact" else simulate(model)
+    begun = time.perf_counter()
+    simulate(model, algorithm="exact", audit=True)
+    return run, time.perf_counter() - begun
+
+
+def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, of: tuple[Run, int, int]) -> float:
+    """What a design takes [s], from some of the first generation; ``of``: a run, the population, the seed."""
+    run, population, seed = of
+    shares = first_points(ranges, model, population, seed)
+    points = np.column_stack([each.at(share) for each, share in zip(ranges, shares.T, strict=True)])
+    plan = Plan(model, (), Samples(tuple(each.path for each in ranges), points, "optimization"), population)
+    begun = time.perf_counter()
+    simulate(model, audit=False)
+    alone = time.perf_counter() - begun
+    if can_batch(outputs, plan):
+        return seconds_together(plan, outputs, alone)
+    return seconds_alone(plan, outputs.of, run, alone)
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:
@@ -293,8 +344,31 @@ def _generation(place: Place, number: int) -> Place:
     return place.under(f"generations/{number:04d}")
 
 
-def _shifted(progress: Progress | None, number: int, of: int) -> Progress | None:
-    return None if progress is None else lambda share: progress((number + share) / of)
+@dataclass(frozen=True)
+class _Shifted:
+    """Progress of one generation as that of the whole.
+
+    Attributes:
+        progress: of the whole.
+        number, of: of the generation, from 0, and how many there are.
+        taken: what those before took [s].
+    """
+
+    progress: Progress
+    number: int
+    of: int
+    taken: float
+
+    def __call__(self, share: float) -> None:
+        """Tell the finished share of the whole."""
+        self.progress((self.number + share) / self.of)
+
+    def expect(self, seconds: float) -> None:
+        """Tell what remains: of this generation, and of as long ones after it."""
+        told = getattr(self.progress, "expect", None)
+        if told is not None:
+            each = self.taken / self.number if self.number else seconds
+            told(seconds + (self.of - self.number - 1) * each)
 
 
 def _summary(data: xr.Dataset) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
@@ -82,12 +83,18 @@ class Prepared:
             return "threads"
         return "threads" if can_batch(self.outputs, self.plan) and self.work is case_by_case else "local"
 
-    def estimate(self, workers: int) -> str:
-        """Return in words what all cases will cost."""
-        total = self.plan.count * self.seconds / workers
-        each = f"{1e3 * self.seconds:.3g} ms"
-        told = f"{self.plan.count} cases of about {each}: {span(total)} on {workers} worker{'s' * (workers != 1)}"
-        return f"{told}{self._width()}"
+    def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
+        """Return what all cases will cost, by as many workers of a scheduler as are asked for, or pay."""
+        busy = max(1, min(workers or pays(scheduler, self.sensible()), self.plan.chunks))
+        length = self.plan.count / self.plan.chunks * self.seconds
+        starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
+        total = starting + keeping(self.plan.chunks) + rounds(self.plan.chunks, busy) * length
+        words = f"{self._counted()} of about {1e3 * self.seconds:.3g} ms: {span(total)} on {workers_said(busy)}"
+        return Cost(self.plan.count, self.seconds, busy, total, f"{words}{self._width()}")
+
+    def _counted(self) -> str:
+        """How many cases there are, in words."""
+        return f"{self.plan.count} cases"
 
     def _width(self) -> str:
         """How well the samples tell a probability, and what twice as well takes."""
@@ -126,6 +133,7 @@ class Prepared:
         resume: bool = False,
         retry_failed: bool = False,
         progress: Progress | None = None,
+        workers: int = 1,
     ) -> Done:
         """Compute what a folder does not hold yet, and return the whole.
 
@@ -135,6 +143,7 @@ class Prepared:
             resume: whether the folder may hold a part of it already.
             retry_failed: whether chunks with failed cases are computed again.
             progress: called with the finished share; what it raises ends the work, and leaves whole chunks.
+            workers: how many ``compute`` has, for the time that remains.
 
         Raises:
             ModelError: the folder holds something else.
@@ -143,7 +152,9 @@ class Prepared:
         """
         store = self.open(folder, resume=resume)
         before, begun = len(store.done()), time.perf_counter()
-        damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress)
+        length = self.plan.count / store.plan.chunks * self.seconds
+        pace = (workers, length)
+        damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress, pace=pace)
         data = self.completed(store)
         cost = self._cost(store, before if not damaged else 0, time.perf_counter() - begun)
         notes = (f"damaged chunks computed again: {len(damaged)}",) if damaged else ()
@@ -167,7 +178,12 @@ class Prepared:
 
 
 def carry_out(
-    store: Store, compute: Scheduler, *, retry_failed: bool = False, progress: Progress | None = None
+    store: Store,
+    compute: Scheduler,
+    *,
+    retry_failed: bool = False,
+    progress: Progress | None = None,
+    pace: tuple[int, float] = (1, 0.0),
 ) -> list[int]:
     """Compute whatever is not done, and return the chunks that were found damaged and computed again.
 
@@ -175,24 +191,35 @@ def carry_out(
         store: where results are kept.
         compute: who computes.
         retry_failed: whether chunks with failed cases are computed again.
-        progress: as in ``study``.
+        progress: as in ``study``; its method ``expect``, if it has one, is told the seconds that remain.
+        pace: workers of the scheduler, and the seconds that a chunk is expected to take.
     """
     damaged = store.damaged()
     for chunk in {*damaged, *(store.failed() if retry_failed else ())}:
         store.forget(chunk)
     done = store.done()
     chunks = store.plan.chunks
-    left = [chunk for chunk in range(chunks) if chunk not in done]
-    reached = len(done)
+    left = [chunk for chunk in spread(chunks, chunks) if chunk not in done]
+    found = Pace(len(left), *pace)
+    expect = getattr(progress, "expect", None)
 
-    def tick() -> None:
+    finished_share = 0.0
+
+    def tick(shares: Mapping[int, float] | None = None) -> None:
+        nonlocal finished_share
+        if expect is not None:
+            expect(found.remaining(shares))
         if progress is not None:
-            progress(reached / chunks)
+            under_way = sum((shares or {}).values())
+            share = (chunks - len(left) + found.reached + under_way) / chunks
+            finished_share = min(1.0, max(finished_share, share))
+            progress(finished_share)
 
     with closing(compute(store, left, tick)) as finished:
         for _ in finished:
-            reached += 1
-            tick()
+            found.chunk_done()
+            if found.reached == len(left):
+                tick()
     return damaged
 
 
@@ -215,6 +242,16 @@ def fit_size(seconds: float, count: int) -> int:
     share = max(count // _CHUNKS, min(SHORTEST_CHUNK / each, count // _FEWEST_CHUNKS))
     fitting = int(min(CHUNK_SECONDS / each, MOST_IN_CHUNK, max(1, share)))
     return 1 << max(0, fitting.bit_length() - 1)
+
+
+def pays(scheduler: str | None, sensible: int) -> int:
+    """Return how many workers to reckon with where no number is asked for: one of a cluster, for it does not say."""
+    return 1 if "://" in (scheduler or "") else sensible
+
+
+def workers_said(count: int) -> str:
+    """Return a number of workers in words."""
+    return f"{count} worker{'s' * (count != 1)}"
 
 
 def span(seconds: float) -> str:

@@ -23,10 +23,11 @@ from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.studies.axes import axes_of
-from gearrattle.studies.batch import FEWEST, batched, can_batch
+from gearrattle.studies.batch import can_batch
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
-from gearrattle.studies.outputs import DEFAULT, Function, Outputs, outputs_of
+from gearrattle.studies.outputs import DEFAULT, Function, outputs_of
+from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
 from gearrattle.studies.schedulers import opened
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
-_TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
-_TOO_LONG = 2.0  # seconds of a case alone: nothing is tried then
 
 
 def prepare(
@@ -64,7 +63,10 @@ def prepare(
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
     found = outputs_of(outputs, run, function)
-    seconds = _together(plan, found, seconds)
+    if can_batch(found, plan):
+        seconds = seconds_together(plan, found, seconds)
+    else:
+        seconds = seconds_alone(plan, found.of, run, seconds)
     return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
 
@@ -125,23 +127,11 @@ def study(
             most=most,
         )  # fmt: skip
         with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            done = found.carry_out(folder, compute, resume=resume, retry_failed=retry_failed, progress=progress)
+            done = found.carry_out(
+                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
+                workers=workers or found.sensible(),
+            )  # fmt: skip
     return done.data
-
-
-def _together(plan: Plan, outputs: Outputs, alone: float) -> float:
-    """What a case takes [s] among others that are computed with it; as long as alone where none can be."""
-    count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
-    if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
-        return alone
-    few = Plan(plan.model, plan.axes, plan.samples, count)
-    for _ in range(2):
-        begun = time.perf_counter()
-        done = batched(few, outputs, 0)[1]
-        taken = time.perf_counter() - begun
-        if taken < alone * done.size:  # else something was compiled meanwhile
-            break
-    return (taken + alone * float((~done).sum())) / done.size
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:

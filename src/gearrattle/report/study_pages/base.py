@@ -9,8 +9,10 @@ Takes nothing; the pages beside it build on this, and do not see each other.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gearrattle.plots.chart import Chart
 from gearrattle.report.comparison import Section
@@ -24,6 +26,19 @@ Messages = Mapping[tuple[int, ...], str]
 
 
 @dataclass(frozen=True)
+class Answer:
+    """What came out, for a terminal and for machines.
+
+    Attributes:
+        tables: a few rows each.
+        content: JSON types by name: SI values, by the paths of the model file.
+    """
+
+    tables: tuple[Table, ...]
+    content: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class StudyPage:
     """The page of a kind of study.
 
@@ -33,6 +48,7 @@ class StudyPage:
         setting: what was varied.
         counts: the table below the summary.
         sections: the tables behind it all, those that have rows.
+        answer: what the terminal shows below the summary, and ``--json`` gives.
     """
 
     charts: Callable[[xr.Dataset], list[Chart]]
@@ -40,8 +56,24 @@ class StudyPage:
     setting: Callable[[xr.Dataset], str]
     counts: Callable[[xr.Dataset], Table]
     sections: Callable[[xr.Dataset, Messages], list[Section]]
+    answer: Callable[[xr.Dataset], Answer]
 
 
 def joined(words: list[str]) -> str:
     """Return words as a sentence lists them."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def shortened(table: Table, most: int = 12) -> Table:
+    """Return a table with a few rows for a terminal; the page has the others."""
+    left = len(table.rows) - most
+    return table if left <= 0 else replace(table, rows=table.rows[:most], note=f"{left} more rows stand on the page.")
+
+
+def json_value(value: object) -> float | int | str | None:
+    """Return a number or a word as a JSON type; NaN and infinity, which JSON has not, become None."""
+    if isinstance(value, bool | int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return str(value)

@@ -15,7 +15,7 @@ from gearrattle.plots.basins import basin_map, keys_of, name_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value, shortened
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.attractors import ATTRACTOR, CHAOS, FAR, NOTHING, UNSETTLED, orbit_of, quiet_share
@@ -133,4 +133,27 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
-PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections)
+def answer_of(data: xr.Dataset) -> Answer:
+    """The settled motions with their shares of the initial states, and how likely a quiet one is."""
+    whole = attractor_table(data)
+    table = Table(whole.head[:4], tuple(row[:4] for row in whole.rows))
+    motions = [
+        {
+            "number": n, "motion": name_of(data, n), "period": int(data["attractor period"].values[n - 1]),
+            **{key: json_value(data[key].values[n - 1]) for key in ("cases", "share", "low", "high")},
+        }
+        for n in range(1, data.sizes[ATTRACTOR] + 1)
+    ]  # fmt: skip
+    quiet = quiet_share(data)
+    others = {"chaotic": CHAOS, "undecided": UNSETTLED, "failed": NOTHING}
+    content = {
+        "motions": motions,
+        "quiet": {key: json_value(quiet[key]) for key in ("share", "low", "high")},
+        **{word: int(np.count_nonzero(data["basin"].values == code)) for word, code in others.items()},
+    }
+    return Answer((shortened(table),), content)
+
+
+PAGE = StudyPage(
+    charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections, answer=answer_of
+)

@@ -16,10 +16,10 @@ from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value, shortened
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
-from gearrattle.studies.branches import stretches, sweeps_of, swept, swept_values
+from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
 
@@ -43,7 +43,7 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
         measures = [measure_of(data, name) for name in others]
         held = ", ".join(
-            f"{measure.words} {measure.said(data[name].values[i], 3)}"
+            f"{measure.words} = {measure.said(data[name].values[i], 3)}"
             for name, measure, i in zip(others, measures, at, strict=True)
         )
         yield held, data.isel(dict(zip(others, at, strict=True)))
@@ -55,7 +55,8 @@ def summary_of(data: xr.Dataset) -> str:
     for name, one in sweeps_of(data)[:2]:
         found = stretches(one)
         parts = [f"{each.words} {_span(each.low, each.high, shown)}" for each in found[:_MOST_SAID]]
-        more = f", and {len(found) - _MOST_SAID} more stretches" if len(found) > _MOST_SAID else ""
+        left = len(found) - _MOST_SAID
+        more = f", and {left} more stretch{'es' * (left > 1)}" if left > 0 else ""
         told.append(f"Going {name}: {'; '.join(parts)}{more}.")
     if "motions" in data:
         first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
@@ -169,4 +170,29 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
-PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections)
+def answer_of(data: xr.Dataset) -> Answer:
+    """The stretches of one motion, and where two coexist."""
+    names = ("from", "to", "motion", "period", "verdict", "values")
+    told = [
+        {"sweep": name, **dict(zip(names, map(json_value, _stretch(each)), strict=True))}
+        for name, one in sweeps_of(data) for each in stretches(one)
+    ]  # fmt: skip
+    coexist = [
+        {"held": held, "from": low, "to": high}
+        for held, one in (_combinations(data) if "motions" in data else ()) for low, high in _runs(one)
+    ]  # fmt: skip
+    path = paths_of(data, swept(data))[0]
+    content = {
+        "swept": path, "unit": str(data[path].attrs.get("units", "")), "stretches": told, "coexistence": coexist,
+    }  # fmt: skip
+    return Answer((shortened(stretch_table(data)), shortened(coexistence_table(data))), content)
+
+
+def _stretch(found: Stretch) -> tuple[float, float, str, int | float, str, int]:
+    """A stretch as values; no period is NaN."""
+    return found.low, found.high, found.motion, found.period or float("nan"), found.verdict, found.count
+
+
+PAGE = StudyPage(
+    charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections, answer=answer_of
+)

@@ -20,6 +20,7 @@ from gearrattle.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.comparison import Section
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
+from gearrattle.report.study_pages.grid_answer import answer_of
 from gearrattle.report.study_tables import (
     boundary_table,
     code_counts,
@@ -117,6 +118,11 @@ def _probable(data: xr.Dataset, output: str) -> list[str]:
 
 def _decided(data: xr.Dataset, found: xr.Dataset | None) -> str:
     """The value the regime follows most, if it does so beyond chance."""
+    if found is not None and "total_order" in found and np.isfinite(found["total_order"].values).any():
+        most = int(np.nanargmax(found["total_order"].values))
+        share, half = (float(found[name].values[most]) for name in ("total_order", "total_order_half_width"))
+        words = measure_of(data, str(found["value"].values[most])).words
+        return f"; {words} decides most (total index {share:.2f} ± {half:.2f})."
     if found is None or not np.isfinite(found["spearman"].values).any():
         return "."
     strengths = found["spearman"].values
@@ -158,4 +164,6 @@ def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
-PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=count_table, sections=sections)
+PAGE = StudyPage(
+    charts=charts, summary=summary_of, setting=setting_of, counts=count_table, sections=sections, answer=answer_of
+)

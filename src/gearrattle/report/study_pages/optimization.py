@@ -5,16 +5,16 @@ Takes the Dataset of ``optimize``; gives charts, sentences and sections.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
-from gearrattle.plots.numerals import numeral
+from gearrattle.plots.numerals import numeral, quantity
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Messages, StudyPage, joined
+from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.fronts import in_order, told_of
@@ -46,7 +46,7 @@ def summary_of(data: xr.Dataset) -> str:
 def _values(data: xr.Dataset, i: int) -> str:
     """The values of a design, in words."""
     measures = {str(path): measure_of(data, str(path)) for path in data.attrs["variables"]}
-    return ", ".join(f"{measure.words} {measure.said(float(data[path][i]))}" for path, measure in measures.items())
+    return ", ".join(f"{measure.words} = {measure.said(float(data[path][i]))}" for path, measure in measures.items())
 
 
 def _beside(data: xr.Dataset, i: int, best: int) -> str:
@@ -62,9 +62,8 @@ def _beside(data: xr.Dataset, i: int, best: int) -> str:
 def _least(data: xr.Dataset) -> str:
     """What comes nearest to the limits, if nothing keeps them."""
     violation = data["violation"].values
-    if not np.isfinite(violation).any():
+    if (i := _nearest(data)) < 0:
         return "All of them failed."
-    i = int(np.nanargmin(violation))
     values = _values(data, i)
     share = numeral(100.0 * float(violation[i]), 3)
     return f"Nearest to the limits comes {values}: it misses them by {share} % in all. Widen ranges or limits."
@@ -136,8 +135,55 @@ def _front_table(data: xr.Dataset) -> Table:
     )
 
 
+def answer_of(data: xr.Dataset) -> Answer:
+    """The best design: its objectives and its values, beside the model's own and the ranges."""
+    best, rows = int(data.attrs["best"]), []
+    own = bool(data.attrs.get("own", 0))
+    chosen = best if best >= 0 else _nearest(data)
+    for i, name in enumerate(_objectives(data)):
+        unit = str(data.attrs["units"][i])
+        values = data["value"].values[:, i]
+        here = quantity(float(values[chosen]), unit) if chosen >= 0 else "–"
+        rows.append((name, here, quantity(float(values[0]), unit) if own else "–", str(data.attrs["senses"][i])))
+    for path, low, high in zip(data.attrs["variables"], data.attrs["low"], data.attrs["high"], strict=True):
+        measure, values = measure_of(data, str(path)), data[str(path)].values
+        here = measure.said(float(values[chosen])) if chosen >= 0 else "–"
+        ends = f"{numeral(float(low) * measure.factor, 3)} to {measure.said(float(high), 3)}"
+        rows.append((measure.words, here, measure.said(float(values[0])) if own else "–", ends))
+    head = ("", "best" if best >= 0 else "nearest to the limits", "the model", "sought, or range")
+    content: dict[str, Any] = {"feasible": int((data["violation"].values == 0.0).sum())}
+    if chosen >= 0:
+        content["optimum" if best >= 0 else "nearest to the limits"] = _design(data, chosen)
+    if own:
+        content["model"] = _design(data, 0)
+    return Answer((Table(head, tuple(rows)),), content)
+
+
+def _nearest(data: xr.Dataset) -> int:
+    """The design that misses the limits least; -1 if none has a value."""
+    violation = data["violation"].values
+    return int(np.nanargmin(violation)) if np.isfinite(violation).any() else -1
+
+
+def _design(data: xr.Dataset, i: int) -> dict[str, Any]:
+    """A design for machines."""
+    certified = int(data["certified"].values[i])
+    return {
+        "design": i,
+        "values": {str(path): json_value(data[str(path)].values[i]) for path in data.attrs["variables"]},
+        "units": {str(path): str(data[str(path)].attrs.get("units", "")) for path in data.attrs["variables"]},
+        "objectives": {
+            name: json_value(value) for name, value in zip(_objectives(data), data["value"].values[i], strict=True)
+        },
+        "violation": json_value(data["violation"].values[i]),
+        "certified": None if certified < 0 else bool(certified),
+    }
+
+
 def _objectives(data: xr.Dataset) -> list[str]:
     return [str(name) for name in data["objective"].values]
 
 
-PAGE = StudyPage(charts=charts, summary=summary_of, setting=setting_of, counts=counts, sections=sections)
+PAGE = StudyPage(
+    charts=charts, summary=summary_of, setting=setting_of, counts=counts, sections=sections, answer=answer_of
+)

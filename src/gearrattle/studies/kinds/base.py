@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from gearrattle.studies.pace import Cost
 from gearrattle.studies.places import Address
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler
@@ -24,8 +25,8 @@ from gearrattle.studies.schedulers import Scheduler
 class Study(Protocol):
     """A study about to begin."""
 
-    def estimate(self, workers: int) -> str:
-        """Return in words what it will cost."""
+    def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
+        """Return what it will cost on as many workers as are asked for, or pay."""
 
     @property
     def scheduler(self) -> str:
@@ -45,6 +46,7 @@ class Study(Protocol):
         resume: bool = False,
         retry_failed: bool = False,
         progress: Progress | None = None,
+        workers: int = 1,
     ) -> Done:
         """Compute what a folder does not hold yet, and return the whole.
 

@@ -15,7 +15,7 @@ Takes nothing but the store; the schedulers beside it build on this, and do not 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -30,7 +30,12 @@ WINDOW = 3
 TICK = 0.2
 """Seconds between two looks at whether to stop."""
 
-Tick = Callable[[], None]
+
+class Tick(Protocol):
+    """Called several times a second; what it raises ends the work."""
+
+    def __call__(self, shares: Mapping[int, float] | None = None, /) -> None:
+        """Take the shares of the chunks under way, by number, where they are known."""
 
 
 class Scheduler(Protocol):

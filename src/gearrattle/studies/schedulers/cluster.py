@@ -13,6 +13,7 @@ Takes an address or a ``distributed.Client``, and a Store; gives chunks as they 
 
 from __future__ import annotations
 
+import logging
 import time
 import warnings
 from collections import Counter
@@ -30,6 +31,7 @@ from gearrattle.studies.store import Store
 
 _PATIENCE_CONNECTING = 10.0  # seconds
 _COUNTING = 2.0  # seconds between two looks at how many workers there are
+_LOGGING = ("client", "core", "utils", "comm", "comm.tcp")  # parts of a client that log what goes wrong with it
 _PATIENCE_ALONE = 20.0  # seconds without any worker until that is told
 
 
@@ -59,16 +61,31 @@ def cluster(wanted: Wanted) -> Iterator[Scheduler]:
             raise ModelError(Problem("scheduler", type(wanted.address).__name__, rule))
         yield partial(_dealt, wanted.address)
         return
+    with _without_tracebacks():
+        try:
+            client = Client(wanted.address, timeout=_PATIENCE_CONNECTING, set_as_default=False)
+        except (OSError, ValueError) as error:
+            rule = f"no scheduler answers: {' '.join(str(error).split()) or type(error).__name__}"
+            raise ModelError(Problem("scheduler", wanted.address, rule, "start one with `dask scheduler`")) from None
+        try:
+            yield partial(_dealt, client)
+        finally:
+            with suppress(Exception):
+                client.close(timeout=1.0)
+
+
+@contextmanager
+def _without_tracebacks() -> Iterator[None]:
+    """Keep the client from logging the tracebacks of a lost connection: ``SchedulerLost`` says what happened."""
+    loggers = [logging.getLogger(f"distributed.{name}") for name in _LOGGING]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
-        client = Client(wanted.address, timeout=_PATIENCE_CONNECTING, set_as_default=False)
-    except (OSError, ValueError) as error:
-        rule = f"no scheduler answers: {' '.join(str(error).split()) or type(error).__name__}"
-        raise ModelError(Problem("scheduler", wanted.address, rule, "start one with `dask scheduler`")) from None
-    try:
-        yield partial(_dealt, client)
+        yield
     finally:
-        with suppress(Exception):
-            client.close(timeout=1.0)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _dealt(client: Any, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:

@@ -87,7 +87,7 @@ def _either(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Gene
 def here(store: Store, chunks: Iterable[int], tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in this process, one after the other; ``tick`` is called after every case, and may raise."""
     for chunk in chunks:
-        store.keep(chunk, store.compute(chunk, lambda _: tick()))
+        store.keep(chunk, store.compute(chunk, lambda share, chunk=chunk: tick({chunk: share})))  # type: ignore[misc]
         yield chunk
 
 

@@ -27,27 +27,29 @@ def threads(wanted: Wanted) -> Iterator[Scheduler]:
 
 def _pooled(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Generator[int, None, None]:
     """Compute chunks in threads; one that is under way when the work ends stops after its case."""
-    stop = threading.Event()
+    stop, shares = threading.Event(), dict[int, float]()
     waiting = iter(chunks)
     under_way: set[Future[int]] = set()
     pool = ThreadPoolExecutor(count, thread_name_prefix="gearrattle-study")
     try:
         while True:
             while len(under_way) < WINDOW * count and (chunk := next(waiting, None)) is not None:
-                under_way.add(pool.submit(_work, store, chunk, stop))
+                under_way.add(pool.submit(_work, store, chunk, shares, stop))
             if not under_way:
                 return
-            tick()
+            tick(dict(shares))
             done, under_way = wait(under_way, timeout=TICK, return_when=FIRST_COMPLETED)
             for future in done:
-                yield future.result()
+                shares.pop(chunk := future.result(), None)
+                yield chunk
     finally:
         stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _work(store: Store, chunk: int, stop: threading.Event) -> int:
-    def told(_: float) -> None:
+def _work(store: Store, chunk: int, shares: dict[int, float], stop: threading.Event) -> int:
+    def told(share: float) -> None:
+        shares[chunk] = share
         if stop.is_set():
             raise Cancelled("the study has ended")
 

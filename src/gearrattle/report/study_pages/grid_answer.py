@@ -1,0 +1,124 @@
+"""What a grid answers on the terminal and to machines: probabilities, what decides, counts, the boundary.
+
+Takes the Dataset of a study; gives an Answer.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.plots.axis_names import measure_of, paths_of
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.study_pages.base import Answer, json_value, shortened
+from gearrattle.report.study_tables import boundary_table, code_counts, count_table, probability_table
+from gearrattle.report.tables import Table
+from gearrattle.studies.boundary import CROSSING, regime_boundary
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    has_probabilities,
+    outputs_in,
+    scattered,
+    subject_names,
+    subject_of,
+    units_of,
+)
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.probability import rattle_probability
+from gearrattle.studies.sensitivity import sensitivities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MEASURES = ("total_order", "swing", "rank_regression")
+"""By what a value is said to decide: the first of these that the samples allow."""
+_TOLD = (
+    "total_order", "total_order_half_width", "first_order", "first_order_half_width", "rank_regression", "spearman",
+    "low", "high", "swing",
+)  # fmt: skip
+_MOST_DECIDING, _MOST_LINES = 3, 12
+
+
+def answer_of(data: xr.Dataset) -> Answer:
+    """Return what a grid answers."""
+    content: dict[str, Any] = {}
+    tables: list[Table] = []
+    output = chosen_codes(data)
+    if output and has_probabilities(data) and not axes_in(data):
+        content["probability"] = _probabilities(data, output)
+        tables.append(probability_table(data))
+    elif output:
+        content["counts"] = code_counts(data, output)
+        tables.append(count_table(data))
+    if SAMPLE in data.dims and not axes_in(data) and scattered(data):
+        content["decides"] = _deciding(data)
+        tables.append(_deciding_table(data, content["decides"]))
+    if output and SAMPLE not in data.dims:
+        content["boundary"] = _boundary(data, output)
+        tables.append(boundary_table(data))
+    names = [path for axis in axes_in(data) for path in paths_of(data, axis)] + list(scattered(data))
+    content["units"] = {name: str(data[name].attrs.get("units", "")) for name in names}
+    return Answer(tuple(shortened(table, _MOST_LINES) for table in tables if table.rows), content)
+
+
+def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
+    """Probability of rattle by part, with its interval."""
+    found, subject = rattle_probability(data, output), subject_of(data, output)
+    keys = ("probability", "low", "high", "rattling", "samples")
+    return {
+        name or output: {key: json_value((found[key].sel({subject: name}) if subject else found[key]).values.item())
+                         for key in keys}
+        for name in subject_names(data, output)
+    }  # fmt: skip
+
+
+def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
+    """For every output and subject that vary: the values that decide it most, the strongest first."""
+    told = []
+    for output in outputs_in(data):
+        found, subject = sensitivities(data, output), subject_of(data, output)
+        measure = next(name for name in _MEASURES if name in found)
+        for name in subject_names(data, output):
+            one = found.sel({subject: name}) if subject else found
+            strengths = np.abs(one[measure].values)
+            if not np.nanmax(strengths, initial=0.0) > 0.0:
+                continue
+            order = np.argsort(-np.nan_to_num(strengths), kind="stable")[:_MOST_DECIDING]
+            ranked = [
+                {"value": str(one["value"].values[i]),
+                 **{key: json_value(float(one[key].values[i])) for key in _TOLD if key in one}}
+                for i in order.tolist()
+            ]  # fmt: skip
+            told.append({"output": output, "subject": name, "by": measure, "values": ranked})
+    return told
+
+
+def _deciding_table(data: xr.Dataset, told: list[dict[str, Any]]) -> Table:
+    """The values that decide most, a row an output and subject."""
+    rows: list[tuple[str, ...]] = []
+    for each in told:
+        unit = units_of(data, each["output"])[each["subject"]] if each["by"] == "swing" else ""
+        title = f"{each['subject']}: {each['output']}" if each["subject"] else each["output"]
+        for value in each["values"]:
+            rows.append((title, measure_of(data, value["value"]).words, _strength(value, each["by"], unit)))
+            title = ""
+    by = {"total_order": "total index", "swing": "swing", "rank_regression": "rank regression"}
+    return Table(("output", "decided by", by[told[0]["by"]] if told else ""), tuple(rows), frozenset({0, 1}))
+
+
+def _strength(value: dict[str, Any], by: str, unit: str) -> str:
+    """How strongly a value decides."""
+    text = numeral(value[by], 2) if value[by] is not None else "–"
+    half = value.get(f"{by}_half_width")
+    return f"{text} ± {numeral(half, 2)}" if half is not None else f"{text} {unit}".strip()
+
+
+def _boundary(data: xr.Dataset, output: str) -> list[dict[str, Any]]:
+    """Every place where the regime changes."""
+    found = regime_boundary(data, output)
+    return [
+        {str(name): json_value(found[name].values[i]) for name in found.data_vars}
+        for i in range(found.sizes.get(CROSSING, 0))
+    ]

@@ -1,0 +1,194 @@
+"""What a study costs before it runs, and how long it still takes while it runs.
+
+Cases of one study can differ tenfold in cost: a rattling motion has more crossings than a quiet one. So the cost of a
+case is measured over cases spread across the whole grid, and chunks are computed in an order of which every beginning
+is spread likewise (van der Corput's sequence): what is done so far stands for what is left.
+
+Takes a Plan, times; gives seconds.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import ceil, prod
+
+import numpy as np
+
+from gearrattle.calls.simulate import simulate
+from gearrattle.errors import GearRattleError
+from gearrattle.results import Run
+from gearrattle.studies.batch import FEWEST, batched, can_batch
+from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.plan import Plan, Samples
+
+_TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
+_TOO_LONG = 2.0  # seconds of a case alone: no further case is tried then
+_OPENING, _KEEPING = 0.2, 0.02  # seconds to lay out a study, and to keep a chunk; measured
+_BELIEVED = 0.5  # share of the work after which its own pace alone is believed, and the estimate no more
+_ALMOST = 0.95  # share of a chunk under way that is counted at most where nobody tells it
+
+
+def spread(count: int, most: int) -> Iterator[int]:
+    """Yield up to ``most`` different numbers below ``count``, every beginning of which is spread over the range."""
+    seen: set[int] = set()
+    bits = max(1, (count - 1).bit_length())
+    for i in range(1 << bits):
+        at = int(f"{i:0{bits}b}"[::-1], 2) * count >> bits
+        if at not in seen:
+            seen.add(at)
+            yield at
+        if len(seen) >= min(most, count):
+            return
+
+
+def spread_places(shape: tuple[int, ...], most: int) -> list[tuple[int, ...]]:
+    """Return up to ``most`` places spread over a grid."""
+    count = prod(shape)
+    return [tuple(map(int, np.unravel_index(at, shape))) for at in spread(count, most)]
+
+
+def seconds_alone(plan: Plan, outputs: Callable[[Run], object], run: Run, seconds: float) -> float:
+    """Return what a case of a plan takes by itself, outputs included [s]: the mean of cases spread over the grid.
+
+    Args:
+        plan: of which cases are tried.
+        outputs: takes what is kept from a run.
+        run: of the plan's first case.
+        seconds: that this run took, warm.
+    """
+    outputs(run)
+    begun = time.perf_counter()
+    outputs(Run(run.trajectory, run.model))
+    taken = [seconds + time.perf_counter() - begun]
+    for place in spread_places(plan.shape, MOST_TRIED)[1:] if taken[0] < _TOO_LONG else ():
+        begun = time.perf_counter()
+        try:
+            outputs(simulate(plan.model.with_(plan.changes(place)), audit=False))
+        except GearRattleError:
+            continue
+        taken.append(time.perf_counter() - begun)
+        if sum(taken) > 2.0 * _TRIED:
+            break
+    return sum(taken) / len(taken)
+
+
+def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
+    """Return what a case takes [s] among others that are computed with it; as long as alone where none can be."""
+    count = min(max(FEWEST, int(_TRIED / alone)), MOST_TRIED, plan.count)
+    if count < FEWEST or alone > _TOO_LONG or not can_batch(outputs, plan):
+        return alone
+    few = _few(plan, count)
+    for _ in range(2):
+        begun = time.perf_counter()
+        done = batched(few, outputs, 0)[1]
+        taken = time.perf_counter() - begun
+        if taken < alone * done.size:  # else something was compiled meanwhile
+            break
+    return (taken + alone * float((~done).sum())) / done.size
+
+
+def _few(plan: Plan, count: int) -> Plan:
+    """A plan of some cases spread over another one's grid, in one chunk."""
+    cases = [plan.changes(place) for place in spread_places(plan.shape, count)]
+    if any(type(value) is not float for case in cases for value in case.values()):
+        return Plan(plan.model, plan.axes, plan.samples, count)  # words cannot be samples: neighbours instead
+    paths = tuple(cases[0])
+    points = np.array([[case[path] for path in paths] for case in cases])
+    return Plan(plan.model, (), Samples(paths, points), count)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a study will cost.
+
+    Attributes:
+        cases: that are computed.
+        case_seconds: of one of them.
+        workers: that compute at once.
+        seconds: that all of them take, the workers' start included.
+        words: the same as a sentence.
+    """
+
+    cases: int
+    case_seconds: float
+    workers: int
+    seconds: float
+    words: str
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.words
+
+    def to_dict(self) -> dict[str, int | float | str]:
+        """Return plain values by name."""
+        return {
+            "cases": self.cases, "case_seconds": self.case_seconds, "workers": self.workers, "seconds": self.seconds,
+            "estimate": self.words,
+        }  # fmt: skip
+
+
+def keeping(chunks: int) -> float:
+    """Return what it takes to open a study and to keep its chunks [s]."""
+    return _OPENING + _KEEPING * chunks
+
+
+def rounds(chunks: int, workers: int) -> float:
+    """Return how many chunks the busiest of some workers computes."""
+    return float(ceil(chunks / max(1, min(workers, chunks))))
+
+
+class Pace:
+    """How long chunks still take, from those that are done.
+
+    Where a scheduler tells the shares of chunks under way, these are counted; where it does not, each is as old as the
+    completion that freed its worker, and takes as long as those before it did.
+    """
+
+    def __init__(self, chunks: int, workers: int, seconds: float) -> None:
+        """Begin now.
+
+        Args:
+            chunks: that are to be computed.
+            workers: that compute at once.
+            seconds: that a chunk is expected to take.
+        """
+        self.chunks, self.workers, self._expected = chunks, max(1, min(workers, chunks)), seconds
+        self._begun = time.monotonic()
+        self._freed: deque[float] = deque([self._begun] * self.workers)
+        self._taken: list[float] = []
+        self.reached = 0
+
+    def chunk_done(self) -> None:
+        """Note that a chunk has been done."""
+        now = time.monotonic()
+        self.reached += 1
+        self._taken.append(now - self._freed.popleft())
+        self._freed.append(now)
+
+    def under_way(self, shares: Mapping[int, float] | None) -> float:
+        """Return how many chunks' worth of work is done in those under way."""
+        left = self.chunks - self.reached
+        if shares is not None:
+            return min(float(left), sum(shares.values()))
+        now, length = time.monotonic(), max(self._length(), 1e-9)
+        busy = list(self._freed)[: min(self.workers, left)]
+        return sum(min(_ALMOST, (now - freed) / length) for freed in busy)
+
+    def remaining(self, shares: Mapping[int, float] | None) -> float:
+        """Return how long the rest will take [s]."""
+        done = self.reached + self.under_way(shares)
+        left = self.chunks - done
+        busy = min(self.workers, max(1, self.chunks - self.reached))
+        length = self._length()
+        if shares is not None and done > 0.0:
+            length = (time.monotonic() - self._begun) / done * self.workers
+        share = min(1.0, done / (_BELIEVED * max(1, self.chunks)))
+        return left * (share * length + (1.0 - share) * self._expected) / busy
+
+    def _length(self) -> float:
+        """What a chunk takes [s]: those that workers did first may have waited for their start."""
+        later = self._taken[self.workers :] or self._taken
+        return sum(later) / len(later) if later else self._expected
