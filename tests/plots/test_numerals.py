@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearrattle.plots.numerals import engineering, numeral, prefixed, quantity
+from gearrattle.plots.numerals import engineering, grouped, numeral, prefixed, quantity, unbroken
 
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 
@@ -70,3 +70,11 @@ def test_engineering(value: float | None, unit: str, text: str) -> None:
 def test_prefix_scales_the_value_and_names_it() -> None:
     assert prefixed(3e-5, "m") == (1e6, "µm")
     assert quantity(3.0, "kg m²") == "3 kg m²"
+
+
+def test_no_line_is_broken_within_a_number() -> None:
+    blank = "\u00a0"
+    assert grouped(1234567) == f"1{blank}234{blank}567"
+    assert unbroken("62 % of 1.5 × 10⁻⁷ N m at 600 rpm, 5 of them") == (
+        f"62{blank}% of 1.5{blank}×{blank}10⁻⁷{blank}N m at 600{blank}rpm, 5 of them"
+    )

@@ -82,4 +82,4 @@ def _rounded(value: float) -> str:
     if not value:
         return "0"
     digits = 1 - math.floor(math.log10(value))
-    return f"{round(value, digits):,.0f}".replace(",", " ")
+    return f"{round(value, digits):,.0f}".replace(",", "\u00a0")

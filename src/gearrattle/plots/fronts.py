@@ -14,14 +14,14 @@ from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.comparison import COLOURS
 from gearrattle.plots.numerals import numeral
-from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, FAINT, INK
+from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_PAIRS, _MOST_LINES = 6, 60
-_FEASIBLE, _OTHER = "#8fb8d6", FAINT
+_FEASIBLE, _OTHER = "#8fb8d6", CENTRE
 
 
 def front_chart(data: xr.Dataset) -> Chart | None:
@@ -49,7 +49,7 @@ def front_chart(data: xr.Dataset) -> Chart | None:
             )
         )  # fmt: skip
     caption = "All designs by their objectives; on the front stands what no feasible design beats in everything."
-    legend = (Key("front", ACCENT), Key("feasible", _FEASIBLE), Key("misses a limit", CENTRE),
+    legend = (Key("front", ACCENT), Key("feasible", _FEASIBLE), Key("misses a limit", _OTHER),
               Key("nearest to the ideal", COAST), Key("the model itself", INK))  # fmt: skip
     return Chart(
         "front", "The front", caption, tuple(panels), columns=min(2, len(panels)), panel_height=300, share_x=False,

@@ -6,8 +6,12 @@ Takes floats; gives text to ticks, sketches and tables.
 from __future__ import annotations
 
 import math
+import re
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+UNBROKEN = "\u00a0"
+"""A blank at which no line is broken."""
+_BEFORE_UNIT = re.compile(r"(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=[%×±]|[kMmµn]?(?:N|m|s|g|rad|rpm|Hz|dB|T)\b)|(?<=[×±]) (?=\d)")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -59,6 +63,16 @@ def numeral(value: float, digits: int = 4, *, times: str = " × ") -> str:
     short = mantissa.rstrip("0").rstrip(".").replace("-", "−")
     raised = f"10{str(int(power)).translate(_RAISED)}"
     return raised if short == "1" else f"{short}{times}{raised}"
+
+
+def grouped(number: int) -> str:
+    """Write a whole number in groups of three, between which no line is broken."""
+    return f"{number:,}".replace(",", UNBROKEN)
+
+
+def unbroken(text: str) -> str:
+    """Return text whose lines are not broken between a number and its unit, nor within a power of ten."""
+    return _BEFORE_UNIT.sub(UNBROKEN, text)
 
 
 def quantity(value: float | None, unit: str = "", digits: int = 4) -> str:

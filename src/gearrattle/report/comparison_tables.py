@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from gearrattle.comparison.rows import Comparison, Row
-from gearrattle.plots.numerals import numeral
+from gearrattle.plots.numerals import grouped, numeral
 from gearrattle.report.tables import Table
 
 _MOST_REGIONS = 12
@@ -33,7 +33,7 @@ def cost_table(comparison: Comparison) -> Table:
         unstable = row.growth is not None and row.growth > 1.0 + 1e-9
         outcome = f"unstable: a mode grows by {row.growth:.4g} a step" if unstable else row.status
         rows.append(
-            (row.label, *(_number(step) for step in steps), *(_count(n) for n in counts), _number(cost.wall_time),
+            (row.label, *(_number(step) for step in steps), *(grouped(n) for n in counts), _number(cost.wall_time),
              outcome)
         )  # fmt: skip
     note = (
@@ -69,8 +69,8 @@ def _truth(row: Row, period: float) -> tuple[str, ...]:
         differ = f"{row.statistics.different} of {row.statistics.decided} (chance: {_chance(row)})"
     return (
         row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
-        _count(row.cost.events), _count(crossings.missed), _count(crossings.invented), _number(crossings.largest),
-        _count(impacts.missed), _count(impacts.invented), differ,
+        grouped(row.cost.events), grouped(crossings.missed), grouped(crossings.invented), _number(crossings.largest),
+        grouped(impacts.missed), grouped(impacts.invented), differ,
     )  # fmt: skip
 
 
@@ -161,7 +161,3 @@ def _unit(value: float, unit: str) -> str:
 
 def _percent(value: float) -> str:
     return "–" if math.isnan(value) else f"{numeral(100.0 * float(value), 3)} %"
-
-
-def _count(number: int) -> str:
-    return f"{number:,}".replace(",", " ")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import engineering, numeral, quantity
+from gearrattle.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
 from gearrattle.report.summary import switches
 from gearrattle.report.tables import Table
@@ -135,11 +135,11 @@ def cost_table(findings: Findings) -> Table:
         ("cycles simulated, discarded", f"{trajectory.cycles}, {trajectory.discard}"),
         ("common period T", engineering(trajectory.layout.period, time_unit, 6)),
         ("samples a cycle", f"{trajectory.samples_per_cycle}"),
-        ("crossings found", f"{cost.events:,}".replace(",", " ")),
+        ("crossings found", grouped(cost.events)),
         *_switched(trajectory),
-        ("steps", f"{cost.steps:,}".replace(",", " ")),
-        ("function calls", f"{cost.function_calls:,}".replace(",", " ")),
-        ("Jacobian calls", f"{cost.jacobian_calls:,}".replace(",", " ")),
+        ("steps", grouped(cost.steps)),
+        ("function calls", grouped(cost.function_calls)),
+        ("Jacobian calls", grouped(cost.jacobian_calls)),
         (
             "average step, of all tried",
             f"{_step(cost.average_step, time_unit)}, {_step(cost.average_trial_step, time_unit)}",
@@ -152,7 +152,7 @@ def cost_table(findings: Findings) -> Table:
 def _switched(trajectory: Trajectory) -> list[tuple[str, str]]:
     """A row for switches of friction and of contact damping, where there are any."""
     count = sum(switches(trajectory).values())
-    return [("switches of friction, clipped damping and tooth pairs", f"{count:,}".replace(",", " "))] if count else []
+    return [("switches of friction, clipped damping and tooth pairs", grouped(count))] if count else []
 
 
 def _step(step: float, unit: str) -> str:

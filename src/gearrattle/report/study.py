@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from gearrattle.plots.numerals import unbroken
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.study_pages import page_of
@@ -46,8 +47,8 @@ def fill_study(
     page = environment.get_template("study.html.j2").render(
         brand="study",
         title=title,
-        summary=kind.summary(data),
-        setting=f"{kind.setting(data)} {cost}".strip(),
+        summary=unbroken(kind.summary(data)),
+        setting=unbroken(f"{kind.setting(data)} {cost}".strip()),
         counts=kind.counts(data),
         figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
         sections=kind.sections(data, messages),

@@ -5,12 +5,12 @@ Takes numbers; gives text.
 
 from __future__ import annotations
 
-from gearrattle.plots.numerals import numeral
+from gearrattle.plots.numerals import grouped, numeral
 
 
 def counted(number: int) -> str:
     """A whole number in groups of three."""
-    return f"{number:,}".replace(",", " ")
+    return grouped(number)
 
 
 def figure(value: float, digits: int = 3) -> str:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation, Text
     from matplotlib.transforms import Bbox
 
-_ROOM = 2.0
+_ROOM = 4.0
 """Least room between two words of an axis [pt]."""
 _ROUNDS = 8
 _NEAR = 0.01

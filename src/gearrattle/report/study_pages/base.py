@@ -9,12 +9,11 @@ Takes nothing; the pages beside it build on this, and do not see each other.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from gearrattle.plots.chart import Chart
+from gearrattle.report.answers import Answer
 from gearrattle.report.comparison import Section
 from gearrattle.report.tables import Table
 
@@ -23,19 +22,6 @@ if TYPE_CHECKING:
 
 Messages = Mapping[tuple[int, ...], str]
 """Why cases failed, by their place in the grid."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What came out, for a terminal and for machines.
-
-    Attributes:
-        tables: a few rows each.
-        content: JSON types by name: SI values, by the paths of the model file.
-    """
-
-    tables: tuple[Table, ...]
-    content: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -62,18 +48,3 @@ class StudyPage:
 def joined(words: list[str]) -> str:
     """Return words as a sentence lists them."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def shortened(table: Table, most: int = 12) -> Table:
-    """Return a table with a few rows for a terminal; the page has the others."""
-    left = len(table.rows) - most
-    return table if left <= 0 else replace(table, rows=table.rows[:most], note=f"{left} more rows stand on the page.")
-
-
-def json_value(value: object) -> float | int | str | None:
-    """Return a number or a word as a JSON type; NaN and infinity, which JSON has not, become None."""
-    if isinstance(value, bool | int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return str(value)

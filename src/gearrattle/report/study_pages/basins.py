@@ -14,8 +14,9 @@ from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.basins import basin_map, keys_of, name_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
+from gearrattle.report.answers import Answer, json_value, shortened
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value, shortened
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.attractors import ATTRACTOR, CHAOS, FAR, NOTHING, UNSETTLED, orbit_of, quiet_share
@@ -81,11 +82,12 @@ def _percent(share: float) -> str:
 
 def setting_of(data: xr.Dataset) -> str:
     """Which initial states, and how motions were looked at."""
+    tolerance = numeral(float(data.attrs["tolerance"]), 2)
     names = [measure_of(data, INITIAL + str(name)).words for name in np.atleast_1d(data.attrs["over"])]
     how = "drawn from a box of" if SAMPLE in data["basin"].dims else "on a grid over"
     return (
         f"{data['basin'].size} initial states {how} {joined(names)}. Seen at {float(data.attrs['phase']):g} of every "
-        f"period; a motion is settled if it repeats within {float(data.attrs['tolerance']):g} of half the clearance."
+        f"period; a motion is settled if it repeats within {tolerance} of half the clearance."
     )
 
 

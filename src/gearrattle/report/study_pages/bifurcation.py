@@ -15,8 +15,9 @@ from gearrattle.plots.axis_names import Measure, measure_of, paths_of
 from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
+from gearrattle.report.answers import Answer, json_value, shortened
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value, shortened
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
@@ -98,10 +99,11 @@ def setting_of(data: xr.Dataset) -> str:
     """What was swept and how the motion was looked at."""
     axis, others = swept(data), [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
     beside = f" for every combination of {joined(others)}" if others else ""
+    tolerance = numeral(float(data.attrs["tolerance"]), 2)
     ways = joined([str(way) for way in data["direction"].values])
     return (
         f"Swept: {_swept_measure(data).words} ({data.sizes[axis]} values, {ways}){beside}. "
-        f"Seen at {float(data.attrs['phase']):g} of every period; points within {float(data.attrs['tolerance']):g} of "
+        f"Seen at {float(data.attrs['phase']):g} of every period; points within {tolerance} of "
         f"the clearance are the same; periods up to {int(data.attrs['largest_period'])} T are looked for."
     )
 

@@ -18,9 +18,9 @@ from gearrattle.plots.scatter import histograms, probability_bars, tornado
 from gearrattle.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.comparison import Section
+from gearrattle.report.grid_answers import answer_of
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
-from gearrattle.report.study_pages.grid_answer import answer_of
 from gearrattle.report.study_tables import (
     boundary_table,
     code_counts,

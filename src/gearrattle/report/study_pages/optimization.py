@@ -13,8 +13,9 @@ from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
 from gearrattle.plots.numerals import numeral, quantity
+from gearrattle.report.answers import Answer, json_value
 from gearrattle.report.comparison import Section
-from gearrattle.report.study_pages.base import Answer, Messages, StudyPage, joined, json_value
+from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.fronts import in_order, told_of

@@ -11,7 +11,7 @@ import numpy as np
 
 from gearrattle.plots.axis_names import measure_of, paths_of
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.study_pages.base import Answer, json_value, shortened
+from gearrattle.report.answers import Answer, json_value, shortened
 from gearrattle.report.study_tables import boundary_table, code_counts, count_table, probability_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
