@@ -77,7 +77,7 @@ def test_a_page_of_every_kind_of_study(dims: tuple[str, ...], failed: bool, tmp_
     assert "<script" not in page
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
     assert "gaps &amp; loads" in page
-    assert "It took 3 s." in page
+    assert "It took 3\u00a0s." in page
     assert ("the spring &lt;broke&gt;" in page) == failed
     assert (f"Of {data['outcome'].size} cases 1 failed" in unescape(page)) == failed
     figures = sorted(path.name for path in (tmp_path / "figures").glob("*.svg"))
