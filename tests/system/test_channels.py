@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from gearrattle.system.channels import Channel, joined, shifted
+from gearrattle.system.channels import Channel, distinct, joined, shifted
 
 
 def random_channel(seed: int, end: float = 3.0, degree: int = 3) -> Channel:
@@ -71,3 +71,14 @@ def test_knots_that_differ_by_rounding_are_one() -> None:
     nearly[1:-1] = np.nextafter(knots[1:-1], 2.0)
     one, two = (Channel(k, np.ones((10, 1))) for k in (knots, nearly))
     assert len(joined([one, two], np.eye(2), np.zeros((0, 2))).knots) == 11
+
+
+def test_near_knots_leave_some_of_their_chain() -> None:
+    """Knots, each within 1e-13 of the one before, are thinned and not lost; both ends stay."""
+    chain = 0.5 + 0.9e-13 * np.arange(1000)
+    times = np.concatenate([[0.0, 1e-15], chain, [1.0 - 1e-15, 1.0]])
+    kept = distinct(times)
+    assert (kept[0], kept[-1]) == (0.0, 1.0)
+    assert np.diff(kept).min() > 1e-13
+    assert max(np.abs(kept - time).min() for time in times) <= 1e-13
+    assert len(kept) == 502

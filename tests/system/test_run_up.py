@@ -171,6 +171,36 @@ def test_no_interval_beside_a_corner_is_short_or_longer_than_allowed() -> None:
         assert left[0] <= TRUNCATION * allowed[0]
 
 
+def exact_at(ramp: Ramp, tone: Tone, time: float, derivative: int) -> Any:
+    """Return f, f' or f'' in fifty digits; f' has a kink at the end of a ramp, so its step is very short."""
+    step = mpmath.mpf(10) ** (-28 if derivative < 2 else -20)
+    return mpmath.diff(lambda t: forcing(ramp, (tone,), t), mpmath.mpf(time), derivative, h=step)
+
+
+@pytest.mark.parametrize("share", [1e-10, 1e-6, 0.01, 0.124, 0.126, 0.5, 0.876, 0.99, 1.0 - 1e-9])
+@pytest.mark.parametrize("smooth", [False, True])
+def test_no_interval_is_lost_at_either_end(share: float, smooth: bool) -> None:
+    """The ramp ends a part of an interval after t = 0, or before the end of the run: values and slopes everywhere."""
+    length = 0.1 * 0.5**4
+    for over, until in ((share * length, 0.1), (0.1 - share * length, 0.1)):
+        ramp = Ramp(100.0, 200.0, over)
+        tone = constant(ramp, 3.0, 0.4, 1.0)
+        (channel,) = channels(ramp, [Sound((tone,), smooth)], until, 0.1)
+        assert channel.knots[0] == 0.0
+        assert channel.knots[-1] >= until
+        assert np.abs(channel.knots - over).min() <= 1e-13 * channel.knots[-1]
+        within = channel.knots[:-1, None] + np.diff(channel.knots)[:, None] * np.array([1e-3, 0.3, 0.77, 0.999])
+        times = np.concatenate([within[[0, 1, -2, -1]].ravel(), [0.0, over, until]])
+        times = times[times <= channel.knots[-1]]
+        for derivative in range(3 if smooth else 1):
+            if derivative == 2:
+                times = times[np.abs(times - over) > 1e-12]  # the acceleration jumps there
+            for time, value in zip(times.tolist(), channel.at(times, derivative).tolist(), strict=True):
+                exact = exact_at(ramp, tone, time, derivative)
+                size = 600.0**derivative + (3.0 * abs(ramp.rate) if derivative == 2 else 0.0)
+                assert abs(mpmath.mpf(value) - exact) < 1e-12 * size
+
+
 def test_a_corner_of_a_table_is_a_knot() -> None:
     ramp = RAMPS[0]
     tone = tabled(ramp, 2.0, 0.0)

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.splines import mean, spline
+from gearrattle.assembly.splines import Recorded, mean, spline
 from gearrattle.model import Model, Motion
 from gearrattle.remember import remembered
 from gearrattle.system.channels import Channel
@@ -50,6 +50,17 @@ def angle_of(motion: Motion) -> Channel:
     coefficients[:, 0] -= first + about * record.knots[:-1]
     coefficients[:, 1] -= about
     return Channel(record.knots, coefficients)
+
+
+@remembered(8)
+def specified_angle(motion: Motion) -> Recorded:
+    """The same angle as it is specified."""
+    record, about = spline(motion.signal), motion.about
+    if motion.speed is not None:
+        return Recorded(motion.signal, is_rate=True, slope=-(mean(record) if about is None else about))
+    first, last = record.at(record.knots[[0, -1]])
+    about = float(last - first) / float(record.knots[-1]) if about is None else about
+    return Recorded(motion.signal, offset=-float(first), slope=-about)
 
 
 def moved(model: Model, time: Array, derivative: int = 0) -> Array:

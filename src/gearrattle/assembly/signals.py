@@ -10,6 +10,7 @@ Takes a Model; gives Signals, or None where all inputs are harmonics.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import ceil, pi
 from typing import NamedTuple
 
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import elements_of, rows_of
 from gearrattle.assembly.period import period_of
-from gearrattle.assembly.prescribed import angle_of, free_of, places
-from gearrattle.assembly.splines import mean, spline
+from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
+from gearrattle.assembly.splines import Recorded, mean, spline
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Mesh, Model, Torque
 from gearrattle.model.engine import SquareOfSpeed
@@ -28,7 +29,8 @@ from gearrattle.remember import remembered
 from gearrattle.system.channels import Channel, joined
 from gearrattle.system.phase import Ramp
 from gearrattle.system.run_up import Sound, Tone, TooLong, channels
-from gearrattle.system.signals import Signals
+from gearrattle.system.signals import Signals, Specified
+from gearrattle.system.specified import NotKept, Swept, check
 
 Array = NDArray[np.float64]
 _MOST_NUMBERS = 200_000_000
@@ -55,9 +57,10 @@ def mean_torque(torque: Torque) -> float:
 
 
 class _Part(NamedTuple):
-    """A channel, and what a unit of it is: torques (n,) on all inertias, errors (m,) of all elements."""
+    """A channel, what it stands for, and what a unit of it is: torques (n,) on inertias, errors (m,) of elements."""
 
     channel: Channel
+    specified: Specified
     torque: Array
     error: Array
 
@@ -67,7 +70,7 @@ def signals_of(model: Model) -> Signals | None:
     """All inputs that are no harmonics of one speed.
 
     Raises:
-        ModelError: a run-up of more intervals than can be held.
+        ModelError: a run-up of more intervals than can be held, or inputs that their polynomials do not represent.
     """
     parts = [*_records(model), *_motions(model), *_swept(model)]
     if not parts:
@@ -78,7 +81,14 @@ def signals_of(model: Model) -> Signals | None:
     if numbers > _MOST_NUMBERS:
         raise _too_long(f"{numbers:.3g} coefficients")
     torque, error = (np.column_stack(columns) for columns in ([p.torque for p in parts], [p.error for p in parts]))
-    return joined([part.channel for part in parts], torque[free_of(model)], error)
+    specified = tuple(part.specified for part in parts)
+    signals = replace(joined([p.channel for p in parts], torque[free_of(model)], error), specified=specified)
+    try:
+        check(signals, specified)
+    except NotKept as wrong:
+        rule = "its polynomials must represent the input to 1e-12"
+        raise ModelError(Problem("excitation", str(wrong), rule, "this is a fault of the program: report it")) from None
+    return signals
 
 
 def _unit(size: int, index: int | None = None) -> Array:
@@ -100,13 +110,14 @@ def _records(model: Model) -> Iterator[_Part]:
         if torque.signal is not None:
             beyond_mean = torque.mean - mean_torque(torque)
             on = _unit(len(names), names.index(torque.on))
-            yield _Part(spline(torque.signal).plus(beyond_mean), on, _unit(len(elements_of(model))))
+            channel, specified = spline(torque.signal).plus(beyond_mean), Recorded(torque.signal, offset=beyond_mean)
+            yield _Part(channel, specified, on, _unit(len(elements_of(model))))
 
 
 def _motions(model: Model) -> Iterator[_Part]:
     rows = rows_of(model)
     for motion, place in zip(model.motions, places(model), strict=True):
-        yield _Part(angle_of(motion), _unit(len(model.inertias)), -rows[:, place])
+        yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, place])
 
 
 def check_length(model: Model, end: float) -> None:
@@ -164,8 +175,8 @@ def _swept(model: Model) -> Iterator[_Part]:
         made = channels(ramp, sounds, until, period_of(model).period)
     except TooLong as error:
         raise _too_long(str(error)) from None
-    for channel, (torque_on, error_of) in zip(made, driven, strict=True):
-        yield _Part(channel, torque_on, error_of)
+    for channel, sound, (torque_on, error_of) in zip(made, sounds, driven, strict=True):
+        yield _Part(channel, Swept(ramp, sound.tones, sound.smooth), torque_on, error_of)
 
 
 def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:

@@ -8,20 +8,73 @@ Takes a ``Signal`` of a model; gives a channel that begins with the run.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.model import Signal
 from gearrattle.remember import remembered
 from gearrattle.system.channels import Channel
 
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A record as it is specified: its spline in its own time, or the integral of it, and a straight line beside it.
+
+    Attributes:
+        signal: the record.
+        is_rate: whether the spline is the derivative of the input.
+        offset: added to the value at the start [SI].
+        slope: added to the first derivative [SI].
+    """
+
+    signal: Signal
+    is_rate: bool = False
+    offset: float = 0.0
+    slope: float = 0.0
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Largest values: of a torque; of a motion's angle over the record, and of its speed."""
+        spline, time = through(self.signal), self.signal.time
+        largest = float(np.abs(self.signal.scale * self.signal.value).max())
+        if self.is_rate:
+            return (largest * float(time[-1] - time[0]), largest + abs(self.slope))
+        rate = float(np.abs(self.signal.scale * spline(time, 1)).max())
+        return (largest + abs(self.offset), rate + abs(self.slope))
+
+    def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
+        """(t,) values, or a derivative, at times (t,) [s]."""
+        spline, start = through(self.signal), self.signal.start
+        time = time + rest
+        if self.is_rate:
+            value = spline.antiderivative()(start + time) - spline.antiderivative()(start) if not derivative else None
+            value = spline(start + time, derivative - 1) if value is None else value
+        else:
+            value = spline(start + time, derivative)
+        line = (self.offset + self.slope * time, self.slope, 0.0)[min(derivative, 2)]
+        return np.asarray(self.signal.scale * value + line)
+
+
+@remembered(8)
+def through(signal: Signal) -> CubicSpline:
+    """The spline through a record's points, before its scale, in the record's own time."""
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(signal.time, signal.value, bc_type="not-a-knot")
+
 
 @remembered(8)
 def spline(signal: Signal) -> Channel:
     """The signal over the time of the run: 0 is its ``start`` [s, SI]."""
-    from scipy.interpolate import CubicSpline
-
-    found = CubicSpline(signal.time, signal.value, bc_type="not-a-knot")
-    whole = Channel(signal.time, np.ascontiguousarray(found.c[::-1].T) * signal.scale)
+    whole = Channel(signal.time, np.ascontiguousarray(through(signal).c[::-1].T) * signal.scale)
     return whole.between(signal.start, float(signal.time[-1]))
 
 

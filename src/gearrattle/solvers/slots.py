@@ -163,7 +163,7 @@ def _fingerprint(system: PiecewiseSystem) -> bytes:
     given = [part for part in (system.signals, system.clock) if part is not None]
     parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *given)
     arrays = [system.inertia, system.drag, system.rows]
-    arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part)]
+    arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part) if each.compare]
     digest = sha256()
     for array in arrays:
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())

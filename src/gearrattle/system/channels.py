@@ -21,7 +21,7 @@ from gearrattle.system.signals import Signals
 
 Array = NDArray[np.float64]
 
-_SAME = 1e-13
+SAME = 1e-13
 """Knots closer than this part of the whole are one: a polynomial goes on so far beyond its own interval."""
 
 
@@ -86,6 +86,22 @@ def shifted(coefficients: Array, by: Array) -> Array:
     return out
 
 
+def distinct(times: Array) -> Array:
+    """Ascending times, the first and the last of them kept, without those that are one with their neighbour.
+
+    Two are one if they differ by less than 1e-13 of the last. Of several that are, every one that is kept stands
+    farther than that from the one kept before, so that no chain of near times disappears as a whole.
+    """
+    apart = SAME * float(times[-1])
+    if np.all(np.diff(times) > apart):
+        return times
+    kept = [float(times[0])]
+    for time in times[1:-1].tolist():
+        if time - kept[-1] > apart and times[-1] - time > apart:
+            kept.append(time)
+    return np.array([*kept, float(times[-1])])
+
+
 def joined(channels: Sequence[Channel], torque: Array, error: Array) -> Signals:
     """Put channels on common intervals.
 
@@ -96,8 +112,7 @@ def joined(channels: Sequence[Channel], torque: Array, error: Array) -> Signals:
     """
     end = min(float(channel.knots[-1]) for channel in channels)
     knots = np.unique(np.concatenate([channel.knots for channel in channels]))
-    knots = knots[(knots > _SAME * end) & (knots < end * (1.0 - _SAME))]
-    knots = np.concatenate([[0.0], knots[np.diff(knots, prepend=-end) > _SAME * end], [end]])
+    knots = distinct(np.concatenate([[0.0], knots[(knots > 0.0) & (knots < end)], [end]]))
     degree = max(channel.coefficients.shape[1] for channel in channels)
     coefficients = np.zeros((len(knots) - 1, len(channels), degree))
     for c, channel in enumerate(channels):

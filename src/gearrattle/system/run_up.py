@@ -29,7 +29,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from gearrattle.system.channels import Channel
+from gearrattle.system.channels import Channel, distinct
 from gearrattle.system.phase import Ramp
 
 Array = NDArray[np.float64]
@@ -42,7 +42,9 @@ TRUNCATION = 5e-13
 _RHO = np.geomspace(1.1, 200.0, 200)
 _MOST = 2_000_000
 _STRETCH = 0.125
-"""An interval beside a corner may be longer than others by this part."""
+"""An interval beside a corner may be longer than others by this part; one shorter than this part counts as short."""
+_ROUNDING = 4e-16
+"""Coefficients of short intervals below this part of the largest value are rounding."""
 
 
 class TooLong(ValueError):
@@ -134,21 +136,25 @@ def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -
 
 
 def _corners(ramp: Ramp, sounds: Sequence[Sound], until: float) -> Array:
-    """Times at which an amplitude has a corner, or the ramp ends."""
+    """Times at which an amplitude has a corner, or the ramp ends; 0 first, the end of the run last."""
     low, high = sorted((ramp.begin, ramp.end))
     speeds = {float(s) for sound in sounds for tone in sound.tones for s in tone.speeds if low < s < high}
     times = np.array(sorted({0.0, ramp.over, until, *(ramp.time(s) for s in speeds)}))
-    kept = times[times <= until]
-    return kept[np.diff(kept, prepend=-1.0) > 1e-9 * ramp.over]
+    return distinct(times[times <= until])
 
 
 def _knots(corners: Array, length: float) -> Array:
-    """Multiples of a length up to beyond the last corner, and the corners; those too near to a corner give way."""
+    """Multiples of a length from 0 to the last corner or beyond, and all corners.
+
+    A multiple too near to an inner corner is left out, but never the first and the last one.
+    """
     grid = length * np.arange(np.ceil(corners[-1] / length) + 1.0)
     inner = corners[1:-1]
-    place = np.searchsorted(inner, grid)
-    near = np.minimum(np.abs(grid - np.append(inner, np.inf)[place]), np.abs(grid - np.append(-np.inf, inner)[place]))
-    return np.sort(np.concatenate([grid[near > _STRETCH * length], inner]))
+    after = np.searchsorted(inner, grid)
+    near = np.minimum(np.abs(grid - np.append(inner, np.inf)[after]), np.abs(grid - np.append(-np.inf, inner)[after]))
+    kept = near > _STRETCH * length
+    kept[[0, -1]] = True
+    return distinct(np.unique(np.concatenate([grid[kept], inner])))
 
 
 def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
@@ -157,27 +163,29 @@ def _longest(ramp: Ramp, sound: Sound, until: float) -> float:
         return until
     low, high = sorted((ramp.begin, ramp.end))
     enough, too_long = until, 2.0 * until
-    while not _suffices(sound, low, high, abs(ramp.rate), enough):
+    while not _suffices(sound, low, high, ramp, enough):
         enough, too_long = 0.5 * enough, enough
         if enough * _MOST < until:
             raise TooLong("more than two million intervals")
     while enough < until and too_long > 1.01 * enough:
         middle = 0.5 * (enough + too_long)
-        if _suffices(sound, low, high, abs(ramp.rate), middle):
+        if _suffices(sound, low, high, ramp, middle):
             enough = middle
         else:
             too_long = middle
     return enough
 
 
-def _suffices(sound: Sound, low: float, high: float, rate: float, length: float) -> bool:
+def _suffices(sound: Sound, low: float, high: float, ramp: Ramp, length: float) -> bool:
     """Whether intervals of one length keep the bound."""
     with np.errstate(over="ignore"):  # an ellipse too wide for any use
-        left, allowed = bound(sound, low, high, rate, length)
+        left, allowed = bound(sound, low, high, abs(ramp.rate), length, over=ramp.over)
     return bool(np.all(left <= TRUNCATION * allowed))
 
 
-def bound(sound: Sound, low: float, high: float, rate: float, length: float) -> tuple[Array, Array]:
+def bound(
+    sound: Sound, low: float, high: float, rate: float, length: float, *, over: float = np.inf
+) -> tuple[Array, Array]:
     """Bounds on what is left out of f, f' and f'', and the sums of amplitudes they are measured by.
 
     Derivatives are by x, the time in half intervals. Only f counts unless the sound is smooth.
@@ -187,13 +195,14 @@ def bound(sound: Sound, low: float, high: float, rate: float, length: float) -> 
         low, high: speeds in the interval [rad/s].
         rate: magnitude of the acceleration [rad/s^2].
         length: of the interval [s].
+        over: how long the speed changes [s]; its end is a knot, so that no interval sees more of it.
     """
     half, rho = 0.5 * length, _RHO
     reach, height, square = 0.5 * (rho + 1 / rho), 0.5 * (rho - 1 / rho), 0.25 * (rho**2 - rho**-2)
     largest, allowed = np.zeros_like(rho), np.zeros(3)
     for tone in sound.tones:
         size = tone.largest(low, high)
-        first, second = tone.order * high * half, 0.5 * tone.order * rate * half**2
+        first, second = tone.order * high * half, 0.5 * tone.order * rate * min(half, 0.5 * over) ** 2
         grown = size * rho**tone.degree * np.cosh(np.minimum(first * height + second * square, 700.0))
         if sound.smooth:
             turning = first + 2.0 * second * reach
@@ -220,9 +229,10 @@ class _Course:
     def values(self, sound: Sound, since: Array, derivative: int) -> Array:
         """(G, P) f, f' or f'' at times (G, P) after the begins."""
         ramp, knots = self.ramp, self.knots
-        rate = np.where(knots[:-1] < ramp.over, ramp.rate, 0.0)[:, None]
+        centre = 0.5 * (knots[1:] + knots[:-1])
+        rate = np.where(centre < ramp.over, ramp.rate, 0.0)[:, None]
         begin = ramp.speed(knots[:-1])[:, None]
-        speed, middle = begin + rate * since, ramp.speed(0.5 * (knots[1:] + knots[:-1]))
+        speed, middle = begin + rate * since, ramp.speed(centre)
         turned, out = since * (begin + 0.5 * rate * since), np.zeros(since.shape)
         for tone in sound.tones:
             piece = tone.piece(middle)[:, None]
@@ -249,9 +259,13 @@ def _polynomials(course: _Course, sound: Sound) -> Array:
     degree = DEGREE - 2 if sound.smooth else DEGREE
     nodes = chebyshev.chebpts1(degree + 1)
     values = course.values(sound, 0.5 * length[:, None] * (1.0 + nodes), 2 if sound.smooth else 0)
-    found = values @ (2.0 / (degree + 1) * np.cos(np.outer(np.arccos(nodes), np.arange(degree + 1))))
-    found[:, 0] *= 0.5
-    powers = found @ _monomials(degree)
+    series = values @ (2.0 / (degree + 1) * np.cos(np.outer(np.arccos(nodes), np.arange(degree + 1))))
+    series[:, 0] *= 0.5
+    # Divided by powers of a short interval, what is rounding alone would become large derivatives.
+    largest = np.abs(values).max(axis=1, initial=0.0, keepdims=True)
+    short = length < _STRETCH * length.max()
+    series[short[:, None] & (np.abs(series) < _ROUNDING * largest)] = 0.0
+    powers = series @ _monomials(degree)
     if not sound.smooth:
         return np.asarray(powers / length[:, None] ** np.arange(DEGREE + 1))
     j = np.arange(2, DEGREE + 1)
@@ -260,8 +274,8 @@ def _polynomials(course: _Course, sound: Sound) -> Array:
     begin, end = np.moveaxis(ends, 2, 0) * np.array([np.ones_like(length), length])
     inner = np.column_stack([begin.T, powers * (length**2)[:, None] / (j * (j - 1))])
     wrong = end[0] - inner.sum(axis=1), end[1] - inner @ np.arange(DEGREE + 1.0)
-    inner[:, 2] += 3.0 * wrong[0] - wrong[1]
-    inner[:, 3] += wrong[1] - 2.0 * wrong[0]
+    inner[:, 2] += np.where(short, 0.0, 3.0 * wrong[0] - wrong[1])  # short intervals meet to rounding as they are
+    inner[:, 3] += np.where(short, 0.0, wrong[1] - 2.0 * wrong[0])
     return np.asarray(inner / length[:, None] ** np.arange(DEGREE + 1))
 
 

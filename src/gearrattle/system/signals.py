@@ -13,8 +13,9 @@ Takes arrays; gives a frozen table of polynomials.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import factorial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,19 @@ Array = NDArray[np.float64]
 
 _POINTS = 4  # of an interval, at which derivatives are looked at to bound them
 _SHORTEST = 1e-3  # length of an interval by the pace: shorter ones are looked at as if they were as long
+
+
+class Specified(Protocol):
+    """One input as it is specified."""
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """What errors of the value, and of as many derivatives as count, are measured by [SI]."""
+        ...
+
+    def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
+        """(t,) values, or a derivative, at times (t,) [s]; ``rest`` is what rounding took from them."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -41,6 +55,7 @@ class Signals:
     coefficients: Array
     torque: Array
     error: Array
+    specified: tuple[Specified, ...] = field(default=(), compare=False)
 
     @property
     def channels(self) -> int:

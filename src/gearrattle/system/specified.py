@@ -1,0 +1,163 @@
+"""Inputs as they are specified, beside the polynomials that stand for them.
+
+    f(t) = sum_j a_j(Omega(t)) sin(n_j phi(t) + p_j)
+
+is evaluated here from its own formula, at any time, with the phase in double-double arithmetic (T. J. Dekker,
+Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So ``check``
+can find a fault in them.
+
+Takes a ramp and tones, or a record's spline; gives values at times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.system.channels import SAME
+from gearrattle.system.phase import PER_RADIAN, Ramp
+from gearrattle.system.run_up import Tone
+from gearrattle.system.signals import Signals, Specified
+
+Array = NDArray[np.float64]
+Pair = tuple[Any, Any]
+
+PROMISED = 1e-12
+"""What polynomials may leave out, of the size of the input."""
+_POINTS = np.array([0.0, 0.171, 0.5 + 1e-3, 0.837, 1.0])
+"""Parts of an interval at which polynomials are compared; no node of theirs but the ends."""
+_ROUNDED = 4.0
+"""Roundings of the last time by which the time of a polynomial may be off."""
+
+
+class NotKept(ArithmeticError):
+    """Polynomials that are farther from the specified input than promised."""
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Tones along a ramp; ``smooth`` if the first derivative counts as well."""
+
+    ramp: Ramp
+    tones: tuple[Tone, ...]
+    smooth: bool
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """The sums of a_j, and of a_j n_j Omega at the highest speed."""
+        low, high = sorted((self.ramp.begin, self.ramp.end))
+        largest = [tone.largest(low, high) for tone in self.tones]
+        slopes = [size * tone.order * high for size, tone in zip(largest, self.tones, strict=True)]
+        return (sum(largest), sum(slopes)) if self.smooth else (sum(largest),)
+
+    def at(self, time: Array, rest: Array | float = 0.0, derivative: int = 0) -> Array:
+        """(t,) values or their first derivatives at times (t,) [s]."""
+        ramp, out = self.ramp, np.zeros(np.shape(time))
+        speed = ramp.speed(time)
+        rate = np.where(time < ramp.over, ramp.rate, 0.0)
+        turned: dict[float, Array] = {}
+        for tone in self.tones:
+            size = tone.at(speed)
+            if tone.order not in turned:
+                turned[tone.order] = 2.0 * np.pi * turns(ramp, tone.order, time, rest)
+            angle = turned[tone.order] + tone.phase
+            if derivative == 0:
+                out += size * np.sin(angle)
+            else:
+                out += tone.at(speed, 1) * rate * np.sin(angle) + size * tone.order * speed * np.cos(angle)
+        return out
+
+
+def turns(ramp: Ramp, order: float, time: Array, rest: Array | float = 0.0) -> Array:
+    """(t,) fractions of a turn, about 0, that ``order`` times the angle has made at times (t,) [s]."""
+    begin, end, over = Fraction(ramp.begin), Fraction(ramp.end), Fraction(ramp.over)
+    factor = Fraction(order) * PER_RADIAN
+    at = _sum(time, rest)
+    bend = _times(_pair(factor * (end - begin) / (2 * over)), at)
+    rising = _times(_plus(bend, _pair(factor * begin)), at)
+    steady = _plus(_times(_pair(factor * end), at), _pair(factor * (begin - end) * over / 2))
+    high, low = (np.where(time <= ramp.over, r, s) for r, s in zip(rising, steady, strict=True))
+    return np.asarray((high - np.round(high)) + low)
+
+
+def _pair(value: Fraction) -> tuple[float, float]:
+    """A number as the sum of two doubles."""
+    high = float(value)
+    return high, float(value - Fraction(high))
+
+
+def _sum(a: Any, b: Any) -> Pair:
+    """a + b, and what rounding took from it."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _plus(a: Pair, b: Pair) -> Pair:
+    high, low = _sum(a[0], b[0])
+    return _sum(high, low + (a[1] + b[1]))
+
+
+def _times(a: Pair, b: Pair) -> Pair:
+    (a_high, a_low), (b_high, b_low) = _split(a[0]), _split(b[0])
+    high = a[0] * b[0]
+    low = ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return _sum(high, low + (a[0] * b[1] + a[1] * b[0]))
+
+
+def _split(a: Any) -> Pair:
+    """A double as the sum of two of 26 bits."""
+    scaled = 134217729.0 * a
+    high = scaled - (scaled - a)
+    return high, a - high
+
+
+def check(signals: Signals, specified: Sequence[Specified]) -> None:
+    """Compare polynomials with what they stand for, at both ends and within every interval.
+
+    Args:
+        signals: the polynomials as they are used.
+        specified: (C,) the input of every channel.
+
+    Raises:
+        NotKept: an error above 1e-12 of the input's size, and above what four roundings of the last time make of it.
+    """
+    knots = signals.knots
+    length = np.diff(knots)[:, None]
+    since = length * _POINTS
+    since[:, -1] = length[:, 0]
+    time, rest = (part.ravel() for part in _sum(np.broadcast_to(knots[:-1, None], since.shape), since))
+    off = _ROUNDED * np.spacing(float(knots[-1]))
+    for c, each in enumerate(specified):
+        for derivative, size in enumerate(each.sizes):
+            value, slope = (_values(signals, c, since, derivative + d).ravel() for d in range(2))
+            excess = np.abs(value - each.at(time, rest, derivative)) - PROMISED * size - off * np.abs(slope)
+            if derivative:
+                excess.reshape(since.shape)[:, [0, -1]] = 0.0  # a corner may stand there
+            for at in np.flatnonzero(~(excess <= 0.0)):
+                off_by = float(excess[at])
+                if at % _POINTS.size in (0, _POINTS.size - 1):
+                    off_by = _beside_corner(each, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
+                if not off_by <= 0.0:
+                    raise NotKept(f"at {time[at]:.6g} s an input is off by {off_by:.3g} (size {size:.3g})")
+
+
+def _beside_corner(each: Specified, time: float, end: float, value: float, slope: float) -> float:
+    """How far a value is from all that the input takes just before and after: near knots are one (``distinct``)."""
+    near = SAME * end * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    values = each.at(np.maximum(time + near, 0.0))
+    return float(max(values.min() - value, value - values.max())) - abs(slope) * float(near[-1])
+
+
+def _values(signals: Signals, channel: int, since: Array, derivative: int) -> Array:
+    """(G, P) values of the polynomials at times (G, P) after the begins."""
+    out = np.zeros(since.shape)
+    for j in range(signals.degree, derivative - 1, -1):
+        falling = float(np.prod(np.arange(j - derivative + 1, j + 1)))
+        out = out * since + falling * signals.coefficients[:, channel, j, None]
+    return out

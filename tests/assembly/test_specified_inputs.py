@@ -1,0 +1,119 @@
+"""Inputs along sweeps and records, as they are used, against their formulas in fifty digits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import gearrattle as gr
+from gearrattle.assembly.signals import signals_of
+from gearrattle.system.phase import Ramp
+from gearrattle.system.specified import NotKept, check, turns
+from tests.architecture.places import EXAMPLES
+
+TOML = """
+schema = 1
+inertia = [ {{ name = "body", J = 0.04 }} ]
+coupling = [ {{ name = "spring", between = ["body", "ground"], stiffness = 250.0, damping = 0.05 }} ]
+[excitation]
+sweep = {{ from = {first}, to = {last}, over = {over} }}
+[[torque]]
+on = "body"
+mean = {{ speed = {speeds}, value = {values} }}
+{harmonics}
+[simulation]
+initial = "zero"
+"""
+
+
+def swept(ramp: tuple[float, float, float], speeds: list[float], values: list[float], extra: str = "") -> gr.Model:
+    first, last, over = ramp
+    return gr.loads(
+        TOML.format(first=first, last=last, over=over, speeds=speeds, values=values, harmonics=extra), "model"
+    )
+
+
+@pytest.mark.parametrize(
+    ("ramp", "speeds", "values"),
+    [
+        ((100.0, 300.0, 2.0), [100.0, 110.0, 300.0], [0.0, 5.0, 2.0]),
+        ((10.0, 300.0, 3e-5), [10.0, 40.0, 300.0], [0.0, 5.0, 2.0]),
+        ((10.0, 300.0, 3e-5), [10.0, 10.0 + 1e-4, 300.0], [0.0, 5.0, 2.0]),
+        ((300.0, 100.0, 2.0), [100.0, 299.999, 300.0], [2.0, 5.0, 0.0]),
+        ((300.0, 100.0, 2.0), [100.0, 100.0001, 300.0], [2.0, 5.0, 0.0]),
+    ],
+)
+@pytest.mark.parametrize("extra", ["", "harmonics = [ { order = 2, amplitude = 1.0 } ]"], ids=["table", "harmonic"])
+def test_a_table_is_followed_from_the_first_instant(ramp, speeds, values, extra) -> None:
+    first, last, over = ramp
+    signals = signals_of(swept(ramp, speeds, values, extra))
+    knots = signals.knots
+    times = np.unique(np.concatenate([[0.0], 0.5 * (knots[1:] + knots[:-1]), np.geomspace(1e-9, 1.0, 60) * over]))
+    speed = first + (last - first) * np.minimum(times / over, 1.0)
+    angle = 2.0 * (first * np.minimum(times, over) + 0.5 * (last - first) / over * np.minimum(times, over) ** 2)
+    angle += 2.0 * last * np.maximum(times - over, 0.0)
+    want = np.interp(speed, speeds, values) - values[speeds.index(first)] + (np.sin(angle) if extra else 0.0)
+    steepest = np.abs(np.diff(values) / np.diff(speeds)).max()
+    off = np.abs(signals.at(times)[:, 0] - want)
+    assert off.max() < 1e-12 * 6.0 + 8e-16 * max(first, last) * (steepest + 2.0 * knots[-1])
+
+
+def test_the_motion_of_a_table_is_that_of_an_integral() -> None:
+    """x'' + 2 d x' + w^2 x = T / J by Duhamel's integral over the table's straight pieces."""
+    run = gr.simulate(swept((100.0, 300.0, 2.0), [100.0, 110.0, 300.0], [0.0, 5.0, 2.0]), samples_per_cycle=8)
+    decay, root = 0.5 * 0.05 / 0.04, np.sqrt(250.0 / 0.04)
+    turning = np.sqrt(root**2 - decay**2)
+    node, weight = np.polynomial.legendre.leggauss(24)
+    time = run.data.time.values
+    for i in range(1, len(time), 29):
+        ends = np.unique(np.concatenate([np.linspace(0.0, time[i], 1 + int(time[i] / 0.02)), [0.0, min(0.1, time[i])],
+                                         [min(2.0, time[i]), time[i]]]))  # fmt: skip
+        half, middle = 0.5 * np.diff(ends)[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
+        at = middle + half * node
+        torque = np.interp(100.0 + 100.0 * np.minimum(at, 2.0), [100.0, 110.0, 300.0], [0.0, 5.0, 2.0])
+        past = time[i] - at
+        want = np.sum(half * weight * torque * np.exp(-decay * past) * np.sin(turning * past)) / (0.04 * turning)
+        assert run.data["angle"].values[i, 0] == pytest.approx(want, rel=0, abs=1e-13)
+
+
+def test_fractions_of_a_turn_in_double_doubles() -> None:
+    ramp = Ramp(83.0, 314.15, 10.0)
+    time = np.random.default_rng(0).uniform(0.0, 20.0, 200)
+    rest = np.random.default_rng(1).uniform(-0.5, 0.5, 200) * np.spacing(time)
+    with mpmath.workdps(50):
+        for t, r, turn in zip(time.tolist(), rest.tolist(), turns(ramp, 187.0, time, rest).tolist(), strict=True):
+            at, over = mpmath.mpf(t) + mpmath.mpf(r), mpmath.mpf(ramp.over)
+            begin, end = mpmath.mpf(ramp.begin), mpmath.mpf(ramp.end)
+            rising = begin * at + (end - begin) * at**2 / (2 * over)
+            angle = rising if t <= ramp.over else (begin + end) * over / 2 + end * (at - over)
+            off = 187 * angle / (2 * mpmath.pi) - mpmath.mpf(turn)
+            assert abs(off - mpmath.nint(off)) < 1e-16
+
+
+@pytest.mark.parametrize("name", ["run_up", "measured_flywheel"])
+def test_polynomials_that_are_wrong_in_one_interval_are_refused(name: str) -> None:
+    signals = signals_of(gr.load(EXAMPLES / f"{name}.toml"))
+    check(signals, signals.specified)
+    for interval in (0, len(signals.coefficients) // 2, len(signals.coefficients) - 1):
+        for channel, each in enumerate(signals.specified):
+            coefficients = signals.coefficients.copy()
+            coefficients[interval, channel, 0] += 1e-11 * each.sizes[0]
+            with pytest.raises(NotKept):
+                check(replace(signals, coefficients=coefficients), signals.specified)
+
+
+def test_a_record_is_its_spline_however_near_its_points() -> None:
+    rng = np.random.default_rng(5)
+    time = np.unique(np.concatenate([np.linspace(0.0, 1.0, 60), 0.5 + np.geomspace(1e-11, 1e-3, 20), [1e-12]]))
+    value = np.cumsum(rng.normal(size=time.size) * np.diff(time, prepend=0.0))
+    text = f"signal = {{ time = {time.tolist()}, value = {value.tolist()} }}"
+    model = swept((100.0, 101.0, 0.5), [99.0, 102.0], [1.0, 2.0]).to_toml()
+    torque = f'\n[[torque]]\non = "body"\n{text}\n'
+    signals = signals_of(gr.loads(model + torque, "model"))
+    spline, at = CubicSpline(time, value), rng.uniform(0.0, 0.5, 400)
+    off = signals.at(at)[:, 0] - spline(at)
+    assert np.abs(off - off.mean()).max() < 1e-12 * np.abs(spline(at)).max()
