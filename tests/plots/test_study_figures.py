@@ -94,6 +94,13 @@ def test_axes_say_words_and_a_unit_that_suits_the_values(studies: dict[str, xr.D
     assert measure_of(studies["basins"], "initial rate.flanks").title == "initial rate of flanks"
 
 
+def test_maps_that_can_disagree_say_which_to_believe(studies: dict[str, xr.Dataset]) -> None:
+    captions = {chart.key: chart.caption for chart in charts_of(studies["map"])}
+    assert "believe this one on whether a part rattles" in captions["map"]
+    alone = studies["map"][["regime", "outcome"]]
+    assert "believe" not in next(chart.caption for chart in charts_of(alone) if chart.key == "map")
+
+
 def test_labels_of_neighbouring_values_differ() -> None:
     values = [1000.0, 1000.4, 1000.8]
     data = xr.Dataset(coords={GAP: (GAP, values, {"long_name": "backlash", "units": ""})})
@@ -135,10 +142,11 @@ def test_attractors_lie_within_the_map_of_their_basins(studies: dict[str, xr.Dat
 
 
 @pytest.mark.parametrize("largest", [0.4, 2.0, 7.0, 17.9, 45.0, 119.0])
-def test_shades_of_a_screening_reach_the_largest_margin(largest: float) -> None:
-    bounds = bounds_of(np.array([[-0.3 * largest, largest, np.inf, np.nan]]))
-    step = bounds[3]
-    assert step in STEPS
-    assert bounds == (-2 * step, -step, 0.0, step, 2 * step)
-    assert largest <= 3.0 * step
-    assert step == STEPS[0] or largest > 3.0 * STEPS[STEPS.index(step) - 1]
+@pytest.mark.parametrize("least", [0.0, -1.0, -41.0])
+def test_shades_of_a_screening_reach_the_margins_on_either_side(largest: float, least: float) -> None:
+    bounds = bounds_of(np.array([[least, largest, np.inf, np.nan]]))
+    for reach, (step, twice) in ((largest, bounds[3:]), (-least, (-bounds[1], -bounds[0]))):
+        assert twice == 2.0 * step
+        assert reach <= 3.0 * step
+        assert step == STEPS[0] or reach > 3.0 * STEPS[STEPS.index(step) - 1]
+    assert bounds[2] == 0.0

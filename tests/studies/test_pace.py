@@ -9,7 +9,7 @@ import pytest
 
 from gearrattle.studies import opened, pace
 from gearrattle.studies.file import read_study
-from gearrattle.studies.pace import Pace, rounds, spread
+from gearrattle.studies.pace import Pace, rounds, spread, spread_places
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 
@@ -24,6 +24,12 @@ def test_every_beginning_of_the_order_is_spread_over_the_range(count: int) -> No
             gaps = [b - a for a, b in zip([-1, *chosen], [*chosen, count], strict=True)]
             assert max(gaps) <= 2.0 * count / first + 1.0
     assert list(spread(count, 3)) == order[:3]
+
+
+def test_cases_that_are_tried_fall_on_every_value_of_every_axis() -> None:
+    places = spread_places((64, 8), 32)
+    assert sorted({j for _, j in places}) == list(range(8))
+    assert len({i for i, _ in places}) >= 28
 
 
 def test_the_busiest_worker_decides() -> None:

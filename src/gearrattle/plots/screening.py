@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STEPS = (1.0, 2.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
-"""Widths of a shade [dB]: the least with which three shades on either side reach the largest margin are taken."""
+"""Widths of a shade [dB]: on either side of 0 the least with which three shades reach the margins there."""
 SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
 """Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
 _BELIEVE = (
@@ -81,10 +81,13 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
 
 
 def bounds_of(margin: Array) -> tuple[float, ...]:
-    """Where the shades of a map change [dB], so that its darkest begin at two thirds of the largest margin or less."""
-    largest = float(np.abs(margin[np.isfinite(margin)]).max(initial=0.0))
-    step = next((step for step in STEPS if 3.0 * step >= largest), STEPS[-1])
-    return (-2.0 * step, -step, 0.0, step, 2.0 * step)
+    """Where the shades of a map change [dB]: those below 0 reach to the least margin, those above to the largest."""
+    finite = margin[np.isfinite(margin)]
+    below, above = (
+        next((step for step in STEPS if 3.0 * step >= reach), STEPS[-1])
+        for reach in (float((-finite).max(initial=0.0)), float(finite.max(initial=0.0)))
+    )
+    return (-2.0 * below, -below, 0.0, above, 2.0 * above)
 
 
 def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str, str]) -> Chart:
@@ -110,7 +113,7 @@ def loads_of(data: xr.Dataset) -> tuple[list[str], str]:
         return [numeral(float(v), 3) for v in data[LOAD].values], "load factor"
     paths = paths_of(data, LOAD)
     title = measure_of(data, paths[0]).title
-    return labels_of(data, LOAD), title if len(paths) == 1 else f"{title}, and {len(paths) - 1} more"
+    return labels_of(data, LOAD), title if len(paths) == 1 else f"{title} (and {len(paths) - 1} more)"
 
 
 def speeds_of(data: xr.Dataset) -> tuple[Array, str]:

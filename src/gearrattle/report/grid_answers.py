@@ -67,10 +67,11 @@ def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
     """Probability of rattle by part, with its interval."""
     found, subject = rattle_probability(data, output), subject_of(data, output)
     keys = ("probability", "low", "high", "rattling", "samples")
+    names = [str(name) for name in found[subject].values] if subject else [""]  # those that can separate
     return {
         name or output: {key: json_value((found[key].sel({subject: name}) if subject else found[key]).values.item())
                          for key in keys}
-        for name in subject_names(data, output)
+        for name in names
     }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 Cases of one study can differ tenfold in cost: a rattling motion has more crossings than a quiet one. So the cost of a
 case is measured over cases spread across the whole grid, and chunks are computed in an order of which every beginning
-is spread likewise (van der Corput's sequence): what is done so far stands for what is left.
+is spread likewise (multiples of the golden section): what is done so far stands for what is left.
 
 Takes a Plan, times; gives seconds.
 """
@@ -27,21 +27,25 @@ from gearrattle.studies.plan import Plan, Samples
 _TRIED, MOST_TRIED = 0.5, 32  # seconds that cases alone would take, and cases, by which the time of one is measured
 _TOO_LONG = 2.0  # seconds of a case alone: no further case is tried then
 _OPENING, _KEEPING = 0.2, 0.02  # seconds to lay out a study, and to keep a chunk; measured
+_GOLDEN = 0.6180339887498949
 _BELIEVED = 0.5  # share of the work after which its own pace alone is believed, and the estimate no more
 _ALMOST = 0.95  # share of a chunk under way that is counted at most where nobody tells it
 
 
 def spread(count: int, most: int) -> Iterator[int]:
-    """Yield up to ``most`` different numbers below ``count``, every beginning of which is spread over the range."""
+    """Yield up to ``most`` different numbers below ``count``, every beginning of which is spread over the range.
+
+    Multiples of the golden section: they fall on every value of every axis of a grid, which steps of a power of two
+    would not.
+    """
     seen: set[int] = set()
-    bits = max(1, (count - 1).bit_length())
-    for i in range(1 << bits):
-        at = int(f"{i:0{bits}b}"[::-1], 2) * count >> bits
+    i = 0
+    while len(seen) < min(most, count):
+        at = int(i * _GOLDEN % 1.0 * count)
+        i += 1
         if at not in seen:
             seen.add(at)
             yield at
-        if len(seen) >= min(most, count):
-            return
 
 
 def spread_places(shape: tuple[int, ...], most: int) -> list[tuple[int, ...]]:
