@@ -16,7 +16,7 @@ from tests.comparison.cases import case
 from tests.signals import handmade
 
 CYCLES = 80
-SAME = "same within sampling error"
+EQUAL = "equal"
 
 
 def drawn(seed, *, gain=1.0, colour=0.0, rate=0.5, push=1.0, cycles=CYCLES, wander=0.0):
@@ -98,7 +98,7 @@ def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
     reference = synthetic.trajectory(cycles=24)
     exact = [portrait(reference)] * MANY
     itself = compare_statistics(exact[0], exact).items
-    assert {item.verdict for item in itself if item.quantity != "impulse distribution"} == {SAME}
+    assert {item.verdict for item in itself if item.quantity != "impulse distribution"} == {EQUAL}
     rounded = replace(
         reference, deflection=reference.deflection * (1 + 1e-6), acceleration=reference.acceleration * (1 + 1e-6)
     )

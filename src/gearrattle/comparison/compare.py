@@ -20,6 +20,7 @@ from gearrattle.calls.simulate import check_takes
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
+from gearrattle.comparison.floor import floor_of
 from gearrattle.comparison.peers import exact_portraits, nearby
 from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
 from gearrattle.comparison.portrait import Portrait, portrait
@@ -173,6 +174,10 @@ def judged(
     if result.run is None:
         return Row(label, algorithm, result.status)
     given, reference = result.run.trajectory, truth.trajectory
+    statistics = None
+    if peers and len(peers) > 1:
+        floor = floor_of(given, reference, start) if reference.cost.algorithm == "exact" else None
+        statistics = compare_statistics(portrait(given, start), peers, floor)
     return Row(
         label,
         algorithm,
@@ -181,7 +186,7 @@ def judged(
         error=pointwise(given, reference, window),
         crossings=compare_crossings(given, reference, window),
         impacts=compare_impacts(given, reference, window),
-        statistics=compare_statistics(portrait(given, start), peers) if peers and len(peers) > 1 else None,
+        statistics=statistics,
         transmissibility=compare_transmissibility(given, reference),
         coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
         history=envelope(reference.time, worst_history(given, reference, reference.time.size)),

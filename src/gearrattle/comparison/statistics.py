@@ -5,10 +5,11 @@ half-gap of the same start (``peers``), show what a correct motion may come to. 
 *different* if it lies farther from theirs than any of theirs from the others, which chance gives one motion in
 twenty-two (``signals.ensembles``). Nothing is assumed about the process: impacts come in bursts, and levels wander.
 
-Nothing is called different, however certain, if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``): motions
-that repeat themselves have no scatter. Nor if it is by less than ``NEGLIGIBLE`` of the loudest cycle of the whole
-motion, start-up included: what is left when a motion has come to rest is rounding and tolerance. With many items some
-are called different by chance; how many is told.
+Nothing is called different, however certain, that the motion's own error explains (``floor``), where that error is
+known: motions that repeat themselves have no scatter, and accurate ones differ in the last digits of their tolerance.
+Nor if it is by less than ``NEGLIGIBLE`` (spectra: ``NEGLIGIBLE_DB``), nor by less than ``NEGLIGIBLE`` of the loudest
+cycle of the whole motion, start-up included: what is left when a motion has come to rest is rounding and tolerance.
+Such statistics are *equal*. With many items some are called different by chance; how many is told.
 
 Takes Portraits; gives a StatisticalComparison.
 """
@@ -21,17 +22,26 @@ from typing import Literal
 
 import numpy as np
 
+from gearrattle.comparison.floor import Floor
 from gearrattle.comparison.portrait import Portrait
 from gearrattle.comparison.record import Record
-from gearrattle.signals import density_distances, distribution_distances, number_distances, rank
+from gearrattle.signals import (
+    density_distances,
+    distribution_distances,
+    explained_distance,
+    number_distances,
+    rank,
+)
 from gearrattle.trajectory import Array
 
-Verdict = Literal["same within sampling error", "different", "undecided"]
+Verdict = Literal["equal", "same within sampling error", "different", "undecided"]
+EQUAL: Verdict = "equal"
 SAME: Verdict = "same within sampling error"
 SIGNIFICANT = 0.05
 NEGLIGIBLE = 1e-3
 NEGLIGIBLE_DB = 0.01  # 0.12 % in amplitude
 FEWEST_IMPULSES = 8
+_ROUNDING = 1e-9  # of a bound: it and what it bounds are summed in another order
 
 
 @dataclass(frozen=True)
@@ -46,8 +56,11 @@ class Item(Record):
         measure: what is tested, in words with its unit.
         value: that measure.
         low, high: all exact motions lie between them.
+        floor: differences of the measure from the reference below it are explained by the motion's own error.
         p_value: how often chance puts a correct motion at least so far out; NaN where unknown.
-        verdict: "same within sampling error", "different" or "undecided" (too little to tell).
+        verdict: "equal" (nothing that counts), "same within sampling error", "different" or "undecided" (too little to
+            tell).
+        by_chance: how often a correct motion is called different; 0 where exact motions do not scatter.
     """
 
     quantity: str
@@ -59,8 +72,10 @@ class Item(Record):
     value: float
     low: float
     high: float
+    floor: float
     p_value: float
     verdict: Verdict
+    by_chance: float
 
 
 @dataclass(frozen=True)
@@ -74,7 +89,7 @@ class StatisticalComparison(Record):
         items: in the order levels, spectra, rates, impulses, transmissibilities.
         decided: of how many items is known whether they differ.
         different: how many are called different.
-        different_by_chance: how many of the decided ones would be of a correct motion, on average.
+        different_by_chance: how many would be of a correct motion, on average.
     """
 
     start: float
@@ -91,34 +106,45 @@ class StatisticalComparison(Record):
         return next(each for each in self.items if (each.quantity, each.subject) == (quantity, subject))
 
 
-def compare_statistics(given: Portrait, exact: Sequence[Portrait]) -> StatisticalComparison:
+def compare_statistics(given: Portrait, exact: Sequence[Portrait], floor: Floor | None = None) -> StatisticalComparison:
     """Return the statistics of a motion beside those of exact ones, and which of them differ.
 
     Args:
         given: the motion in question.
         exact: exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
+        floor: what the motion's error against one of them explains; None where that is not known.
     """
     everyone = (given, *exact)
     plate = given.layout
+    clearances, inertias = plate.clearance_names, plate.inertia_names
     metres = [plate.is_mesh[element] for element in plate.clearance]
     rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
-    clearances, inertias = plate.clearance_names, plate.inertia_names
-    accelerations = np.array([each.acceleration for each in everyone])
     moved = NEGLIGIBLE * np.max([each.largest_deflection for each in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([each.largest_acceleration for each in exact], axis=0)
-    rms, swing = _referred(shaken, exact, plate.reference)
+    tr_rms, tr_peak = _referred(shaken, exact, plate.reference)
+
+    def numbers(quantity: str, field: str, names: Sequence[str], units: Sequence[str], least: Array) -> Iterator[Item]:
+        for i, name in enumerate(names):
+            if quantity.startswith("TR") and i == plate.reference:
+                continue  # its own is 1
+            values = np.array([getattr(each, field)[i] for each in everyone])
+            explained = None if floor is None else (getattr(floor.reference, field)[i], getattr(floor, field)[i])
+            yield _number(quantity, (name, units[i]), values, float(least[i]), explained)
+
+    densities = np.array([each.density for each in everyone])
+    ones = ["1"] * len(inertias)
     items = (
-        *_numbers("rms deflection", clearances, rad, np.array([each.deflection for each in everyone]), moved),
-        *_numbers("rms acceleration", inertias, ["rad/s^2"] * len(inertias), accelerations, shaken),
-        *_densities(inertias, np.array([each.density for each in everyone]), shaken / np.sqrt(given.resolution)),
-        *_numbers("impact rate", clearances, ["1/cycle"] * len(clearances), np.array([each.rate for each in everyone])),
-        *_impulses(clearances, impulse, everyone),
-        *_ratios("TR rms", plate.reference, inertias, np.array([each.tr_rms for each in everyone]), rms),
-        *_ratios("TR peak", plate.reference, inertias, np.array([each.tr_peak for each in everyone]), swing),
-    )  # fmt: skip
+        *numbers("rms deflection", "deflection", clearances, rad, moved),
+        *numbers("rms acceleration", "acceleration", inertias, ["rad/s^2"] * len(inertias), shaken),
+        *_densities(inertias, densities, shaken / np.sqrt(given.resolution), floor),
+        *numbers("impact rate", "rate", clearances, ["1/cycle"] * len(clearances), np.zeros(len(clearances))),
+        *_impulses(clearances, impulse, everyone, floor),
+        *numbers("TR rms", "tr_rms", inertias, ones, tr_rms),
+        *numbers("TR peak", "tr_peak", inertias, ones, tr_peak),
+    )
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
-    by_chance = decided / len(everyone)
+    by_chance = sum(item.by_chance for item in items)
     return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, decided, different, by_chance)
 
 
@@ -134,80 +160,98 @@ def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[
     return rms, swing
 
 
-def _judged(distances: Array, *, large: bool) -> tuple[float, Verdict]:
-    """p and verdict of the first."""
+def _judged(distances: Array, *, large: bool, scatter: bool) -> tuple[float, Verdict, float]:
+    """p, verdict of the first, and how often chance alone calls one different."""
     if distances.size * SIGNIFICANT <= 1.0 or np.isnan(distances).any():
-        return float("nan"), "undecided"
-    p = rank(distances)
-    return p, "different" if p < SIGNIFICANT and large else SAME
+        return float("nan"), "undecided", 0.0
+    p, chance = rank(distances), 1.0 / distances.size if scatter else 0.0
+    if not large:
+        return p, EQUAL, chance
+    return p, "different" if p < SIGNIFICANT else SAME, chance
 
 
-def _numbers(
-    quantity: str, names: Sequence[str], units: Sequence[str], values: Array, least: Array | None = None
-) -> Iterator[Item]:
-    """Statistics (m, k) that are numbers: the first one's over the mean of the others.
+def _number(
+    quantity: str, subject: tuple[str, str], values: Array, least: float, explained: tuple[float, float] | None
+) -> Item:
+    """A statistic that is a number: the first one's over the mean of the others.
 
-    ``least`` (k,): if the squares of both are no farther apart than its square, they are not different.
+    Args:
+        quantity: in words.
+        subject: its name and unit.
+        values: (m,) of all motions.
+        least: if the squares of both are no farther apart than its square, they are not different.
+        explained: value of the reference, and how far the motion's own error may move it; None where not known.
     """
-    least = np.zeros(len(names)) if least is None else least
-    for name, unit, column, floor in zip(names, units, values.T, least, strict=True):
-        mine, others = float(column[0]), column[1:]
-        mean = float(np.mean(others))
-        distances = number_distances(column)
-        large = distances[0] > NEGLIGIBLE * abs(mean) and distances[0] * (abs(mine) + abs(mean)) > floor**2
-        p, verdict = _judged(distances, large=bool(large))
-        scale = mean if mean != 0.0 else float("nan")
-        low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
-        measure = "ratio to the mean of exact motions"
-        yield Item(quantity, name, mine, mean, unit, measure, mine / scale, low, high, p, verdict)
+    mine, others = float(values[0]), values[1:]
+    mean, distances = float(np.mean(others)), number_distances(values)
+    reference, bound = (float("nan"), 0.0) if explained is None else map(float, explained)
+    large = (
+        distances[0] > NEGLIGIBLE * abs(mean)
+        and distances[0] * (abs(mine) + abs(mean)) > least**2
+        and not abs(mine - reference) <= bound * (1.0 + _ROUNDING)
+    )
+    spread = float(np.ptp(others)) if np.isfinite(others).all() else 0.0
+    p, verdict, by_chance = _judged(distances, large=bool(large), scatter=spread > max(NEGLIGIBLE * abs(mean), bound))
+    scale = mean if mean != 0.0 else float("nan")
+    low, high = float(np.min(others)) / scale, float(np.max(others)) / scale
+    measure, floor = "ratio to the mean of exact motions", max(NEGLIGIBLE, bound / abs(scale))
+    return Item(
+        quantity, *(subject[0], mine, mean, subject[1]), measure, mine / scale, low, high, floor, p, verdict, by_chance
+    )
 
 
-def _ratios(quantity: str, reference: int, names: Sequence[str], values: Array, least: Array) -> Iterator[Item]:
-    """Transmissibilities: numbers, but for the reference inertia's own."""
-    others = [i for i in range(len(names)) if i != reference]
-    yield from _numbers(quantity, [names[i] for i in others], ["1"] * len(others), values[:, others], least[others])
-
-
-def _densities(names: Sequence[str], densities: Array, least: Array) -> Iterator[Item]:
+def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floor | None) -> Iterator[Item]:
     """(m, n, f); ``least`` (n,): apart by no more than its square, over all bins, they are not different."""
-    nan = float("nan")
+    nan, chance = float("nan"), 2.0 / len(densities)
     for i, name in enumerate(names):
-        far, share = density_distances(densities[:, i])
+        far, share = density_distances(densities[:, i], None if floor is None else floor.density[i])
         apart = np.sum(np.abs(densities[0, i] - np.mean(densities[1:, i], axis=0)))
-        large = bool(far[0] > NEGLIGIBLE_DB and apart > least[i] ** 2)
-        chance = 2.0 / len(densities)
-        for quantity, measure, distances in (
+        distance, bound = nan, 0.0
+        if floor is not None:
+            distance, bound = explained_distance(densities[:, i], floor.reference.density[i], floor.density[i])
+        large = far[0] > NEGLIGIBLE_DB and apart > least[i] ** 2 and not distance <= bound * (1.0 + _ROUNDING)
+        scatter = bool(np.max(far[1:]) > max(NEGLIGIBLE_DB, bound))
+        for quantity, measure, distances, smallest in (
             (
                 "PSD outside bands",
                 f"share of bins above or below all exact motions', {chance:.2g} by chance [1]",
-                share,
+                share, nan,
             ),
-            ("PSD distance", "rms over the bins of 10 lg of the ratio to the mean of exact motions' [dB]", far),
-        ):
-            p, verdict = _judged(distances, large=large)
+            (
+                "PSD distance",
+                "rms over the bins of 10 lg of the ratio to the mean of exact motions' [dB]",
+                far, max(NEGLIGIBLE_DB, bound),
+            ),
+        ):  # fmt: skip
+            p, verdict, by_chance = _judged(distances, large=bool(large), scatter=scatter)
             value, high = float(distances[0]), float(np.max(distances[1:]))
-            yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, p, verdict)
+            yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, smallest, p, verdict, by_chance)
 
 
-def _impulses(names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait]) -> Iterator[Item]:
+def _impulses(
+    names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait], floor: Floor | None
+) -> Iterator[Item]:
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
         samples = [each.impulses[k] for each in everyone]
         medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
-        distances = np.full(len(samples), np.nan)
+        distances, shift = np.full(len(samples), np.nan), float("nan")
         if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
-            tolerance = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
-            distances = distribution_distances(samples, tolerance)
-        p, verdict = _judged(distances, large=True)
+            shift = NEGLIGIBLE * float(np.sqrt(np.mean(np.concatenate(samples[1:]) ** 2)))
+            shift = shift if floor is None else max(shift, float(floor.impulse[k]))
+            distances = distribution_distances(samples, shift)
+        p, verdict, by_chance = _judged(distances, large=bool(distances[0] > 0.0), scatter=bool(np.any(distances[1:])))
         yield Item(
             quantity="impulse distribution",
             subject=name,
             given=medians[0],
             reference=float(np.mean(medians[1:])),
             unit=unit,
-            measure=f"largest distance of the distributions beyond a shift of {NEGLIGIBLE:g} of the rms [1]",
+            measure=f"largest distance of the distributions beyond a shift of {shift:.3g} {unit} [1]",
             value=float(distances[0]),
             low=0.0,
             high=float(np.max(distances[1:])),
+            floor=0.0,
             p_value=p,
             verdict=verdict,
+            by_chance=by_chance,
         )

@@ -19,7 +19,13 @@ from gearrattle.signals.bodies import (
     speed_ratios,
 )
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
-from gearrattle.signals.ensembles import density_distances, distribution_distances, number_distances, rank
+from gearrattle.signals.ensembles import (
+    density_distances,
+    distribution_distances,
+    explained_distance,
+    number_distances,
+    rank,
+)
 from gearrattle.signals.impact_sums import ImpactSummary, Severity, add_impacts, measure_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
@@ -67,6 +73,7 @@ __all__ = [
     "distribution_distances",
     "dwell_of_regions",
     "dwell_times",
+    "explained_distance",
     "find_impacts",
     "gap_names",
     "harmonics",

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.trajectory import Array
 
@@ -51,7 +52,7 @@ def number_distances(values: Array) -> Array:
     return np.asarray(np.abs(values - mean_of_others(values)))
 
 
-def density_distances(densities: Array) -> tuple[Array, Array]:
+def density_distances(densities: Array, error: Array | None = None) -> tuple[Array, Array]:
     """Return (m,) the log-spectral distance sqrt(mean (10 lg S_i/S_others)^2) [dB], and (m,) the share of extreme bins.
 
     A bin of a motion is extreme if its density alone is the largest or the least of all. Bins count whose mean lies
@@ -60,19 +61,48 @@ def density_distances(densities: Array) -> tuple[Array, Array]:
 
     Args:
         densities: (m, f) one-sided spectral densities.
+        error: (f,) density of a known error, to which lower densities are raised too; None: of none.
     """
-    pooled = densities.mean(axis=0)
-    floor = FLOOR * pooled.max()
-    chosen = pooled > floor
-    chosen[:2] = chosen[-1] = False
+    chosen, floor = _compared(densities, error)
     if not chosen.any():
         nothing = np.full(len(densities), np.nan)
         return nothing, nothing
-    found = np.maximum(densities[:, chosen], floor)
-    decibel = 10.0 * np.log10(found / np.maximum(mean_of_others(densities)[:, chosen], floor))
-    ordered = np.sort(found, axis=0)
-    alone = (found < ordered[1]) | (found > ordered[-2])
+    raised = np.maximum(densities[:, chosen], floor)
+    decibel = 10.0 * np.log10(raised / np.maximum(mean_of_others(densities)[:, chosen], floor))
+    ordered = np.sort(raised, axis=0)
+    alone = (raised < ordered[1]) | (raised > ordered[-2])
     return np.sqrt(np.mean(decibel**2, axis=1)), np.mean(alone, axis=1)
+
+
+def explained_distance(densities: Array, reference: Array, error: Array) -> tuple[float, float]:
+    """Return the log-spectral distance of the first motion from a reference, and the most that an error explains [dB].
+
+    An error of density S_e moves the root of every density by sqrt(S_e) at most, so with densities S and S_ref raised
+    to S_e the distance is at most that of 20 lg(1 + sqrt(S_e / min(S, S_ref))). NaN where no bin holds power.
+
+    Args:
+        densities: (m, f) as for ``density_distances``, whose bins are taken.
+        reference: (f,) density of the motion the error is told against.
+        error: (f,) density of the error.
+    """
+    chosen, floor = _compared(densities, error)
+    if not chosen.any():
+        return float("nan"), float("nan")
+    mine, theirs = (np.maximum(density[chosen], floor) for density in (densities[0], reference))
+    bound = 20.0 * np.log10(1.0 + np.sqrt(error[chosen] / np.minimum(mine, theirs)))
+    distances = (10.0 * np.log10(mine / theirs), bound)
+    distance, most = (float(np.sqrt(np.mean(decibel**2))) for decibel in distances)
+    return distance, most
+
+
+def _compared(densities: Array, error: Array | None) -> tuple[NDArray[np.bool_], Array]:
+    """(f,) which bins are compared, and for these the density below which nothing is told apart."""
+    pooled = densities.mean(axis=0)
+    least = FLOOR * pooled.max()
+    chosen = pooled > least
+    chosen[:2] = chosen[-1] = False
+    floor = np.full(int(chosen.sum()), least)
+    return chosen, floor if error is None else np.maximum(floor, error[chosen])
 
 
 def distribution_distances(samples: Sequence[Array], tolerance: float) -> Array:
