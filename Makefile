@@ -20,7 +20,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics scaling compositions images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -72,6 +72,9 @@ forecast: $(VENV)/.package  ## forecasts of contact ratios against exact runs: w
 
 metrics: $(VENV)/.package   ## what sampling rattle metrics need: writes docs/reference/metrics.md
 	$(PY) -m benchmarks.metrics
+
+horizon: $(VENV)/.test      ## what rounding comes to at the predictability horizon: writes docs/reference/horizon.md (minutes)
+	$(PY) -m benchmarks.horizon
 
 scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases: writes docs/reference/scaling.md (minutes)
 	$(PY) -m benchmarks.scaling

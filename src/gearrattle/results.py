@@ -189,7 +189,8 @@ class Run:
     def predictability_horizon(self) -> float:
         """Time [s] from which the motion is no longer predicted pointwise; infinite if it is to the end.
 
-        The first time at which some perturbation has grown by 1e7: rounding errors of 1e-16 have then become 1e-9.
+        The first time at which some perturbation has grown by 1e7. Rounding has then put deflections off by about 1e-8
+        half-gaps, in 95 of 100 motions by less than 3e-7.
         """
         return self.trajectory.first_cycle * self.trajectory.layout.period + self.variation.horizon(growth.GROWTH)
 

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-import numpy as np
-
 from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, run_one
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.comparison.record import Record
@@ -22,6 +20,7 @@ from gearrattle.comparison.steps import check_budget, check_names, fixed_step_of
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.results import Run
+from gearrattle.system.variation import ROUNDING_95
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 12))
 SHARES = tuple(4.0 * 2.0**-k for k in range(8))
@@ -56,7 +55,7 @@ class WorkPrecision(Record):
     Attributes:
         window: errors are the largest up to here [s].
         cycles: length of every run in periods.
-        exact: the one point of the exact solution; its error is bounded by rounding, grown ``GROWTH``-fold.
+        exact: the one point of the exact solution; its error is what 95 of 100 motions stay below.
         curves: one an algorithm.
         unit: of errors, in words.
     """
@@ -105,7 +104,7 @@ def work_precision(
         if progress is not None:
             progress(number / len(algorithms))
         curves.append(_curve(model, name, grid, (truth, window), budget))
-    point = Point(float("nan"), GROWTH * float(np.finfo(float).eps), truth.cost.function_calls, truth.cost.wall_time)
+    point = Point(float("nan"), GROWTH * ROUNDING_95, truth.cost.function_calls, truth.cost.wall_time)
     unit = pointwise(truth.trajectory, truth.trajectory, window).unit
     return WorkPrecision(window, cycles, point, tuple(curves), unit)
 
