@@ -13,9 +13,11 @@ import gearrattle as gr
 from gearrattle.comparison.compare import CEILING, Comparison, side_by_side, window_of
 from gearrattle.comparison.contest import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
-from gearrattle.comparison.recommendation import is_sound, recommendation
-from gearrattle.comparison.table import COLUMNS
+from gearrattle.comparison.recommendation import is_sound, recommendation, with_verdicts
+from gearrattle.comparison.table import COLUMNS, table_of
+from gearrattle.plots.comparison import growth_of_errors, shown_until
 from gearrattle.report.comparison import on_statistics
+from gearrattle.report.comparison_tables import verdict_table
 from gearrattle.solvers import SOLVERS
 from tests.comparison.cases import case
 
@@ -58,7 +60,10 @@ def test_the_papers_rk4_step_is_told_to_be_unstable_and_to_invent_impacts(loaded
     assert row.impacts is not None
     assert row.impacts.total.invented > 10
     assert not is_sound(row)
-    assert "the paper's rk4 lies outside its stability region (a mode grows by 1.688 a step)" in loaded.recommendation
+    assert row.verdict == "not sound"
+    assert row.reasons[0] == "step outside its stability region (a mode grows by 1.688 a step)"
+    assert f"{row.impacts.total.invented} impacts invented" in row.reasons
+    assert "the paper's rk4" in loaded.recommendation.split("Do not trust ")[1]
     assert loaded.row("rk2").growth == pytest.approx(1.0, abs=1e-6)
     assert loaded.row("rkf").growth is None
 
@@ -67,9 +72,25 @@ def test_the_cheapest_sound_algorithm_is_recommended_next_to_exact(loaded: Compa
     sound = [row for row in loaded.rows[1:-1] if is_sound(row)]
     assert "rkv-events" in {row.label for row in sound}
     best = min(sound, key=lambda row: row.cost.wall_time if row.cost else math.inf)
-    assert f"Use exact. Of the algorithms that step, {best.label} is the cheapest sound one" in loaded.recommendation
+    assert f"Use exact; of the algorithms that step, {best.label} is the cheapest sound one" in loaded.recommendation
     none = replace(loaded, rows=(loaded.rows[0], loaded.row("the paper's rk4"), loaded.rows[-1]))
     assert recommendation(none).startswith("Use exact: of the algorithms that step, none is sound here.")
+
+
+def test_the_recommendation_is_three_sentences_and_a_line_a_row(loaded: Comparison) -> None:
+    assert len(loaded.recommendation.split(". ")) == 3
+    assert loaded.recommendation.endswith(
+        "The motion is predictable to its end: differences are errors of the algorithms."
+    )
+    table = table_of(loaded)
+    assert table.loc["rkv-events", ["verdict", "because"]].tolist() == ["sound", ""]
+    assert table.loc["rkf", "verdict"] == "not sound"
+    assert table.loc["rkf", "because"].startswith("error of ")
+    assert table.loc["exact", "verdict"] == table.loc[CEILING, "verdict"] == ""
+    lines = [dict(zip(verdict_table(loaded).head, row, strict=True)) for row in verdict_table(loaded).rows]
+    assert [line["algorithm"] for line in lines] == ["exact", "rk2", "the paper's rk4", "rkv-events", "rkf"]
+    assert lines[0]["time over exact's"] == "1"
+    assert lines[2]["because"] == ", ".join(loaded.row("the paper's rk4").reasons)
 
 
 def test_the_ceiling_is_exact_from_nearby(loaded: Comparison) -> None:
@@ -128,7 +149,8 @@ def test_a_contender_over_its_budget_is_stopped_and_said_to_be() -> None:
     row = found.row("rk4")
     assert row.status == "stopped after 0.2 s"
     assert row.cost is None
-    assert "rk4: stopped after 0.2 s." in found.recommendation
+    assert (row.verdict, row.reasons) == ("no motion", ("stopped after 0.2 s",))
+    assert "Do not trust rk4 here" in found.recommendation
 
 
 def test_statistics_that_were_not_compared_are_not_said_to_agree(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,7 +227,7 @@ def test_a_budget_is_a_time(budget: float) -> None:
 
 def test_nothing_is_said_of_algorithms_that_took_no_part() -> None:
     found = side_by_side(case("case1_loaded"), ["exact"], cycles=2, samples_per_cycle=64)
-    assert found.recommendation.startswith("Use exact. The motion is predictable to its end")
+    assert found.recommendation.startswith("Use exact. No other algorithm took part. The motion is predictable")
 
 
 def test_one_name_is_a_list_of_one() -> None:
@@ -263,5 +285,22 @@ def test_an_algorithm_with_strange_statistics_is_not_sound(loaded: Comparison) -
     strange = replace(row, statistics=replace(row.statistics, different=len(row.statistics.items) // 2))
     assert not is_sound(strange)
     rows = (*(strange if each is row else each for each in loaded.rows),)
-    words = recommendation(replace(loaded, rows=rows))
-    assert f"rkv-events: {strange.statistics.different} of {len(row.statistics.items)} statistics lie outside" in words
+    told = next(each for each in with_verdicts(replace(loaded, rows=rows)) if each.label == "rkv-events")
+    counts = f"{strange.statistics.different} of {strange.statistics.decided}"
+    assert (told.verdict, told.reasons) == ("not sound", (f"{counts} statistics outside those of all exact motions",))
+
+
+def test_errors_are_drawn_over_the_cycles_in_which_they_grow_and_to_the_end_of_a_predictable_motion(
+    loaded: Comparison,
+) -> None:
+    assert shown_until(loaded) == loaded.cycles
+    chaotic = side_by_side(case("case3"), ["rkv"], cycles=40, discard=4, samples_per_cycle=64)
+    away, end = chaotic.rows[-1], shown_until(chaotic)
+    assert away.error is not None
+    assert chaotic.horizon / chaotic.period < end < 20.0
+    chart = growth_of_errors(chaotic)
+    assert chart.panels[0].x_range == (0.0, end)
+    assert f"Of 40 cycles the first {end:g} are shown" in chart.caption
+    for line in chart.panels[0].lines:
+        assert np.count_nonzero(line.x <= end) > 300
+    assert "The motion is predictable for 2.88 cycles; beyond, compare statistics" in chaotic.recommendation

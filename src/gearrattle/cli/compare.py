@@ -80,8 +80,8 @@ def compare(
     if json:
         print(json_text(comparison.to_dict()))
     else:
-        print(_table(comparison))
         print(comparison.recommendation)
+        print(_table(comparison))
     if output is not None:
         print(f"page: {output / 'compare.html'}", file=sys.stderr if json else sys.stdout)
 
@@ -120,19 +120,18 @@ def _work(
 def _table(comparison: Comparison) -> str:
     from gearrattle.cli.columns import columns
 
-    head = ("algorithm", "steps", "calls", "time, s", "error", "missed", "invented", "statistics off", "outcome")
+    head = ("algorithm", "steps", "calls", "time, s", "error", "missed", "invented", "statistics off", "verdict")
     rows = []
     for row in comparison.rows:
+        verdict = ": ".join(part for part in (row.verdict, ", ".join(row.reasons)) if part) or row.status
         if row.cost is None or row.error is None or row.impacts is None:
-            rows.append((row.label, *["-"] * 7, row.status))
+            rows.append((row.label, *["-"] * 7, verdict))
             continue
         impacts, off = row.impacts.total, "-"
         if row.statistics is not None and row.statistics.decided:
             off = f"{row.statistics.different}/{row.statistics.decided}"
-        unstable = row.growth is not None and row.growth > 1.0 + 1e-9
         rows.append(
             (row.label, f"{row.cost.steps}", f"{row.cost.function_calls}", f"{row.cost.wall_time:.3g}",
-             f"{row.error.worst:.1e}", f"{impacts.missed}", f"{impacts.invented}", off,
-             "unstable step" if unstable else row.status)
+             f"{row.error.worst:.1e}", f"{impacts.missed}", f"{impacts.invented}", off, verdict)
         )  # fmt: skip
     return columns(head, rows)

@@ -24,7 +24,7 @@ from gearrattle.comparison.floor import floor_of
 from gearrattle.comparison.peers import exact_portraits, nearby
 from gearrattle.comparison.pointwise import envelope, pointwise, worst_history
 from gearrattle.comparison.portrait import Portrait, portrait
-from gearrattle.comparison.recommendation import recommendation
+from gearrattle.comparison.recommendation import recommendation, with_verdicts
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.statistics import compare_statistics
 from gearrattle.comparison.steps import check_budget, check_names, growths_of, has_fixed_step
@@ -131,6 +131,7 @@ def side_by_side(
         model.name, reference, tuple(rows), tolerance, window, horizon, t.layout.period, t.cycles, t.discard,
         t.samples_per_cycle, budget,
     )  # fmt: skip
+    comparison = replace(comparison, rows=with_verdicts(comparison))
     return replace(comparison, recommendation=recommendation(comparison))
 
 
@@ -189,7 +190,9 @@ def judged(
         statistics=statistics,
         transmissibility=compare_transmissibility(given, reference),
         coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
-        history=envelope(reference.time, worst_history(given, reference, reference.time.size)),
+        history=envelope(
+            reference.time, worst_history(given, reference, reference.time.size), 2.0 * truth.predictability_horizon
+        ),
         notes=given.notes,
     )
 

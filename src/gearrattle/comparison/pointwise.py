@@ -15,6 +15,7 @@ Takes two Trajectories; gives a PointwiseError.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,16 +137,19 @@ def error_history(given: Trajectory, reference: Trajectory, scale: Array) -> Arr
     return _relative(given.deflection - reference.deflection, scale)
 
 
-def envelope(time: Array, worst: Array, points: int = 400) -> tuple[Array, Array]:
-    """Return at most ``points`` times, evenly spaced, and the worst error since the time before.
+def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 400) -> tuple[Array, Array]:
+    """Return some times, and the worst error since the time before.
 
     Args:
         time: (Nt,) [s].
         worst: (Nt,) errors.
-        points: at most so many.
+        dense: half of the times lie before it [s]: where errors grow.
+        points: at most so many on either side of it.
     """
-    edges = np.unique(np.linspace(0, time.size, min(points, time.size) + 1).astype(np.int64))
-    return time[edges[1:] - 1], np.maximum.reduceat(worst, edges[:-1])
+    early = int(np.searchsorted(time, dense))
+    edges = [np.linspace(*span, min(points, span[1] - span[0]) + 1) for span in ((0, early), (early, time.size))]
+    edge = np.unique(np.concatenate(edges).astype(np.int64))
+    return time[edge[1:] - 1], np.maximum.reduceat(worst, edge[:-1])
 
 
 def _relative(error: Array, scale: Array) -> Array:

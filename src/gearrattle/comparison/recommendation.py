@@ -6,14 +6,16 @@ horizon lie outside those of all exact motions: chance puts one in twenty-two th
 cheapest sound one is recommended next to exact.
 Against a reference that is itself wrong nobody is called sound or unsound.
 
-Takes a Comparison; gives sentences.
+Takes a Comparison; gives verdicts with their reasons, and three sentences.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.wording import counted, listed, noun_of
 
 SOUND = 1e-2  # half-gaps, or of the rms velocity without clearances
 STRANGE = 1.0 / 3.0
@@ -35,73 +37,91 @@ def _is_strange(row: Row) -> bool:
     return row.statistics is not None and row.statistics.different > STRANGE * len(row.statistics.items)
 
 
+def with_verdicts(comparison: Comparison) -> tuple[Row, ...]:
+    """Return the rows with a verdict, "sound" or "not sound", and what speaks against them.
+
+    The reference and the exact motion from nearby have neither, and against a reference that is not exact nobody has
+    one; but why there is no motion is told in any case.
+    """
+    first, *others, away = comparison.rows
+    rows = []
+    for row in others:
+        ended = row.error is not None
+        reasons = tuple(_reasons(row)) if ended else (row.status,)
+        verdict = "sound" if is_sound(row) else "not sound" if ended else "no motion"
+        if comparison.reference != "exact" and ended:
+            verdict, reasons = "", ()
+        rows.append(replace(row, verdict=verdict, reasons=reasons))
+    return (first, *rows, away)
+
+
+def _reasons(row: Row) -> Iterator[str]:
+    """What speaks against a motion."""
+    assert row.error is not None and row.impacts is not None  # noqa: PT018 - it came to an end
+    impacts = row.impacts.total
+    if row.growth is not None and row.growth > _STABLE:
+        yield f"step outside its stability region (a mode grows by {row.growth:.4g} a step)"
+    if row.error.worst > SOUND:
+        yield f"error of {row.error.worst:.1g} {row.error.unit}"
+    if impacts.missed:
+        yield f"{counted(impacts.missed, 'impact')} missed"
+    if impacts.invented:
+        yield f"{counted(impacts.invented, 'impact')} invented"
+    if row.statistics is not None and _is_strange(row):
+        yield f"{row.statistics.different} of {row.statistics.decided} statistics outside those of all exact motions"
+
+
 def recommendation(comparison: Comparison) -> str:
-    """Sentences on what to use, what not to trust and why, and what no algorithm can do here."""
-    return " ".join((*_use(comparison), *_warnings(comparison), *_limits(comparison)))
+    """Return three sentences: what to use, what not to trust, and what no algorithm can do here.
+
+    Args:
+        comparison: its rows judged.
+    """
+    return " ".join((_use(comparison), _trust(comparison), _limits(comparison)))
 
 
-def _use(comparison: Comparison) -> Iterator[str]:
+def _use(comparison: Comparison) -> str:
     judge, *others = comparison.rows[:-1]
-    stepping = [row for row in others if row.algorithm != "exact"]
-    sound = [row for row in stepping if is_sound(row)]
-    assert judge.cost is not None
     if comparison.reference != "exact":
-        yield from _of_the_judge(comparison)
-        return
+        away = comparison.rows[-1]
+        own = "" if away.error is None else f", which is itself wrong by {away.error.worst:.1g} {away.error.unit}"
+        return (
+            f"Errors are told against {comparison.reference}{own}: which algorithm to use, only reference = exact can "
+            "tell."
+        )
+    stepping = [row for row in others if row.algorithm != "exact"]
+    sound = [row for row in stepping if row.verdict == "sound"]
+    assert judge.cost is not None
     if not sound:
-        yield f"Use {judge.label}{': of the algorithms that step, none is sound here' if stepping else ''}."
-        return
+        return f"Use {judge.label}{': of the algorithms that step, none is sound here' if stepping else ''}."
     best = min(sound, key=lambda row: row.cost.wall_time if row.cost else float("inf"))
     assert best.cost is not None and best.error is not None  # noqa: PT018 - a sound row has both
     ratio = best.cost.wall_time / judge.cost.wall_time
     than = f"{ratio:.3g} times as long" if ratio >= 1.0 else f"1/{1 / ratio:.3g} of the time"
-    yield (
-        f"Use {judge.label}. Of the algorithms that step, {best.label} is the cheapest sound one: it takes {than} "
+    return (
+        f"Use {judge.label}; of the algorithms that step, {best.label} is the cheapest sound one and takes {than} "
         f"for an error of {best.error.worst:.1g} {best.error.unit}."
     )
 
 
-def _of_the_judge(comparison: Comparison) -> Iterator[str]:
-    """What a reference other than exact is worth: exact, from nearby, is as far from it as it is from the truth."""
-    label, away = comparison.reference, comparison.rows[-1]
-    own = "" if away.error is None else f", which is itself wrong by {away.error.worst:.1g} {away.error.unit}"
-    yield f"Errors are told against {label}{own}: which algorithm to use, only reference = exact can tell."
+def _trust(comparison: Comparison) -> str:
+    others = [row for row in comparison.rows[1:-1] if row.algorithm != "exact"]
+    if comparison.reference != "exact":
+        lost = [row.label for row in others if row.verdict == "no motion"]
+        return f"No motion came of {listed(lost)}." if lost else "All algorithms came to their end."
+    wrong = [row.label for row in others if row.verdict != "sound"]
+    if not others:
+        return "No other algorithm took part."
+    return f"Do not trust {listed(wrong)} here; the table says why." if wrong else "All that took part are sound here."
 
 
-def _warnings(comparison: Comparison) -> Iterator[str]:
-    for row in comparison.rows[1:-1]:
-        if row.error is None or row.impacts is None or row.crossings is None:
-            yield f"{row.label}: {row.status}."
-        elif row.growth is not None and row.growth > _STABLE:
-            impacts = row.impacts.total
-            invented = f" and invents {_count(impacts.invented, 'impact')}" if impacts.invented else ""
-            yield f"{row.label} lies outside its stability region (a mode grows by {row.growth:.4g} a step){invented}."
-        elif not is_sound(row) and comparison.reference == "exact":
-            impacts = row.impacts.total
-            parts = [f"an error of {row.error.worst:.1g} {row.error.unit}"] if row.error.worst > SOUND else []
-            parts += [f"{_count(impacts.missed, 'impact')} missed"] if impacts.missed else []
-            parts += [f"{_count(impacts.invented, 'impact')} invented"] if impacts.invented else []
-            if parts:
-                yield f"{row.label}: {', '.join(parts)} while the motion can still be predicted."
-            if row.statistics is not None and _is_strange(row):
-                outside = f"{row.statistics.different} of {len(row.statistics.items)}"
-                yield f"{row.label}: {outside} statistics lie outside those of all exact motions."
-
-
-def _limits(comparison: Comparison) -> Iterator[str]:
+def _limits(comparison: Comparison) -> str:
     if comparison.horizon == float("inf"):
         own = ": differences are errors of the algorithms" if comparison.reference == "exact" else ""
-        yield f"The motion is predictable to its end{own}."
-        return
+        return f"The motion is predictable to its end{own}."
     cycles, away = comparison.horizon / comparison.period, comparison.rows[-1]
-    yield f"Within {cycles:.3g} cycles some perturbation grows ten-million-fold: beyond, compare statistics."
     wrong = float("inf") if away.error is None else float(away.error.passed[-1])
+    own = ""
     if wrong < float("inf") and comparison.reference == "exact":
-        yield (
-            f"Even exact, begun 1e-12 half-gaps away, is off by a tenth after {wrong / comparison.period:.3g} cycles: "
-            "no algorithm can do better."
-        )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+        own = f" (even exact, begun 1e-12 half-gaps away, is off by a tenth after {wrong / comparison.period:.3g})"
+    return f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}; beyond, compare statistics{own}."

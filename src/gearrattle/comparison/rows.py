@@ -33,6 +33,8 @@ class Row(Record):
         history: times [s] and the worst error since the one before [``error.unit``], to the end.
         growths: of a mode a step, in every region the reference visits; empty where steps are chosen.
         notes: of the run.
+        verdict: "sound", "not sound" or "no motion"; empty where nothing is judged.
+        reasons: what speaks against it, in words.
     """
 
     label: str
@@ -48,6 +50,8 @@ class Row(Record):
     history: tuple[Array, Array] | None = None
     growths: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    verdict: str = ""
+    reasons: tuple[str, ...] = ()
 
     @property
     def growth(self) -> float | None:
@@ -70,7 +74,7 @@ class Comparison(Record):
         period: T [s].
         cycles, discard, samples_per_cycle: of every run.
         budget: longest time a contender may take [s].
-        recommendation: what follows from the numbers, in words.
+        recommendation: what follows from the numbers, in three sentences.
     """
 
     model: str

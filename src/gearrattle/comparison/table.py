@@ -28,6 +28,8 @@ def _decided(row: Row, count: str) -> float:
 
 
 COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
+    "verdict": ("", lambda row: row.verdict),
+    "because": ("", lambda row: ", ".join(row.reasons)),
     "status": ("", lambda row: row.status),
     "average_step": ("s", lambda row: NAN if row.cost is None else row.cost.average_step),
     "average_trial_step": ("s", lambda row: NAN if row.cost is None else row.cost.average_trial_step),

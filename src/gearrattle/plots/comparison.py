@@ -29,6 +29,7 @@ COLOURS = (
     "#1b7837",
 )
 _FLOOR = 1e-16
+_LOST = 1e-3  # half-gaps: an error that has come so far from 1e-12 has grown beyond prediction
 
 
 def colours(labels: list[str]) -> dict[str, str]:
@@ -37,7 +38,11 @@ def colours(labels: list[str]) -> dict[str, str]:
 
 
 def growth_of_errors(comparison: Comparison) -> Chart:
-    """Draw the worst error over time, every contender and exact begun 1e-12 half-gaps away."""
+    """Draw the worst error over time, every contender and exact begun 1e-12 half-gaps away.
+
+    Where the motion is not predictable to its end the axis ends soon after the last error is saturated
+    (``shown_until``): from there on all are as wrong as they can be.
+    """
     *others, away = comparison.rows[1:]
     colour = {**colours([row.label for row in others]), away.label: INK}
     lines = tuple(
@@ -45,7 +50,7 @@ def growth_of_errors(comparison: Comparison) -> Chart:
         for row in comparison.rows[1:]
         if row.history is not None
     )
-    end = comparison.cycles
+    end = shown_until(comparison)
     rules = [Rule(comparison.window / comparison.period, "x", MUTED, label="window")]
     if comparison.horizon < end * comparison.period:
         rules.append(Rule(comparison.horizon / comparison.period, "x", MUTED, label="horizon"))
@@ -60,8 +65,28 @@ def growth_of_errors(comparison: Comparison) -> Chart:
         "motion begun 1e-12 half-gaps away, which no algorithm can be expected to beat. Errors are compared within the "
         "window; beyond the horizon only statistics are."
     )
+    if end < comparison.cycles:
+        caption += f" Of {comparison.cycles} cycles the first {end:g} are shown: all errors are saturated later."
     legend = tuple(Key(line.name, line.colour) for line in lines)
     return Chart("errors", "Growth of errors", caption, (panel,), panel_height=300, legend=legend)
+
+
+def shown_until(comparison: Comparison) -> float:
+    """Return up to which cycle errors are drawn: from rounding to saturation, with a quarter of that beyond; or all.
+
+    An error is saturated where it first passes a tenth of its largest value. Where that of exact begun nearby stays
+    below ``_LOST``, errors are told to the end.
+    """
+    histories = [row.history for row in comparison.rows[1:] if row.history is not None]
+    largest = [float(np.max(worst[np.isfinite(worst)], initial=0.0)) for _, worst in histories]
+    if comparison.rows[-1].history is None or largest[-1] < _LOST:
+        return float(comparison.cycles)
+    saturated = [
+        float(time[np.argmax(worst >= 0.1 * most)])
+        for (time, worst), most in zip(histories, largest, strict=True)
+        if most >= _LOST
+    ]
+    return float(min(comparison.cycles, np.ceil(1.25 * max(comparison.horizon, *saturated) / comparison.period)))
 
 
 def work_precision_chart(found: WorkPrecision, labels: list[str]) -> Chart:

@@ -27,6 +27,7 @@ from gearrattle.report.comparison_tables import (
     statistics_tables,
     transmissibility_table,
     truth_table,
+    verdict_table,
 )
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
@@ -59,6 +60,7 @@ def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, fol
         title=comparison.model or "driveline",
         recommendation=comparison.recommendation,
         setting=_setting(comparison),
+        verdicts=verdict_table(comparison),
         cost=cost_table(comparison),
         truth=truth_table(comparison),
         figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],

@@ -16,6 +16,19 @@ _MOST_REGIONS = 12
 """Columns of the table of growths; a train of twelve clearances visits hundreds of regions."""
 
 
+def verdict_table(comparison: Comparison) -> Table:
+    """Who can be trusted, what it costs against the reference, and why not."""
+    unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")
+    own = comparison.rows[0].cost
+    rows = []
+    for row in comparison.rows[:-1]:
+        times = "–" if row.cost is None or own is None else numeral(row.cost.wall_time / own.wall_time, 3)
+        error = "–" if row.error is None else _number(row.error.worst)
+        rows.append((row.label, row.verdict or "–", error, times, ", ".join(row.reasons)))
+    head = ("algorithm", "verdict", f"error, {unit}", f"time over {comparison.reference}'s", "because")
+    return Table(head, tuple(rows), frozenset({0, 1, 4}), "Who can be trusted")
+
+
 def cost_table(comparison: Comparison) -> Table:
     """Columns of the 1995 paper's Tables 3 and 4, and what they leave out."""
     head = (
