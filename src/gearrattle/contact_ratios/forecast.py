@@ -16,6 +16,7 @@ Takes a system; gives a Forecast.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -37,6 +38,7 @@ FEWEST_SAMPLES = 512
 SAME = 1e-5  # fixed points this near are one
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # iterations before Newton's take over
+_MANY, _MOST_KRYLOV = 12, 20  # clearances beyond which Newton's steps are by Krylov's method, and how many of them
 _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
 
 
@@ -174,6 +176,8 @@ class Linearisation:
 def _starts(count: int, *, thorough: bool) -> Iterator[Array]:
     """Yield gains (K,): all combinations of the levels, or all alike and one unlike where these are too many.
 
+    No more than about ``MOST_STARTS``: of very many clearances only some, evenly spread, are the one unlike.
+
     Where it need not be thorough: all in contact, and all open.
     """
     if not thorough:
@@ -183,23 +187,33 @@ def _starts(count: int, *, thorough: bool) -> Iterator[Array]:
     if steps:
         yield from (np.array(levels) for levels in product(np.linspace(LOWEST, 1.0, steps), repeat=count))
         return
+    apart = -(-2 * count // MOST_STARTS)
     for level, other in ((LOWEST, 1.0), (1.0, LOWEST)):
         yield np.full(count, level)
-        yield from (np.where(np.arange(count) == k, other, level) for k in range(count))
+        yield from (np.where(np.arange(count) == k, other, level) for k in range(0, count, apart))
 
 
 def _search(linear: Linearisation, start: Array) -> Iterator[Array]:
-    """Yield the fixed points that searches from one start end at: Newton's method at once, and after relaxation."""
+    """Yield the fixed points that searches from one start end at: Newton's method at once, and after relaxation.
+
+    Beyond ``_MANY`` clearances after relaxation only, without the derivatives that cost an answer for every clearance.
+    """
     from scipy.optimize import root
 
     def change(shares: Array) -> Array:
         return linear.answer(np.clip(shares, 0.0, 1.0)) - shares
 
-    for relaxed in (0, _RELAXED):
+    many = len(linear.moving) > _MANY
+    for relaxed in (_RELAXED,) if many else (0, _RELAXED):
         shares = start
         for _ in range(relaxed):
             shares = 0.5 * (shares + linear.answer(shares))
-        shares = np.asarray(root(change, shares, tol=1e-11).x)
+        if many:
+            options = {"fatol": 1e-11, "maxiter": _MOST_KRYLOV}
+            with suppress(ValueError):  # a direction of no length: it stays where it is
+                shares = np.asarray(root(change, shares, method="krylov", options=options).x)
+        else:
+            shares = np.asarray(root(change, shares, tol=1e-11).x)
         if np.abs(change(shares)).max() <= CONVERGED:
             yield shares
 
@@ -221,7 +235,7 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
     found: list[tuple[Array, int]] = []
     searches = ended = 0
     for start in _starts(len(linear.moving), thorough=thorough):
-        searches += 2
+        searches += 1 if len(linear.moving) > _MANY else 2
         for shares in _search(linear, np.concatenate([start, start])):
             ended += 1
             same = next((i for i, (other, _) in enumerate(found) if np.abs(other - shares).max() < SAME), None)

@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from gearrattle.linear.matrices import LinearSystem, linearised
 from gearrattle.linear.response import accelerance
 from gearrattle.reductions.base import Request
-from gearrattle.reductions.states import State, contact_states, neighbours
+from gearrattle.reductions.states import State, contact_states, most_states, neighbours
+from gearrattle.remember import remembered
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ _BETWEEN = 9  # frequencies between two neighbours of the last round
 _AUDIBLE = 0.01  # of a response's peak: below it its level does not count
 _SILENT = 1e-12  # of the largest response: below it lies rounding
 _STARTS = 3  # states from which the search for the worst one begins
-_MOST_STATES = 3000  # no search begins beyond
+_MOST_STATES = 3000  # no search begins beyond, nor beyond ``most_states``
 _SEARCH = (False, False, False, True, True, True)  # its rounds: wide, then fine
 
 
@@ -98,17 +99,27 @@ class Worst(NamedTuple):
     states: int
 
 
+def exceeds(request: Request, basis: Array, limit: float) -> bool:
+    """Whether a frequency in the band is off by more than ``limit``: at the first contact state that shows it."""
+    states = contact_states(request.system, request.clearances, request.up_to)
+    return any(_worst_in(request, basis, state).error > limit for state in states) or (
+        frequency_error(request, basis).error > limit
+    )
+
+
+@remembered(2)
 def frequency_error(request: Request, basis: Array) -> Worst:
     """Find the largest relative error of a frequency in the band over all contact states."""
     states = contact_states(request.system, request.clearances, request.up_to)
     first = [_worst_in(request, basis, state) for state in states]
+    most = min(_MOST_STATES, most_states(request.system))
     order = sorted(range(len(states)), key=lambda i: (first[i].error, not np.isnan(first[i].frequency)), reverse=True)
     worst, tried = first[order[0]], len(states)
     if worst.error in (0.0, np.inf):
         return worst._replace(states=tried)
     for begin in order[:_STARTS]:
         best, here = first[begin], states[begin]
-        for fine in _SEARCH if tried < _MOST_STATES else ():
+        for fine in _SEARCH if tried < most else ():
             near = neighbours(request.system, request.clearances, here, fine)
             tried += len(near)
             for state in near:

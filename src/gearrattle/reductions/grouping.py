@@ -13,6 +13,7 @@ Takes rows; gives groups to lumping.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ class Grouping:
         """Bodies kept, ascending."""
         return tuple(sorted(set(self.owner)))
 
-    @property
+    @cached_property
     def basis(self) -> Array:
         """(n, r) T."""
         column = {body: j for j, body in enumerate(self.kept)}

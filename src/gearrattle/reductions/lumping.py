@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.linear.matrices import linearised
-from gearrattle.reductions.accuracy import frequency_error
+from gearrattle.reductions.accuracy import exceeds
 from gearrattle.reductions.base import Request, Subspace
 from gearrattle.reductions.grouping import SAME, Grouping, grouped
 from gearrattle.reductions.states import contact_states
@@ -191,7 +191,7 @@ def lump(
         else:
             merged, used, reasons[k] = (*merged, k), used + shares[:, k], "stiff"
     grouping = rules.grouping(merged)
-    while merged[len(forced) :] and frequency_error(request, grouping.basis).error > limit:
+    while merged[len(forced) :] and exceeds(request, grouping.basis, limit):
         reasons[merged[-1]] = "measured"
         merged = merged[:-1]
         grouping = rules.grouping(merged)

@@ -4,7 +4,8 @@ A driveline with clearances has one linear system for every region vector, and o
 contact ratio Gamma of Padmanabhan et al. 1995, sec. 6). A reduction must hold in all of them. Taken are every
 combination of pieces of different slope while there are few, and a ladder of contact ratios for all clearances
 together and for each alone, and those at which a mode of that clearance passes the end of the band: one that is low
-while a gap hardly touches leaves the band as it closes.
+while a gap hardly touches leaves the band as it closes. With a hundred inertias and many clearances these are more than
+can be treated in some seconds: then some of them, evenly spread.
 
 Takes a piecewise system; gives slopes and dampings.
 """
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 LADDER = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 """Contact ratios between open and closed; a frequency changes by at most 1.6 from rung to rung."""
 _MOST_COMBINATIONS = 64
+_WORK, _FEWEST_STATES = 5e8, 64  # sum of the cubes of numbers of inertias
 _AROUND = (0.03, 0.1, 0.25, 0.5, 1.0)  # the bodies behind are heavier than the two alone, so rather below than above
 _WIDE = (0.002, 0.005, 0.01, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 _NEAR = (0.85, 0.92, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.08, 1.15)
@@ -69,7 +71,16 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
         for rung in _passing(system, k, up_to):
             chosen[(1.0,) * i + (rung,) + (1.0,) * (len(varied) - i - 1)] = None
             chosen[(*centre[:i], rung, *centre[i + 1 :])] = None
-    return [state_of(system, dict(zip(varied, factor, strict=True))) for factor in chosen]
+    factors_of = list(chosen)
+    if (most := most_states(system)) < len(factors_of):
+        alike = [each for each in factors_of if len(set(each)) == 1]
+        factors_of = list(dict.fromkeys([*alike, *factors_of[:: -(-len(factors_of) // most)]]))
+    return [state_of(system, dict(zip(varied, factor, strict=True))) for factor in factors_of]
+
+
+def most_states(system: PiecewiseSystem) -> int:
+    """Return how many contact states have their frequencies found in some seconds; at least ``_FEWEST_STATES``."""
+    return max(_FEWEST_STATES, int(_WORK / system.size**3))
 
 
 def state_of(system: PiecewiseSystem, factors: Mapping[int, float]) -> State:
