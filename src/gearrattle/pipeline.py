@@ -98,6 +98,10 @@ def run(
     if phase is not None:
         phase("simulating")
     motion = simulate(model, **settings, progress=progress)
+    if phase is not None:
+        phase("judging")
+    if advice is not None:
+        motion.variation.follow(progress)
     scores = () if advice is None else advice.scores(motion)
     return Findings(model, *before, motion, criteria(motion), advice, scores)
 

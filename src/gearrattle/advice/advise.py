@@ -33,7 +33,7 @@ from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 
-_STAGES = 4
+_STAGES = 6
 
 
 def advise(
@@ -72,17 +72,22 @@ def advise(
          "tolerance": tolerance, "step": step, "initial": initial},
     )  # fmt: skip
 
-    def told(done: float) -> None:
-        if progress is not None:
-            progress(done / _STAGES)
+    def stage(number: int) -> Callable[[float], None]:
+        def share(done: float) -> None:
+            if progress is not None:
+                progress((number + done) / _STAGES)
+
+        return share
 
     system = assemble(model)
     plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
-    pilot, response = fly(planned, planned.simulation.cycles or 1, told), excursions(system, rest)
-    lumping, quiet = lumping_line(planned, pilot, up_to), response.inside and not system.companions
-    told(2.0)
+    pilot, response = fly(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
+    pilot.run.variation.follow(stage(1))
+    lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.companions
+    stage(3)(0.0)
     ratios = contact_ratios_line(model, pilot)
-    told(3.0)
+    pilot.treat_regions(stage(4))
+    stage(5)(0.0)
     lines = (
         lumping,
         scaling_line(model),
@@ -93,7 +98,7 @@ def advise(
         cost_line(pilot),
         predictability_line(pilot),
     )
-    told(_STAGES)
+    stage(5)(1.0)
     return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(plate, response)))
 
 

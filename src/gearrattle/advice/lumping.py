@@ -5,6 +5,8 @@ Takes a Model and its pilot; gives a line.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from gearrattle.advice.pilot import Pilot, fly
@@ -18,7 +20,9 @@ TOPIC = "lumping"
 _COMPARED = 0.1  # difference of mean slopes that counts
 
 
-def lumping_line(model: Model, pilot: Pilot, up_to: float | str | None = None) -> Line:
+def lumping_line(
+    model: Model, pilot: Pilot, up_to: float | str | None = None, progress: Callable[[float], None] | None = None
+) -> Line:
     """Try the lumping for a band, by default that of the torques' orders, and fly the smaller model too."""
     plate = pilot.run.trajectory.layout
     why, end = _band(model, plate.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
@@ -37,7 +41,7 @@ def lumping_line(model: Model, pilot: Pilot, up_to: float | str | None = None) -
         f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
         f"({100.0 * off.limit:g} % allowed)",
     )
-    apart = _apart(found, pilot)
+    apart = _apart(found, pilot, progress)
     if apart:
         words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
         return Line(TOPIC, words, (*why, *apart))
@@ -63,10 +67,10 @@ def _told(end: float, model: Model) -> str:
     return f"{end:.4g} Hz" if model.units == "SI" else f"{end:.4g}"
 
 
-def _apart(found: Reduction, pilot: Pilot) -> tuple[str, ...]:
+def _apart(found: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
     """How the lumped model's pilot differs; empty where it does not."""
     t = pilot.run.trajectory
-    other = fly(found.model, pilot.planned, cycles=t.cycles)
+    other = fly(found.model, pilot.planned, progress, cycles=t.cycles)
     told = []
     regimes, slopes = other.of("regime"), other.of("mean slope")
     for name, regime in pilot.of("regime").items():

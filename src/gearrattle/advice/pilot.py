@@ -45,9 +45,19 @@ class Pilot:
         return dict(QUANTITIES[quantity][0](self.run))
 
     @cached_property
+    def _treated(self) -> list[Visited]:
+        return []
+
+    def treat_regions(self, progress: Callable[[float], None] | None = None) -> None:
+        """Find the eigenvalues of the regions it visits; ``progress`` is called with the finished share."""
+        if not self._treated:
+            self._treated.append(regions_visited(self.run, progress))
+
+    @property
     def visited(self) -> Visited:
         """The regions it visits, with their eigenvalues."""
-        return regions_visited(self.run)
+        self.treat_regions()
+        return self._treated[0]
 
     @property
     def stretched(self) -> float:

@@ -33,11 +33,11 @@ BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong
 
 
 MOST_REGIONS, FEWEST_REGIONS = 256, 8
-_WORK = 4e8  # sum of the cubes of their orders: a second or two of eigenvalues
+_WORK = 2e8  # sum of the cubes of their orders: about a second of eigenvalues
 
 
 def most_regions(states: int) -> int:
-    """Return how many state matrices of this order have their eigenvalues found in a second or two, 8 to 256."""
+    """Return how many state matrices of this order have their eigenvalues found in about a second, 8 to 256."""
     return int(np.clip(_WORK / max(states, 1) ** 3, FEWEST_REGIONS, MOST_REGIONS))
 
 

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.remember import remembered
 from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
@@ -136,6 +137,7 @@ def corner_keys(layout: Layout, clearance: IntArray, region: IntArray, other: In
     return np.asarray(before[:-1][clearance] + lower if len(clearance) else clearance, dtype=np.int64)
 
 
+@remembered(1)
 def find_impacts(trajectory: Trajectory) -> Impacts:
     """Return every impact of the whole motion; take ``.of(clearance)`` and ``.within(window)`` of it.
 

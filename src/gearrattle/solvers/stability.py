@@ -84,7 +84,7 @@ def regions_visited(
     """The pieces of all elements, region by region, that a log of crossings (E,) leads through most often.
 
     Returns:
-        As many regions as have their eigenvalues found in a second or two, all of most drivelines; and how many there
+        As many regions as have their eigenvalues found in about a second, all of most drivelines; and how many there
         are.
     """
     pieces, clearances = list(start), flow.system.clearances
