@@ -38,6 +38,7 @@ FEWEST_SAMPLES = 512
 SAME = 1e-5  # fixed points this near are one
 CONVERGED = 1e-8  # largest change of a gain, as a share of the largest slope
 _RELAXED = 25  # iterations before Newton's take over
+_MOST_SOUGHT = 32  # clearances beyond which no motions are sought: a matrix an order, and hundreds of orders
 _MANY, _MOST_KRYLOV = 12, 20  # clearances beyond which Newton's steps are by Krylov's method, and how many of them
 _PERIODS_WITHOUT_PERIOD = 61  # how long incommensurate orders are sampled, in periods
 
@@ -223,8 +224,8 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
 
     Args:
         system: the driveline; it must have a static equilibrium.
-        thorough: whether to search from a grid of starts and to seek the motions that fixed points lead to; otherwise
-            two starts and no motions.
+        thorough: whether to search from a grid of starts and to seek the motions that fixed points lead to, of up to
+            ``_MOST_SOUGHT`` clearances; otherwise two starts and no motions.
 
     Raises:
         Runaway: an element of zero last slope cannot carry its load.
@@ -243,6 +244,7 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
                 found.append((shares, 1))
             else:
                 found[same] = (found[same][0], found[same][1] + 1)
-    points = [linear.point(shares, count, seek=thorough) for shares, count in found]
+    seek = thorough and len(linear.moving) <= _MOST_SOUGHT
+    points = [linear.point(shares, count, seek=seek) for shares, count in found]
     points.sort(key=lambda point: (not point.confirmed, -point.starts))
     return Forecast(tuple(points), searches, searches - ended)

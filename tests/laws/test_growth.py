@@ -1,0 +1,100 @@
+"""What a call treats does not grow with the regions that a motion visits: work is counted, not seconds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import pytest
+from benchmarks.growth.models import gearbox
+
+import gearrattle as gr
+from gearrattle.calls.stiffness import regions_visited
+from gearrattle.contact_ratios.forecast import Linearisation
+from gearrattle.linear.stiffness import most_regions
+from gearrattle.signals import dwell_of_regions
+from gearrattle.system.perturbed import Perturbed
+
+SIZES = ((4, 2), (16, 8), *(pytest.param(*size, marks=pytest.mark.long) for size in ((64, 20), (128, 64))))
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """How often eigenvalues of a region, frequencies of a contact state and gains of a linearisation are found."""
+    count: Counter[str] = Counter()
+
+    def watch(place: str, word: str) -> None:
+        module, name = place.rsplit(".", 1)
+        home = import_module(module)
+        original: Callable[..., Any] = getattr(home, name)
+
+        def counted(*arguments: Any, **named: Any) -> Any:
+            count[word] += 1
+            return original(*arguments, **named)
+
+        monkeypatch.setattr(home, name, counted)
+
+    watch("gearrattle.calls.stiffness.eigenvalues_of", "eigenvalues")
+    watch("gearrattle.reductions.accuracy.paired", "contact states")
+    answer = Linearisation.answer
+
+    def counted(self: Linearisation, shares: Any) -> Any:
+        count["gains"] += 1
+        return answer(self, shares)
+
+    monkeypatch.setattr(Linearisation, "answer", counted)
+    return count
+
+
+@pytest.mark.parametrize(("n", "clearances"), SIZES)
+def test_advice_treats_a_bounded_number_of_systems(n: int, clearances: int, calls: Counter[str]) -> None:
+    model = gearbox(n, clearances, cycles=4)
+    gr.advise(model)
+    assert 0 < calls["eigenvalues"] <= most_regions(2 * n - 1) + 3
+    assert 0 < calls["contact states"] <= 8000
+    assert calls["contact states"] * n**3 <= 3e9
+    assert 0 < calls["gains"] <= 1000
+
+
+def test_regions_beyond_those_treated_are_counted_and_said() -> None:
+    run = gr.simulate(gearbox(64, 20), cycles=8, discard=2, audit=False)
+    visited, dwell = regions_visited(run), dwell_of_regions(run.trajectory)
+    assert visited.count == len(dwell) > len(visited.regions) == most_regions(2 * 64 - 1)
+    longest = sorted(dwell.values(), reverse=True)[: len(visited.regions)]
+    share = sum(longest) / sum(dwell.values())
+    assert sum(region.share for region in visited.regions) == pytest.approx(share, rel=1e-12)
+    assert visited.words == (
+        f"the {len(longest)} regions visited longest, {100.0 * share:.3g} % of the time, of {len(dwell)} visited"
+    )
+
+
+def test_the_gradient_of_a_large_driveline_keeps_no_table_of_a_region() -> None:
+    variation = gr.simulate(gearbox(64, 20), cycles=2, discard=0, audit=False).variation
+    assert isinstance(variation, Perturbed)
+    held = sum(array.nbytes for array in (*variation.regions, *variation.path))
+    intervals = len(variation.path.duration)
+    assert held <= 64 * intervals * len(variation.scale)
+
+
+def test_progress_rises_in_every_part_of_advice() -> None:
+    told: list[float] = []
+    gr.advise(gearbox(4, 2, cycles=4), progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    assert {int(6.0 * share + 1e-9) for share in told} >= {0, 1, 2, 3, 4, 5}
+
+
+def test_advice_can_be_stopped_in_every_part() -> None:
+    class Stop(Exception):
+        pass
+
+    for part in range(6):
+
+        def stop(share: float, part: int = part) -> None:
+            if 6.0 * share + 1e-9 >= part:
+                raise Stop
+
+        with pytest.raises(Stop):
+            gr.advise(gearbox(4, 2, cycles=2), progress=stop)
