@@ -54,7 +54,7 @@ class Gradient(ABC):
     def follow(self, progress: Callable[[float], None] | None = None) -> None:
         """Do beforehand what takes long of ``growth`` and ``largest_exponent``; what ``progress`` raises ends it."""
         if progress is not None:
-            progress(1.0)
+            progress(0.0)
 
     def since(self, begin: float = 0.0) -> Array:
         """(N, N) gradient from the first end of a segment at ``begin`` [s] or later on, balanced coordinates."""
