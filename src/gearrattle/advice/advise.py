@@ -28,6 +28,7 @@ from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
 from gearrattle.assembly import assemble, left_out, name_plate, unsteady
+from gearrattle.calls.reduce import band_end
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -79,6 +80,8 @@ def advise(
 
         return share
 
+    if up_to is not None:
+        band_end(model, up_to)
     system = assemble(model)
     plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
     pilot, response = fly(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)

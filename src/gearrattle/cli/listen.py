@@ -38,6 +38,7 @@ class Hearing:
 
 
 _DEFAULTS = Hearing()
+_RATE = 48_000.0  # Hz, of ``gearrattle.listen``
 
 
 def listen(
@@ -73,7 +74,7 @@ def listen(
         )
     if output is not None and output.exists() and not output.is_dir():
         raise ModelError(Problem("-o", f'"{output}"', "is a file; a folder is needed"))
-    sound = gearrattle.listen(_runs(motions), **hearing.arguments())
+    sound = gearrattle.listen(_runs(motions, hearing), **hearing.arguments())
     record = _record(sound, with_quality=quality)
     if output is not None:
         _save(sound, output, bits)
@@ -85,19 +86,27 @@ def listen(
         print(f"saved: {', '.join(str(output / f'{name}.wav') for name in sound.names)}")
 
 
-def _runs(motions: Sequence[Path]) -> dict[str, Run | Recording]:
-    """Open or simulate every motion, by the name of its file."""
+def _runs(motions: Sequence[Path], hearing: Hearing) -> dict[str, Run | Recording]:
+    """Open or simulate every motion, by the name of its file, once all of them can be heard."""
     import gearrattle
     from gearrattle.cli.background import watched
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.sound.listen import audible
+    from gearrattle.sound.path import sound_path
 
-    found: dict[str, Run | Recording] = {}
+    sound_path(hearing.path, _RATE, hearing.scale)
+    opened: dict[str, Model | Run | Recording] = {}
     for path in motions:
-        if path.stem in found:
+        if path.stem in opened:
             raise ModelError(Problem(str(path), path.stem, "two motions have this name", "rename one of the files"))
-        found[path.stem] = watched(partial(_simulated, gearrattle.load(path))) if is_model(path) else heard(path)
-    return found
+        motion = opened[path.stem] = gearrattle.load(path) if is_model(path) else heard(path)
+        if isinstance(motion, gearrattle.Model):
+            audible(path.stem, motion, hearing.element or None)
+    return {
+        name: watched(partial(_simulated, motion)) if isinstance(motion, gearrattle.Model) else motion
+        for name, motion in opened.items()
+    }
 
 
 def _simulated(model: Model, watch: Watch) -> Run:

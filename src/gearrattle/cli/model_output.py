@@ -26,6 +26,8 @@ def check_output(output: Path | None, *inputs: Path) -> None:
         raise ModelError(Problem("-o", f'"{output}"', "must end in .toml"))
     if output.is_dir():
         raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
+    if output.parent.exists() and not output.parent.is_dir():
+        raise ModelError(Problem("-o", f'"{output}"', "lies below a file; a folder is needed"))
     if any(output.exists() and path.exists() and output.samefile(path) for path in inputs):
         raise ModelError(
             Problem("-o", f'"{output}"', "is read by this command and would be lost", "choose another name")

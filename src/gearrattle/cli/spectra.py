@@ -69,6 +69,9 @@ def spectra(
     from gearrattle.report.staging import Staging
 
     driveline = None if model is None else gearrattle.load(model)
+    if output is not None:
+        with Staging(output):  # refuses a place that cannot be written, before anything is simulated
+            pass
     signal = _signal(source, settings, [channel] if against is None else [channel, against])
     found = gearrattle.spectra(signal, channel, against, **asdict(how))
     si = _si(signal)

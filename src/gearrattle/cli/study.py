@@ -63,12 +63,17 @@ def study(
     """
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
+    from gearrattle.studies.claims import check_place
     from gearrattle.studies.file import read_study
     from gearrattle.studies.places import place_of
+    from gearrattle.studies.schedulers import check_scheduler
 
     asked = read_study(study)
     given = asked.arguments | _options(asked.kind, function)
     folder = _lasting(place_of(output or f"{study.stem}-study"))
+    check_scheduler(scheduler, workers)
+    if not estimate:
+        check_place(folder, resume=resume)
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 

@@ -23,7 +23,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run
@@ -151,15 +153,23 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
     return {str(name): each for name, each in runs.items()}
 
 
-def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
-    """Sound pressure of a run's impacts."""
-    if run.model.units == "dimensionless":
+def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
+    """Return the clearances of a driveline whose impacts are heard.
+
+    Args:
+        name: of the design, for messages.
+        model: the driveline.
+        elements: as of ``listen``.
+
+    Raises:
+        ModelError: a dimensionless model, no such clearance, none at all.
+    """
+    if model.units == "dimensionless":
         raise ModelError(
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
-    motion = run.trajectory
-    known = motion.layout.clearance_names
-    meshes = {mesh.name for mesh in run.model.meshes}
+    known = name_plate(model, assemble(model)).clearance_names
+    meshes = {mesh.name for mesh in model.meshes}
     chosen = [each for each in known if each in meshes] if elements is None else list(elements)
     for each in chosen:
         if each not in known:
@@ -168,6 +178,14 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     if not chosen:
         rule = "no gear mesh has backlash: nothing of this run can be heard"
         raise ModelError(Problem(f"{name}: elements", "", rule, f"name elements among {listed(known)}"))
+    return chosen
+
+
+def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
+    """Sound pressure of a run's impacts."""
+    motion = run.trajectory
+    known = motion.layout.clearance_names
+    chosen = audible(name, run.model, elements)
     window = steady(motion)
     impacts = find_impacts(motion).within(window)
     heard = np.isin(impacts.clearance, [known.index(each) for each in chosen])

@@ -185,15 +185,16 @@ def basins(
         ModelError: anything wrong with the arguments; nothing has been computed then.
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
-    found = prepare(
-        model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
-        section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
-    )  # fmt: skip
-    with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return found.carry_out(
-            folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
-            workers=workers or found.sensible(),
-        ).data  # fmt: skip
+    with folder_for(output, scheduler, workers, resume=resume) as folder:
+        found = prepare(
+            model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
+            section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
+        )  # fmt: skip
+        with opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+            return found.carry_out(
+                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
+                workers=workers or found.sensible(),
+            ).data  # fmt: skip
 
 
 def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:

@@ -210,15 +210,16 @@ def bifurcation(
         ModelError: anything wrong with the arguments; nothing has been computed then.
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
-    found = prepare(
-        model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
-        section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
-    )  # fmt: skip
-    with folder_for(output) as folder, opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-        return found.carry_out(
-            folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
-            workers=workers or found.sensible(),
-        ).data  # fmt: skip
+    with folder_for(output, scheduler, workers, resume=resume) as folder:
+        found = prepare(
+            model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
+            section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
+        )  # fmt: skip
+        with opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
+            return found.carry_out(
+                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
+                workers=workers or found.sensible(),
+            ).data  # fmt: skip
 
 
 def _check_order(axis: Axis) -> None:

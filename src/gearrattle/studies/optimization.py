@@ -26,6 +26,7 @@ from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
+from gearrattle.studies.claims import ABOUT, check_place
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
-_FORMAT, _ABOUT = "gearrattle optimization 1", "study.json"
+_FORMAT = "gearrattle optimization 1"
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 
@@ -114,7 +115,7 @@ class Optimization:
     def kept(self, folder: Address) -> str:
         """Return in words how many generations a place holds; empty if it holds no optimisation."""
         place = place_of(folder)
-        if not place.exists(_ABOUT):
+        if not place.exists(ABOUT):
             return ""
         whole = 0
         while whole < self.size[1] and is_whole(_generation(place, whole)):
@@ -187,22 +188,17 @@ class Optimization:
 
     def _claim(self, place: Place, *, resume: bool) -> None:
         """Begin a place, or go on with what it holds."""
+        check_place(place, resume=resume)
         owner = self._owner()
-        if place.exists(_ABOUT):
-            kept = json.loads(place.read(_ABOUT)).get("owner", {})
-            if not resume:
-                raise ModelError(
-                    Problem(place.address, "", "holds a study already", "resume it, or give another folder")
-                )
+        if place.exists(ABOUT):
+            kept = json.loads(place.read(ABOUT)).get("owner", {})
             if kept != owner:
                 changed = [key for key, value in owner.items() if kept.get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
                 raise ModelError(Problem(place.address, "", rule, "give another folder"))
             return
-        if not place.is_empty():
-            raise ModelError(Problem(place.address, "", "is not empty, and no study", "give another folder"))
         place.make("generations")
-        place.put(_ABOUT, json.dumps({"owner": owner}).encode(), new=True)
+        place.put(ABOUT, json.dumps({"owner": owner}).encode(), new=True)
 
     def _owner(self) -> dict[str, str]:
         """Everything that decides what is computed; the number of generations does not: more of them go on."""
@@ -298,7 +294,7 @@ def optimize(
         ConvergenceError: the model itself cannot be simulated.
         SchedulerLost: as in ``study``.
     """
-    with folder_for(output) as folder:
+    with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
             generations=generations, seed=seed, fixed=fixed, function=function,

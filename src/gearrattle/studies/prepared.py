@@ -19,13 +19,14 @@ from typing import TYPE_CHECKING, Any
 
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.claims import check_place
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
-from gearrattle.studies.schedulers import Scheduler, unreachable
+from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
 from gearrattle.studies.store import Store, Work, case_by_case, kept_in
 
 if TYPE_CHECKING:
@@ -224,10 +225,17 @@ def carry_out(
 
 
 @contextmanager
-def folder_for(output: Address | None) -> Iterator[Place]:
-    """Give the place that was asked for, or one that does not outlive the study. Errors as ``place_of``."""
+def folder_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Place]:
+    """Give the place that was asked for, or one that does not outlive the study.
+
+    Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``place_of`` and
+    ``check_place``.
+    """
+    check_scheduler(scheduler, workers)
     if output is not None:
-        yield place_of(output)
+        place = place_of(output)
+        check_place(place, resume=resume)
+        yield place
         return
     with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
         yield place_of(Path(name) / "study")

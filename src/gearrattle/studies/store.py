@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.path_labels import path_label
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
+from gearrattle.studies.claims import ABOUT, check_place, holds_one
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Address, File, Place, place_of
 from gearrattle.studies.plan import SAMPLE, Plan
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 FORMAT = "gearrattle study 2"
 OUTCOME = "outcome"
-_RESULTS, _ABOUT, _DONE = "results.zarr", "study.json", "done"
+_RESULTS, _DONE = "results.zarr", "done"
 Told = Callable[[float], None]
 
 
@@ -83,10 +84,9 @@ class Store:
         """
         store = cls(place_of(folder), plan, outputs, work)
         place = store.place
-        if place.exists(_ABOUT):
-            kept = json.loads(place.read(_ABOUT))
-            if not resume:
-                raise _holds_one(place)
+        check_place(place, resume=resume)
+        if place.exists(ABOUT):
+            kept = json.loads(place.read(ABOUT))
             if kept["owner"] != store._owner():
                 changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
@@ -95,15 +95,13 @@ class Store:
             if not found._is_laid_out():
                 found._lay_out()
             return found
-        if not place.is_empty():
-            raise ModelError(Problem(place.address, "", "is not empty, and no study", "give another folder"))
         place.make(_DONE)
         about = {"owner": store._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
                  "chunk_size": plan.chunk_size}  # fmt: skip
         try:
-            place.put(_ABOUT, json.dumps(about).encode(), new=True)
+            place.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
-            raise _holds_one(place) from None
+            raise holds_one(place) from None
         store._lay_out()
         return store
 
@@ -312,7 +310,7 @@ def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
 def is_whole(place: Place) -> bool:
     """Return whether a place holds a study all of whose chunks are done."""
     try:
-        return bool(len(markers_in(place)) == json.loads(place.read(_ABOUT))["chunks"])
+        return bool(len(markers_in(place)) == json.loads(place.read(ABOUT))["chunks"])
     except (OSError, ValueError, KeyError):
         return False
 
@@ -321,7 +319,7 @@ def kept_in(folder: Address) -> str:
     """Return in words how much of a study a place holds; empty if it holds none."""
     place = place_of(folder)
     try:
-        chunks = json.loads(place.read(_ABOUT))["chunks"]
+        chunks = json.loads(place.read(ABOUT))["chunks"]
         return f"{len(markers_in(place))} of {chunks} chunks are kept in {place.address}"
     except (OSError, ValueError, KeyError):
         return ""
@@ -398,7 +396,3 @@ def _marker(chunk: int) -> str:
 
 def _begun(chunk: int) -> str:
     return f"{_DONE}/{chunk:07d}.begun"
-
-
-def _holds_one(place: Place) -> ModelError:
-    return ModelError(Problem(place.address, "", "holds a study already", "resume it, or give another folder"))

@@ -121,7 +121,7 @@ def study(
         ConvergenceError: not even one case could be simulated.
         SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
-    with folder_for(output) as folder:
+    with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
             most=most,

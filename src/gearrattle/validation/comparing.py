@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run
@@ -21,12 +22,12 @@ from gearrattle.validation.curves import curves_of
 from gearrattle.validation.cycles import Cycles, Setting, Source, cut, samples_for, source_of
 from gearrattle.validation.effects import Explained
 from gearrattle.validation.explained import SPARE, explained, sentences
-from gearrattle.validation.impacts import compare_impacts
+from gearrattle.validation.impacts import compare_impacts, counted_of
 from gearrattle.validation.pairing import Pairing, paired
 from gearrattle.validation.parameters import Drawn, correlations, repeated, standard_errors
 from gearrattle.validation.record import Clock, Level, Pair, Validation
 from gearrattle.validation.scatter import Draws, draws
-from gearrattle.validation.simulated import recorded
+from gearrattle.validation.simulated import recorded, to_be_recorded
 from gearrattle.validation.verdict import findings_of, verdict_of
 from gearrattle.validation.wanted import Wanted
 
@@ -66,10 +67,8 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     Raises:
         ModelError: see ``validate``.
     """
-    if run.speed is not None:
-        rule = "the speed changes along the run, so it has no period to compare by"
-        raise ModelError(Problem(f"{run.model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
-    errors = standard_errors(run, wanted.parameters)
+    _check_period(run.model)
+    errors = standard_errors(run.model, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
     told, lines = _clock(matter)
     known = _known(matter)
@@ -92,6 +91,27 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
         notes=(*notes, *found.notes, *_notes(matter, told, pairs), *_few(repeats, by_parameters), *recording.notes,
                *run.notes), parameters=by_parameters,
     )  # fmt: skip
+
+
+def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
+    """Refuse, before a model is simulated, all that its run could not be compared by.
+
+    Raises:
+        ModelError: as of ``compared``, where the samples of the run play no part.
+    """
+    _check_period(model)
+    simulation = to_be_recorded(model)
+    found = paired(recording, simulation, wanted.match)
+    _check_names(found, wanted)
+    standard_errors(model, wanted.parameters)
+    clearances = [channel.subject for channel in simulation.channels if channel.quantity == "deflection"]
+    counted_of(clearances, found.measured, wanted.thresholds)
+
+
+def _check_period(model: Model) -> None:
+    if model.excitation.sweep is not None:
+        rule = "the speed changes along the run, so it has no period to compare by"
+        raise ModelError(Problem(f"{model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
 
 
 def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tuple[str, ...]]:

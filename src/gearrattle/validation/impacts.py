@@ -41,6 +41,37 @@ def passings(values: Array, threshold: float) -> Array:
     return np.bincount(rises // values.shape[1], minlength=len(values)).astype(np.float64)
 
 
+def _countable(channels: Sequence[Channel]) -> dict[str, tuple[int, str]]:
+    """Return index and subject of the channels in which impacts can be counted, by name."""
+    return {c.name: (i, c.subject) for i, c in enumerate(channels) if c.quantity in ("force", "deflection", "torque")}
+
+
+def counted_of(
+    names: Sequence[str], channels: Sequence[Channel], thresholds: Mapping[str, float]
+) -> dict[str, tuple[int, float]]:
+    """Return index of the measured channel and threshold, by clearance.
+
+    Args:
+        names: of the clearances.
+        channels, thresholds: as of ``compare_impacts``.
+
+    Raises:
+        ModelError: a threshold for what is no clearance, for what was not measured, or not above zero.
+    """
+    countable = _countable(channels)
+    counted: dict[str, tuple[int, float]] = {}
+    for key, threshold in thresholds.items():
+        which = [(i, subject) for name, (i, subject) in countable.items() if key in (name, subject)]
+        if not which or which[0][1] not in names:
+            known = listed([*names, *countable]) or "nothing"
+            rule = f"is no clearance with a measured force or deflection; there are {known}"
+            raise ModelError(Problem("thresholds", key, rule))
+        if not (threshold > 0.0 and np.isfinite(threshold)):
+            raise ModelError(Problem(f"thresholds: {key}", f"{threshold:g}", "must be a finite number above zero"))
+        counted[which[0][1]] = which[0][0], threshold
+    return counted
+
+
 def compare_impacts(
     trajectory: Trajectory,
     cycles: tuple[Cycles, Cycles],
@@ -60,19 +91,7 @@ def compare_impacts(
         ModelError: a threshold for what is no clearance, for what was not measured, or not above zero.
     """
     names = trajectory.layout.clearance_names
-    countable = {
-        c.name: (i, c.subject) for i, c in enumerate(channels) if c.quantity in ("force", "deflection", "torque")
-    }
-    counted: dict[str, tuple[int, float]] = {}
-    for key, threshold in thresholds.items():
-        which = [(i, subject) for name, (i, subject) in countable.items() if key in (name, subject)]
-        if not which or which[0][1] not in names:
-            known = listed([*names, *countable]) or "nothing"
-            rule = f"is no clearance with a measured force or deflection; there are {known}"
-            raise ModelError(Problem("thresholds", key, rule))
-        if not (threshold > 0.0 and np.isfinite(threshold)):
-            raise ModelError(Problem(f"thresholds: {key}", f"{threshold:g}", "must be a finite number above zero"))
-        counted[which[0][1]] = which[0][0], threshold
+    counted = counted_of(names, channels, thresholds)
     impacts, simulated = find_impacts(trajectory), cycles[1]
     edges = simulated.start + simulated.period * np.arange(simulated.count + 1)
     found = []
@@ -81,7 +100,7 @@ def compare_impacts(
         error = float(draws[1].error(draws[1].means(exact))) if np.ptp(exact) else 0.0
         if name not in counted:
             nan = float("nan")
-            measurable = any(subject == name for _, subject in countable.values())
+            measurable = any(subject == name for _, subject in _countable(channels).values())
             why = "no threshold was stated" if measurable else "neither its force nor its deflection was measured"
             words = f"not counted in the measurement: {why}"
             found.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))

@@ -19,6 +19,7 @@ import numpy as np
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.fitted import Fit
+from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
@@ -27,14 +28,14 @@ from gearrattle.trajectory import Array
 Errors = Mapping[str, float]
 
 
-def standard_errors(run: Run, given: Errors | Fit) -> dict[str, tuple[float, float]]:
+def standard_errors(model: Model, given: Errors | Fit) -> dict[str, tuple[float, float]]:
     """Return values and standard errors of parameters by path, SI.
 
     Raises:
         ModelError: no such path, no positive number there, an error that is not positive or as large as the value.
     """
     errors = {p.path: p.standard_error for p in given.parameters} if isinstance(given, Fit) else dict(given)
-    tables, names, problems = run.model.to_tables(), run.model.path_names(), []
+    tables, names, problems = model.to_tables(), model.path_names(), []
     found = {}
     for path, error in errors.items():
         if path not in names:

@@ -18,7 +18,7 @@ from gearrattle.model import Model, load
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run, open_run
-from gearrattle.validation.comparing import compared
+from gearrattle.validation.comparing import check_asked, compared
 from gearrattle.validation.record import Validation
 from gearrattle.validation.wanted import Wanted, problems_of
 
@@ -77,13 +77,22 @@ def validate(
     if problems:
         raise ModelError(problems)
     recording = measurement if isinstance(measurement, Recording) else read(measurement)
-    return compared(run_of(model, settings or {}, progress), recording, wanted, progress)
+    driveline = opened(model)
+    if isinstance(driveline, Model):
+        check_asked(driveline, recording, wanted)
+    return compared(run_of(driveline, settings or {}, progress), recording, wanted, progress)
+
+
+def opened(given: Model | Run | str | os.PathLike[str]) -> Model | Run:
+    """Return a model or a run, read where it is a file."""
+    if isinstance(given, str | os.PathLike):
+        return load(given) if Path(given).suffix.lower() == ".toml" else open_run(given)
+    return given
 
 
 def run_of(given: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
     """Return the run, simulated where it is none yet."""
-    if isinstance(given, str | os.PathLike):
-        given = load(given) if Path(given).suffix.lower() == ".toml" else open_run(given)
+    given = opened(given)
     if isinstance(given, Run):
         unused = [key for key, value in settings.items() if value is not None]
         if unused:

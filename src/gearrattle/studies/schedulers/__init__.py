@@ -22,7 +22,7 @@ SCHEDULERS: dict[str, Opening] = {
 }
 """Name, or beginning of an address, -> function that opens it."""
 
-__all__ = ["SCHEDULERS", "Scheduler", "Wanted", "opened", "unreachable"]
+__all__ = ["SCHEDULERS", "Scheduler", "Wanted", "check_scheduler", "opened", "unreachable"]
 
 
 def opened(
@@ -41,13 +41,28 @@ def opened(
         NotInstalled: it needs a library that is not here.
     """
     leave_if_imported()
+    check_scheduler(address, workers)
+    if not isinstance(address, str):
+        return cluster(Wanted(address, workers, sensible, shared))
+    head, mark, _ = address.partition("://")
+    return SCHEDULERS[head + mark](Wanted(address, workers, sensible, shared))
+
+
+def check_scheduler(address: Any, workers: int | None) -> None:
+    """Refuse a scheduler that there is not, and a number of workers that is none.
+
+    Args:
+        address: as of ``opened``; None for none.
+        workers: how many are wanted.
+
+    Raises:
+        ModelError: see above; nothing is opened.
+    """
     if workers is not None and (problems := not_whole({"workers": (workers, 1)})):
         raise ModelError(problems)
     if not isinstance(address, str):
-        return cluster(Wanted(address, workers, sensible, shared))
+        return
     head, mark, rest = address.partition("://")
-    name = head + mark
-    if name not in SCHEDULERS or (mark and not rest):
+    if head + mark not in SCHEDULERS or (mark and not rest):
         names = ", ".join(f"{each}HOST:PORT" if each.endswith("//") else each for each in SCHEDULERS)
         raise ModelError(Problem("scheduler", f'"{address}"', f"must be one of {names}"))
-    return SCHEDULERS[name](Wanted(address, workers, sensible, shared))
