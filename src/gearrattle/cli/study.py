@@ -69,7 +69,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
 
     asked = read_study(study)
-    given = asked.arguments | _options(asked.kind, function)
+    options = _options(asked.kind, function)
     folder = _lasting(place_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
@@ -79,7 +79,7 @@ def study(
 
     def work(watch: Watch) -> Done | None:
         watch.enter("looking at the study")
-        found = asked.kind.prepare(**given)
+        found = asked.prepare(**options)
         cost = found.estimate(workers, scheduler)
         if estimate:
             print(json_text(cost.to_dict()) if json else f"{cost}{_divided(scheduler)}")

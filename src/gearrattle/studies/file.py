@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +23,11 @@ from gearrattle.model import load
 from gearrattle.model.file import read_tables, read_text
 from gearrattle.model.problems import Positions, place
 from gearrattle.model.table import did_you_mean, listed, shown
-from gearrattle.studies.kinds import KINDS, Kind
+from gearrattle.studies.kinds import KINDS, Kind, Study
 
 _EVERY: Mapping[str, type] = {"schema": int, "name": str, "kind": str, "model": str}
 _DEFAULT = "grid"
+_MEANT = 'did you mean "%s"?'
 _WORDS = {int: "a whole number", float: "a number", str: "a text", list: "a list", dict: "a table"}
 
 
@@ -38,11 +39,24 @@ class StudyFile:
         name: of the study; without one in the file, the file's.
         kind: of study.
         arguments: of ``kind.prepare``, model included.
+        positions: where its keys stand.
     """
 
     name: str
     kind: Kind
     arguments: dict[str, Any]
+    positions: Positions = field(default_factory=Positions)
+
+    def prepare(self, **options: Any) -> Study:
+        """Prepare the study; what is refused is told with file and line. Errors as of ``kind.prepare``.
+
+        Args:
+            options: of the command line.
+        """
+        try:
+            return self.kind.prepare(**self.arguments, **options)
+        except ModelError as error:
+            raise ModelError(_placed(problem, self.positions) for problem in error.problems) from None
 
 
 def read_study(path: str | os.PathLike[str]) -> StudyFile:
@@ -60,13 +74,15 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")
     kind = _kind(tables, positions)
-    problems = _form(tables, {**_EVERY, **kind.keys}, positions)
+    known = {**_EVERY, **kind.keys}
+    problems = _form(tables, known, positions)
     for under, keys in kind.tables.items():
         problems += _form(tables.get(under, {}), keys, positions, under)
-    if "model" not in tables:
+    meant = {key for name in tables if name not in known for key in known if did_you_mean(name, known) == _MEANT % key}
+    if "model" not in {*tables, *meant}:
         problems.append(Problem(name, "", "names no model", 'add model = "..."'))
     for key in kind.needed:
-        if key not in tables:
+        if key not in {*tables, *meant}:
             problems.append(Problem(name, "", f'a study of the kind "{kind.name}" needs {key}', f"add {key}"))
     if tables.get("schema", 1) != 1:
         problems.append(Problem(name, shown(tables["schema"]), "schema must be 1"))
@@ -74,7 +90,21 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
         raise ModelError(problems)
     model = load(Path(name).parent / _model_file(tables["model"], place(("model",), {}, positions)))
     title = str(tables.get("name") or Path(name).stem)
-    return StudyFile(title, kind, {"model": model, **kind.arguments(tables)})
+    try:
+        arguments = kind.arguments(tables)
+    except ModelError as error:
+        raise ModelError(_placed(problem, positions) for problem in error.problems) from None
+    return StudyFile(title, kind, {"model": model, **arguments}, positions)
+
+
+def _placed(problem: Problem, positions: Positions) -> Problem:
+    """Say file and line of the longest key that a problem's place names; as it is where it names none."""
+    named = [key for key in positions.lines if isinstance(key[-1], str) and key[-1] in problem.place]
+    if not named or problem.place.startswith(positions.name):
+        return problem
+    key = max(named, key=lambda each: (len(str(each[-1])), len(each)))
+    at = f"{positions.name}:{positions.lines[key]}: {problem.place}"
+    return replace(problem, place=at)
 
 
 def _model_file(path: str, where: str) -> str:

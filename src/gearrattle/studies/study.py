@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
 from gearrattle.results import Run
-from gearrattle.studies.axes import axes_of
+from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
@@ -35,7 +35,23 @@ from gearrattle.studies.schedulers import opened
 if TYPE_CHECKING:
     import xarray as xr
 
+T = TypeVar("T")
 MOST = 1_000_000
+
+
+class _Refused:
+    """Problems of several parts of a study, so that all of them are told at once."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def by(self, make: Callable[[], T], otherwise: T) -> T:
+        """Return what is made; ``otherwise``, and the problems kept, where it is refused."""
+        try:
+            return make()
+        except ModelError as error:
+            self.problems += error.problems
+            return otherwise
 
 
 def prepare(
@@ -54,9 +70,15 @@ def prepare(
     """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
     if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
         raise ModelError(problems)
-    base = settled(model.with_(dict(fixed)) if fixed else model, {})
+    refused = _Refused()
+    base = refused.by(lambda: settled(model.with_(dict(fixed)) if fixed else model, {}), settled(model, {}))
+    none: tuple[Axis, ...] = ()
+    given = refused.by(lambda: axes_of(axes or {}, base), none)
+    refused.by(lambda: len(distributions_of(vary or {}, base)), 0)
+    refused.by(lambda: design_of(method, samples, len(vary or {})), None)
+    if refused.problems:
+        raise ModelError(refused.problems)
     points = _points(vary or {}, samples, method, seed, base)
-    given = axes_of(axes or {}, base)
     check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
     plan = Plan(base, given, points, 1)
     if plan.count > most or not plan.dimensions:
