@@ -6,7 +6,9 @@ import math
 
 import pytest
 
+from gearrattle.criteria.contact import ContactShare
 from gearrattle.criteria.impacts import ImpactStatistics
+from gearrattle.criteria.regime import ImpactRegime
 from tests.criteria.reading import one, value
 from tests.signals.handmade import Row, layout, staged, trajectory
 
@@ -75,3 +77,22 @@ def test_missing_force_integral_is_said() -> None:
     assert math.isnan(float(impulse.value))
     assert impulse.note == "gear: no contact impulses, for by hand supplies no force integral"
     assert value(entries, "gear", "largest approach speed") == 0.5
+
+
+@pytest.mark.parametrize(
+    ("slopes", "centre", "impacts"),
+    [([5.0, 9.0], "-1 and 0", 0.0), ([0.0, 9.0], "-1", 1.0), ([5.0, 0.0], "0", 1.0)],
+)
+def test_the_formula_says_the_centre_where_zero_is_a_corner(slopes: list[float], centre: str, impacts: float) -> None:
+    """Contact begins between -1 and 0 only if one of them is a free gap; |to| > |from| does not tell that."""
+    plate = staged([0.0], -1, slopes)
+    rows: list[Row] = [(0.2, 0, 0, -1, -0.5, 0.0), (0.7, 0, -1, 0, 0.5, 0.0)]
+    motion = trajectory(plate, rows, final=1.0)
+    words = f"; delta = 0 is a corner, the centre is region {centre}"
+    for each in (ImpactStatistics(), ContactShare(), ImpactRegime()):
+        for item in each.evaluate(motion):
+            if item.subject == "spring" and not item.quantity.startswith("share of region"):
+                assert item.formula.endswith(words)
+    assert value(criterion.evaluate(motion), "spring", "impacts per cycle") == impacts / motion.cycles
+    plain = trajectory(staged([-1.0, 1.0], -1, [5.0, 0.0, 5.0]), [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0)
+    assert not any("centre is region" in item.formula for item in criterion.evaluate(plain))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.criteria.base import PAPER, Entry, Measures, Scope, Tally, Telling, entry, measured
-from gearrattle.signals import dwell_times, outside, steady
+from gearrattle.signals import centre_words, dwell_times, outside, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 
@@ -24,7 +24,7 @@ class ContactShare(Telling):
 
     name: str = "contact"
     title: str = "Contact share"
-    formula: str = "time outside the centre region / time, over [discard T, end], from event times"
+    formula: str = "time outside the centre / time, over [discard T, end], from event times"
     unit: str = "1"
     source: str = f"{PAPER}, sec. 6"
     merging: str = "exact: times add up"
@@ -52,7 +52,8 @@ class ContactShare(Telling):
         for (name, quantity), share in measured(self, tally, scope).items():
             region = quantity.removeprefix("share of region ")
             words = f"time in region {region} / time, over [discard T, end], from event times"
-            formula = self.formula if region == quantity else words
+            outside_centre = self.formula + centre_words(scope.layout, scope.layout.clearance_names.index(name))
+            formula = outside_centre if region == quantity else words
             entries.append(entry(self, name, quantity, float(share), formula=formula))
         return entries
 

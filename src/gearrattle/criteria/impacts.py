@@ -31,7 +31,7 @@ from gearrattle.criteria.base import (
     impulse_unit,
     measured,
 )
-from gearrattle.signals import add_impacts, measure_impacts, steady, summarise_impacts
+from gearrattle.signals import add_impacts, centre_words, measure_impacts, steady, summarise_impacts
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 _SEVERITY = {
@@ -50,7 +50,7 @@ class ImpactStatistics(Telling):
 
     name: str = "impacts"
     title: str = "Impacts"
-    formula: str = "crossings outward (|to| > |from|) into contact in [discard T, end]"
+    formula: str = "crossings into contact, from the centre or outward (|to| > |from|), in [discard T, end]"
     unit: str = "1/cycle"
     source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
 
@@ -93,6 +93,7 @@ class ImpactStatistics(Telling):
                 word = "mean" if statistic == "mean" else "max"
                 unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_SEVERITY[what][1]}"
                 note = _note(tally, scope, clearance, what)
+            formula += centre_words(layout, clearance)
             entries.append(entry(self, name, quantity, float(value), unit=unit, formula=formula, note=note))
         return entries
 

@@ -27,7 +27,7 @@ from gearrattle.criteria.base import (
     judged_elements,
     measured,
 )
-from gearrattle.signals import sides_crossed, steady
+from gearrattle.signals import centre_words, sides_crossed, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 
@@ -63,6 +63,12 @@ class ImpactRegime(Telling):
         """Return the regime of every mesh and clearance."""
         words = list(SEVERITY)
         return [
-            entry(self, name, quantity, words[int(code)])
+            entry(self, name, quantity, words[int(code)], formula=self.formula + _centre(scope.layout, name))
             for (name, quantity), code in measured(self, tally, scope).items()
         ]
+
+
+def _centre(layout: Layout, element: str) -> str:
+    """Say what the centre of an element is; nothing for one without corners."""
+    names = layout.clearance_names
+    return centre_words(layout, names.index(element)) if element in names else ""

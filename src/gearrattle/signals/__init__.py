@@ -34,6 +34,7 @@ from gearrattle.signals.orders import amplitudes_from, harmonics, order_sums, re
 from gearrattle.signals.regions import (
     Regime,
     centre,
+    centre_words,
     contact_share,
     dwell_of_regions,
     dwell_times,
@@ -67,6 +68,7 @@ __all__ = [
     "band_rms",
     "by_chance",
     "centre",
+    "centre_words",
     "coherence_at_harmonics",
     "contact_share",
     "density_distances",

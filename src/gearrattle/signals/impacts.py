@@ -1,10 +1,11 @@
 """Impacts, read from the log of corner crossings.
 
-An impact is a crossing outward (|to| > |from|) into contact. Its *approach velocity* v is the deflection rate at the
-crossing; its *contact* lasts until the next crossing of the same corner, which can only be the return, at the rate v'.
-With the reduced inertia m_eff of the element (``bodies``) its *momentum* is m_eff |v|, its *energy* m_eff v^2 / 2. The
-*exchanged momentum* is m_eff (|v| + |v'|): the integral over the contact of the force F above the quasi-static load
-F_0, the force with which the two bodies would stay together (delta'' = 0) under all other forces Q and the error e,
+An impact is a crossing into contact, from the centre or outward (|to| > |from|). Its *approach velocity* v is the
+deflection rate at the crossing; its *contact* lasts until the next crossing of the same corner, which can only be the
+return, at the rate v'. With the reduced inertia m_eff of the element (``bodies``) its *momentum* is m_eff |v|, its
+*energy* m_eff v^2 / 2. The *exchanged momentum* is m_eff (|v| + |v'|): the integral over the contact of the force F
+above the quasi-static load F_0, the force with which the two bodies would stay together (delta'' = 0) under all other
+forces Q and the error e,
 
     m_eff delta'' = F_0 - F,    F_0 = m_eff (w M^-1 Q - e''),    integral of (F - F_0) dt = m_eff (v - v').
 

@@ -47,6 +47,19 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
     return free if len(free) == 1 else frozenset(inner)
 
 
+def centre_words(layout: Layout, clearance: int) -> str:
+    """Say which regions are the centre where delta = 0 is a corner, for formulas; empty elsewhere.
+
+    Args:
+        layout: the driveline's name plate.
+        clearance: index into ``layout.clearance``.
+    """
+    if 0.0 not in layout.corners[clearance]:
+        return ""
+    labels = [f"{label:+d}" if label else "0" for label in sorted(centre(layout, clearance))]
+    return f"; delta = 0 is a corner, the centre is region {' and '.join(labels)}"
+
+
 def judged_of(layout: Layout) -> Judged:
     """Return what compiled code needs to know of the clearances: their pieces, and which of them are the centre."""
     sizes = [stiffness.size for stiffness in layout.stiffness_of_piece]
