@@ -44,8 +44,8 @@ docs: $(VENV)/.docs         ## the manual: docs/_build/html/index.html
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "manual: docs/_build/html/index.html"
 
-bench: $(VENV)/.test        ## exact against a compiled fixed step, same process
-	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only $(PYTEST_ARGS)
+bench: $(VENV)/.test        ## exact against the fastest plain RK2, same process
+	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only --benchmark-timer=time.process_time $(PYTEST_ARGS)
 
 peers: $(VENV)/.test $(VENV)/.peers  ## exact against other solvers: writes docs/reference/peers.md (minutes)
 	$(PY) -m benchmarks.peers

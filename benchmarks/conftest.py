@@ -24,7 +24,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: Any) -> None:
     pairs = {case: both for case, both in fastest.items() if {"test_exact", "test_midpoint"} <= set(both)}
     if not pairs:
         return
-    terminalreporter.section("exact against compiled RK2, h = 0.001/150 s, 127 cycles")
+    terminalreporter.section("exact against the fastest plain RK2, h = 0.001/150 s, 127 cycles")
     for case, both in pairs.items():
         exact, fixed = both["test_exact"], both["test_midpoint"]
         terminalreporter.write_line(

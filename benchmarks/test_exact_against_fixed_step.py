@@ -1,4 +1,4 @@
-"""127 cycles of the paper's six cases, one sample a cycle: ``exact`` against a compiled RK2 at h = 0.001/150 s.
+"""127 cycles of the paper's six cases, one sample a cycle: ``exact`` against the fastest plain RK2, h = 0.001/150 s.
 
 Both run warm in one process; each round starts afresh from the static equilibrium. The closing table (``conftest``)
 prints the ratio.
