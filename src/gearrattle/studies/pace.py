@@ -18,7 +18,7 @@ from math import ceil, prod
 import numpy as np
 
 from gearrattle.calls.simulate import simulate
-from gearrattle.errors import GearRattleError
+from gearrattle.errors import Cancelled
 from gearrattle.results import Run
 from gearrattle.studies.batch import FEWEST, batched, can_batch
 from gearrattle.studies.outputs import Outputs
@@ -71,7 +71,9 @@ def seconds_alone(plan: Plan, outputs: Callable[[Run], object], run: Run, second
         begun = time.perf_counter()
         try:
             outputs(simulate(plan.model.with_(plan.changes(place)), audit=False))
-        except GearRattleError:
+        except Cancelled:
+            raise
+        except Exception:  # a case may fail for any reason, as in the study, where it is told
             continue
         taken.append(time.perf_counter() - begun)
         if sum(taken) > 2.0 * _TRIED:
