@@ -22,6 +22,7 @@ import numpy as np
 
 from gearrattle.assembly import assemble, drive_torque, free_names, name_plate, ramp_of
 from gearrattle.assembly.friction import WORDS, switches
+from gearrattle.assembly.statistics import exact_between
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.model import Model, Points, loads
@@ -59,7 +60,7 @@ class Run:
     """
 
     def __init__(self, trajectory: Trajectory, model: Model) -> None:
-        self.trajectory = trajectory
+        self.trajectory = exact_between(model, trajectory)
         self.model = model
 
     def __repr__(self) -> str:

@@ -10,15 +10,20 @@ that have at least one corner, in the same order), E events.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.system.energy import EnergyAudit
+from gearrattle.system.statistics import Statistics
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Signal = tuple[str, str]
+"""Quantity and subject."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +157,18 @@ class Companions:
     stretched: Array
 
 
+class Exact(Protocol):
+    """What knows a motion between its samples."""
+
+    def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
+        """Return quantity and subject of everything it knows."""
+
+    def statistics(
+        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+    ) -> Statistics | None:
+        """Return extremes and moments of some of these over the steady part; None where they would take too long."""
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """A sampled motion with its exact log of corner crossings.
@@ -172,6 +189,7 @@ class Trajectory:
         energy: where the energy went (None: no audit).
         first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
         companions: sliders, limiters, alternating stiffness (None: the driveline has none).
+        exact: what knows the motion between its samples (None: nothing does).
     """
 
     layout: Layout
@@ -194,6 +212,7 @@ class Trajectory:
     energy: EnergyAudit | None = None
     first_cycle: int = 0
     companions: Companions | None = None
+    exact: Exact | None = field(default=None, repr=False, compare=False)
 
     @property
     def end(self) -> float:

@@ -28,9 +28,11 @@ from gearrattle.trajectory import Array, Layout, Trajectory
 SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
 PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's restitution between two bodies"
 SAMPLES = "the samples of the window"
+EXACT = "the window; of a simulated motion between its samples too"
 LOG = "the log of crossings over the window"
 WHOLE = "needs the samples of the whole motion at once, and these came in chunks"
 _LONG = 0.1  # of the time in contacts: they are no blows any more
+_FINE = 1e-3  # of a peak: smaller sampling errors are not told
 Signal = Array | Summary
 """Samples (N + 1,), or what was gathered of them."""
 _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
@@ -116,6 +118,29 @@ class Heard:
         """All orders of the excitation: the engine's, and those of the name plate."""
         known = [] if self.layout is None else self.layout.orders.tolist()
         return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
+
+    def summary(self, quantity: str, subject: str) -> Summary:
+        """Return mean, moments and extremes of a signal over the window: of the exact motion where it is known."""
+        if (quantity, subject) in self.between:
+            return self.between[quantity, subject]
+        signal = self.signals[quantity, subject]
+        return summary_of(signal) if isinstance(signal, np.ndarray) else signal
+
+    @cached_property
+    def between(self) -> dict[tuple[str, str], Summary]:
+        """Summaries of the exact motion, between samples too, by quantity and subject; empty for a measurement."""
+        exact = None if self.motion is None else self.motion.exact
+        if self.motion is None or exact is None:
+            return {}
+        known = exact.signals(self.motion)
+        found = exact.statistics(self.motion, known)
+        if found is None:
+            return {}
+        columns = zip(found.mean, found.second, found.fourth, found.low, found.high, strict=True)
+        return {
+            signal: Summary(float(mean), float(second), float(fourth), float(low), float(high))
+            for signal, (mean, second, fourth, low, high) in zip(known, columns, strict=True)
+        }
 
     def of(self, quantity: str) -> dict[str, Signal]:
         """Return the signals of a quantity by subject, in the order of the source."""
@@ -264,9 +289,17 @@ class Metric(Protocol):
         """Return the values; only asked where every need is met."""
 
 
-def summary(signal: Signal) -> Summary:
-    """Return mean, moments and extremes of a signal over the window."""
-    return summary_of(signal) if isinstance(signal, np.ndarray) else signal
+def sampled(name: str, told: Summary, peak: float) -> str:
+    """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %.
+
+    Args:
+        name: of the subject.
+        told: of the signal.
+        peak: what was taken of it.
+    """
+    if not told.miss > _FINE * abs(peak):
+        return ""
+    return f"{name}: a peak of samples, which by their curvature may lie {100.0 * told.miss / abs(peak):.2g} % higher"
 
 
 def order_word(order: float) -> str:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, WHOLE, Heard, Value, summary
+from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, sampled
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class ForceStatistics:
         "definitions; kurtosis after Dyer, Stewart 1978, J. Mech. Des. 100, 229-235; the exceedance as ISO 1996-1 has "
         "it of levels, the 5 % being usage"
     )
-    window: str = SAMPLES
-    sampling: str = "stiff contacts: samples well above their natural frequency"
+    window: str = EXACT
+    sampling: str = "of samples, and the exceedance always: well above the natural frequency of stiff contacts"
     needs: tuple[str, ...] = ("force",)
     merging: str = (
         "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time is of the whole"
@@ -45,16 +45,17 @@ class ForceStatistics:
         for name, force in heard.of("force").items():
             if not _is_mesh(heard, name):
                 continue
-            told = summary(force)
+            told = heard.summary("force", name)
             level, spread = told.rms, told.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
             crest = told.peak / level if level > 0.0 else math.nan
+            peaked = sampled(name, told, told.peak) if level > 0.0 else f"{name}: no force"
             kurtosis = math.nan if still else told.fourth / spread**4
             samples = force if isinstance(force, np.ndarray) else None
             exceeded = math.nan if samples is None else float(np.quantile(np.abs(samples[:-1]), 0.95))
             values += [
                 Value(name, "force standard deviation", spread, "N"),
-                Value(name, "force crest factor", crest, "1", "" if level > 0.0 else f"{name}: no force"),
+                Value(name, "force crest factor", crest, "1", peaked),
                 Value(name, "force kurtosis", kurtosis, "1", still),
                 Value(name, "force exceeded 5 % of the time", exceeded, "N", WHOLE if samples is None else ""),
             ]

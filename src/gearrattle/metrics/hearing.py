@@ -20,7 +20,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.metrics.base import Heard, Signal
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import steady
-from gearrattle.signals.chunks import Tally, gather
+from gearrattle.signals.chunks import Exactly, Tally, gather
 from gearrattle.signals.summaries import Contacts, Sides, Summary
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -143,7 +143,16 @@ def gather_motion(trajectory: Trajectory, engine_orders: Array, before: Tally | 
         signals = np.stack([each.values for each in recording_of(trajectory).channels], axis=1)
     else:
         signals = np.zeros((0, len(_channel_names(trajectory.layout))))
-    return gather(trajectory, signals, orders, before)
+    return gather(trajectory, signals, orders, before, _exactly(trajectory))
+
+
+def _exactly(trajectory: Trajectory) -> Exactly | None:
+    """Return which signals of a chunk are known between samples, and their statistics; None for none."""
+    if trajectory.exact is None or trajectory.discard == trajectory.cycles:
+        return None
+    names, known = _channel_names(trajectory.layout), trajectory.exact.signals(trajectory)
+    statistics = trajectory.exact.statistics(trajectory, known)
+    return None if statistics is None else ([names.index(signal) for signal in known], statistics)
 
 
 def hear_chunks(tally: Tally, source: str, engine_orders: Array, *, one_speed: bool = True) -> Heard:

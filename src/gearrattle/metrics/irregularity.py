@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, Heard, Signal, Value, order_word, summary
+from gearrattle.metrics.base import EXACT, Heard, Value, order_word, sampled
 from gearrattle.signals import speed_ratios
 
 
@@ -29,20 +29,22 @@ class SpeedIrregularity:
     formula: str = "(n_max - n_min) / n_mean; 2 |V(o)| at every engine order"
     unit: str = "1"
     source: str = "textbook definition (coefficient of fluctuation of speed, of flywheel design)"
-    window: str = SAMPLES
-    sampling: str = "peaks: as fine as the samples; orders below half the sampling rate"
+    window: str = EXACT
+    sampling: str = "of samples: peaks as fine as these, with a note; orders below half the sampling rate"
     needs: tuple[str, ...] = ("velocity",)
     merging: str = "exact: extremes are the largest and the smallest, least squares add up"
 
     def measure(self, heard: Heard) -> list[Value]:
         """Return irregularity, speed range, and the range of every engine order."""
         values = []
-        for name, signal, average in _speeds(heard):
-            width = summary(signal).swing
+        for quantity, name, average in _speeds(heard):
+            signal = heard.signals[quantity, name]
+            told = heard.summary(quantity, name)
+            width, missed = told.swing, sampled(name, told, 0.5 * told.swing)
             known = average is not None and math.isfinite(average) and average > 0.0
-            note = "" if known else f"{name}: its mean speed is not known: give a model, or the speed"
+            note = missed if known else f"{name}: its mean speed is not known: give a model, or the speed"
             values.append(Value(name, "irregularity", width / average if known and average else math.nan, "1", note))
-            values.append(Value(name, "peak-to-peak speed", width, "rad/s"))
+            values.append(Value(name, "peak-to-peak speed", width, "rad/s", missed))
             if not heard.lacks("engine orders"):
                 known_at = heard.velocities_at(name)
                 found = heard.amplitudes(signal, 1) if known_at is None else known_at
@@ -54,12 +56,12 @@ class SpeedIrregularity:
         return values
 
 
-def _speeds(heard: Heard) -> Iterator[tuple[str, Signal, float | None]]:
-    """Yield name, samples and mean speed of all that turns."""
-    for name, signal in heard.of("speed").items():
-        yield name, signal, summary(signal).mean
+def _speeds(heard: Heard) -> Iterator[tuple[str, str, float | None]]:
+    """Yield quantity, name and mean speed of all that turns."""
+    for name in heard.of("speed"):
+        yield "speed", name, heard.summary("speed", name).mean
     plate = heard.layout
     ratios = {} if plate is None else dict(zip(plate.inertia_names, speed_ratios(plate).tolist(), strict=True))
-    for name, signal in heard.of("velocity").items():
+    for name in heard.of("velocity"):
         known = heard.omega is not None and name in ratios
-        yield name, signal, ratios[name] * heard.speed if known else None
+        yield "velocity", name, ratios[name] * heard.speed if known else None

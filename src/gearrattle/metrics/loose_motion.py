@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, WHOLE, Heard, Value, summary
+from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, sampled
 from gearrattle.signals import loose_gears
-from gearrattle.signals.summaries import Summary
+from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.trajectory import Array
 
 
@@ -28,8 +28,8 @@ class LooseMotion:
     formula: str = "rms and max| | of theta_loose'' - mean; the same above the highest engine order"
     unit: str = "rad/s^2"
     source: str = "definition; the band above the engine's orders is common practice, without an origin known to us"
-    window: str = SAMPLES
-    sampling: str = "stiff contacts: samples well above their natural frequency"
+    window: str = EXACT
+    sampling: str = "of samples, and above the engine's orders always: well above the frequency of stiff contacts"
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: moments add up, peaks are the largest; what is above the engine's orders needs the whole"
 
@@ -39,20 +39,24 @@ class LooseMotion:
         for gear in loose_gears(heard.plate):
             name = heard.plate.inertia_names[gear.loose]
             signal = heards.get(name)
-            full = None if signal is None else summary(signal)
+            full = None if signal is None else heard.summary("acceleration", name)
             note = f"{name}: no acceleration is heard" if full is None else ""
             values += _levels(name, "acceleration", full, note)
             cannot = heard.lacks("engine orders") or ("" if signal is None or isinstance(signal, np.ndarray) else WHOLE)
             above = None
             if full is not None and isinstance(signal, np.ndarray) and not cannot:
-                above = summary(_above(heard, signal - full.mean))
+                above = summary_of(_above(heard, signal - np.mean(signal[:-1])))
             values += _levels(name, "acceleration above the engine orders", above, note or cannot)
         return values
 
 
 def _levels(name: str, what: str, told: Summary | None, note: str) -> list[Value]:
     level, peak = (math.nan, math.nan) if told is None else (told.spread, told.reach)
-    return [Value(name, f"{kind} {what}", v, "rad/s^2", note) for kind, v in (("rms", level), ("peak", peak))]
+    missed = note if told is None else note or sampled(name, told, peak)
+    return [
+        Value(name, f"rms {what}", level, "rad/s^2", note),
+        Value(name, f"peak {what}", peak, "rad/s^2", missed),
+    ]
 
 
 def _above(heard: Heard, signal: Array) -> Array:

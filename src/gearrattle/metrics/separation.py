@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics.base import SAMPLES, SINGH, Heard, Value, order_word, summary
+from gearrattle.metrics.base import EXACT, SAMPLES, SINGH, Heard, Value, order_word, sampled
 from gearrattle.signals import LooseGear, loose_gears
 from gearrattle.trajectory import Layout
 
@@ -31,8 +31,8 @@ class SeparationRatio:
     formula: str = "J_loose (R_driver/R_loose) peak|theta_driver''| / T_drag; margin: 20 log10 of it"
     unit: str = "1"
     source: str = SINGH
-    window: str = SAMPLES
-    sampling: str = "peaks: as fine as the samples"
+    window: str = EXACT
+    sampling: str = "of samples: peaks as fine as these, with a note"
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: the peak is the largest"
 
@@ -41,12 +41,12 @@ class SeparationRatio:
         values, accelerations = [], heard.of("acceleration")
         for gear in loose_gears(heard.plate):
             mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
-            signal = accelerations.get(driver)
-            ratio = math.nan if signal is None else _slope(heard.plate, gear) * summary(signal).peak
-            note = f"{mesh}: no acceleration of its driver {driver}" if signal is None else ""
+            told = heard.summary("acceleration", driver) if driver in accelerations else None
+            ratio = math.nan if told is None else _slope(heard.plate, gear) * told.peak
+            note = f"{mesh}: no acceleration of its driver {driver}" if told is None else sampled(mesh, told, told.peak)
             values.append(Value(mesh, "separation ratio", ratio, "1", note))
             margin = _decibel(ratio)
-            still = "" if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
+            still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
             values.append(Value(mesh, "separation margin", margin, "dB", still))
         return values
 

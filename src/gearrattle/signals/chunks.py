@@ -11,6 +11,7 @@ Takes consecutive Trajectories and signals on their grid; gives a Tally.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -19,16 +20,19 @@ from numpy.typing import NDArray
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.orders import resolved
 from gearrattle.signals.regions import centre, dwell_times
-from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before
+from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before, missed
 from gearrattle.signals.windows import steady
+from gearrattle.system.statistics import Statistics
 from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
 
 _POWERS = 3  # 1, time, its square
+Exactly = tuple[Sequence[int], Statistics]
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Of q signals: weight in sample intervals; mean, sums of central powers, extremes, both end samples, (q,)."""
+    """Of q signals: weight in sample intervals; mean, sums of central powers, extremes and by how much they may be
+    passed between samples (``missed``), both end samples, (q,)."""
 
     weight: float
     mean: Array
@@ -37,6 +41,7 @@ class Moments:
     fourth: Array
     low: Array
     high: Array
+    miss: Array
     first: Array
     last: Array
 
@@ -49,7 +54,19 @@ class Moments:
         square = away**2
         second, third, fourth = (np.asarray(np.trapezoid(p, axis=0)) for p in (square, square * away, square**2))
         low, high = values.min(axis=0), values.max(axis=0)
-        return cls(weight, mean, second, third, fourth, low, high, values[0], values[-1])
+        return cls(weight, mean, second, third, fourth, low, high, missed(values), values[0], values[-1])
+
+    def corrected(self, columns: Sequence[int], exact: Statistics) -> Moments:
+        """Return these with what is known exactly of some columns."""
+        weight = self.weight
+        known = {
+            "mean": exact.mean, "second": weight * exact.second, "third": weight * exact.third,
+            "fourth": weight * exact.fourth, "low": exact.low, "high": exact.high, "miss": np.zeros(len(columns)),
+        }  # fmt: skip
+        changed = {name: getattr(self, name).copy() for name in known}
+        for name, values in known.items():
+            changed[name][list(columns)] = values
+        return replace(self, **changed)
 
     def plus(self, other: Moments) -> Moments:
         """Return those of both pieces, the other one after this."""
@@ -63,14 +80,20 @@ class Moments:
         fourth = fourth + 4.0 * d * (a * other.third - b * self.third) / n
         return Moments(
             n, self.mean + d * b / n, second, third, fourth, np.minimum(self.low, other.low),
-            np.maximum(self.high, other.high), self.first, other.last,
+            np.maximum(self.high, other.high), np.maximum(self.miss, other.miss), self.first, other.last,
         )  # fmt: skip
 
     def summary(self, column: int) -> Summary:
         """Return the summary of one signal."""
         second, fourth = (float(each[column]) / self.weight for each in (self.second, self.fourth))
         return Summary(
-            float(self.mean[column]), second, fourth, float(self.low[column]), float(self.high[column]), column
+            float(self.mean[column]),
+            second,
+            fourth,
+            float(self.low[column]),
+            float(self.high[column]),
+            float(self.miss[column]),
+            column,
         )
 
 
@@ -162,7 +185,9 @@ class Tally:
         return self.amplitudes(self.products[:, angle] - (rise - bend) * line - bend * parabola, 0)
 
 
-def gather(trajectory: Trajectory, signals: Array, orders: Array, before: Tally | None) -> Tally:
+def gather(
+    trajectory: Trajectory, signals: Array, orders: Array, before: Tally | None, exact: Exactly | None = None
+) -> Tally:
     """Return the tally of a chunk and of all before it.
 
     Args:
@@ -170,6 +195,7 @@ def gather(trajectory: Trajectory, signals: Array, orders: Array, before: Tally 
         signals: (N + 1, q) on the grid of its steady part, both bounds included; (0, q) if all of it is discarded.
         orders: (o,) of the excitation.
         before: None at the first.
+        exact: columns of the signals whose statistics are known between samples, and these.
     """
     kept = _begun(trajectory, signals.shape[1], orders) if before is None else before
     kept = replace(kept, time=kept.time + float(trajectory.time[-1] - trajectory.time[0]), loss=_lost(trajectory, kept))
@@ -177,7 +203,7 @@ def gather(trajectory: Trajectory, signals: Array, orders: Array, before: Tally 
         window = steady(trajectory)
         start = min(kept.start, window.start)
         kept = replace(kept, start=start, end=window.end, cycles=kept.cycles + window.cycles)
-        kept = _sampled(kept, window.closed(trajectory.time), signals)
+        kept = _sampled(kept, window.closed(trajectory.time), signals, exact)
         times = tuple(each + dwell_times(trajectory, k, window) for k, each in enumerate(kept.dwell))
         kept = replace(kept, dwell=times)
     kept = replace(kept, discarded=kept.discarded + trajectory.discard)
@@ -205,9 +231,11 @@ def _lost(trajectory: Trajectory, kept: Tally) -> Array | None:
     return None if audit is None or kept.loss is None else np.asarray(kept.loss + audit.element_loss)
 
 
-def _sampled(kept: Tally, time: Array, signals: Array) -> Tally:
+def _sampled(kept: Tally, time: Array, signals: Array, exact: Exactly | None) -> Tally:
     """Add samples: moments by both bounds, products by each sample once."""
     moments = Moments.of(signals)
+    if exact is not None:
+        moments = moments.corrected(*exact)
     angle = kept.layout.omega * np.multiply.outer(time[:-1], kept.orders)
     s = (time[:-1] - kept.start) / kept.layout.period
     columns = np.concatenate([s[:, None] ** np.arange(_POWERS), np.sin(angle), np.cos(angle)], axis=1)

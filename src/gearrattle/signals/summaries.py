@@ -28,6 +28,7 @@ class Summary:
         mean: <x>.
         second, fourth: <(x - <x>)^2>, <(x - <x>)^4>.
         low, high: smallest and largest sample.
+        miss: by how much low and high may be passed between two samples; 0 where they are exact.
         column: which of the gathered signals it is; -1 for one that was summarised whole.
     """
 
@@ -36,6 +37,7 @@ class Summary:
     fourth: float
     low: float
     high: float
+    miss: float = 0.0
     column: int = -1
 
     @property
@@ -70,7 +72,21 @@ def summary_of(samples: Array) -> Summary:
     mean = float(np.trapezoid(samples)) / scale
     square = (samples - mean) ** 2
     second, fourth = (float(np.trapezoid(each)) / scale for each in (square, square**2))
-    return Summary(mean, second, fourth, float(samples.min()), float(samples.max()))
+    return Summary(mean, second, fourth, float(samples.min()), float(samples.max()), float(missed(samples)))
+
+
+def missed(samples: Array) -> Array:
+    """Return (...,) by how much the extremes of samples (N + 1, ...) may be passed between two of them.
+
+    A parabola through an extreme sample and its neighbours rises above it by at most an eighth of their second
+    difference. That is an estimate, which holds where the samples resolve the peak at all.
+    """
+    if len(samples) < 3:
+        return np.zeros(samples.shape[1:])
+    bend = 0.125 * np.abs(samples[2:] - 2.0 * samples[1:-1] + samples[:-2])
+    at = [np.clip(find(samples, axis=0) - 1, 0, len(bend) - 1)[None] for find in (np.argmin, np.argmax)]
+    low, high = (np.take_along_axis(bend, rows, axis=0)[0] for rows in at)
+    return np.asarray(np.maximum(low, high))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,122 @@
+"""Extremes and moments of a simulated motion between its samples (``system.statistics``), by quantity and name.
+
+Takes a Model and a Trajectory of the exact algorithm; gives Statistics of accelerations, velocities and mesh forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly.prescribed import free_names, free_of
+from gearrattle.assembly.system import assemble
+from gearrattle.model import Model
+from gearrattle.system.flow import Flow, Pieces, flow_of
+from gearrattle.system.statistics import Path, Statistics, statistics_of
+from gearrattle.trajectory import Signal, Trajectory
+
+Array = NDArray[np.float64]
+
+
+def exact_signals(model: Model, trajectory: Trajectory) -> tuple[Signal, ...]:
+    """Return quantity and name of everything whose statistics are known between samples.
+
+    Accelerations and velocities of the bodies that are free, forces of all meshes and clearances.
+    """
+    layout, names = trajectory.layout, free_names(model)
+    forces = [
+        name for k, name in enumerate(layout.element_names) if bool(layout.is_mesh[k]) or name in layout.clearance_names
+    ]
+    moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
+    return (*moving, *(("force", name) for name in forces))
+
+
+def exact_statistics(
+    model: Model, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+) -> Statistics | None:
+    """Return extremes and moments of some signals over the steady part of a motion.
+
+    Args:
+        model: the driveline.
+        trajectory: a motion of the exact algorithm, with its log.
+        signals: quantity and name of each, among ``exact_signals``.
+        with_moments: whether moments are wanted; without, they are 0.
+
+    Returns:
+        (q,) in the order of the signals [SI]; None where they would take too long (``statistics_of``).
+    """
+    flow = flow_of(assemble(model))
+    bodies, elements = list(free_names(model)), list(trajectory.layout.element_names)
+
+    def rows(pieces: Pieces) -> Array:
+        of = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
+        force = flow.force_rows(pieces)
+        return np.array(
+            [force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)] for kind, name in signals]
+        )
+
+    return statistics_of(flow, _path(model, flow, trajectory), rows, with_moments=with_moments)
+
+
+@dataclass(frozen=True)
+class Between:
+    """What a trajectory of the exact algorithm can tell between its samples (``trajectory.Exact``).
+
+    Attributes:
+        model: the driveline.
+    """
+
+    model: Model
+
+    def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
+        """Return ``exact_signals``."""
+        return exact_signals(self.model, trajectory)
+
+    def statistics(
+        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+    ) -> Statistics | None:
+        """Return ``exact_statistics``."""
+        return exact_statistics(self.model, trajectory, signals, with_moments=with_moments)
+
+
+def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory that can tell what the motion does between its samples; itself by any other algorithm."""
+    if trajectory.cost.algorithm != "exact" or trajectory.exact is not None:
+        return trajectory
+    return replace(trajectory, exact=Between(model))
+
+
+def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
+    """The motion in the coordinates of the flow."""
+    t, first, period = trajectory, trajectory.layout.region_of_first_piece, trajectory.layout.period
+    free, beside, log = free_of(model), trajectory.companions, trajectory.events
+    pieces = dict(zip(flow.system.places, (t.initial_region - first).tolist(), strict=False))
+    memories = np.zeros((len(t.time), 0))
+    time, watch, upward = log.time, log.clearance, (log.to_region > log.from_region).astype(np.int64)
+    if beside is not None:
+        pieces |= dict(zip(flow.system.places[len(first) :], beside.initial.tolist(), strict=True))
+        time, watch, upward = beside.time, beside.watch, beside.upward
+        memories = beside.stretch[:, list(flow.system.memories)] * flow.memory
+    cycle, part = np.divmod(t.first_cycle * t.samples_per_cycle + np.arange(len(t.time)), t.samples_per_cycle)
+    count = len(flow.system.laws) + len(flow.system.companions)
+    samples = np.hstack(
+        [
+            t.angle[:, free] @ flow.coordinates.basis.T * flow.scaling.deflection,
+            t.velocity[:, free] * flow.scaling.velocity,
+            memories,
+            flow.inputs_at(cycle, part / t.samples_per_cycle),
+        ]
+    )
+    return Path(
+        tuple(int(pieces.get(k, 0)) for k in range(count)),
+        samples,
+        t.samples_per_cycle,
+        t.discard * t.samples_per_cycle,
+        time / period - t.first_cycle,
+        watch,
+        upward,
+        t.first_cycle,
+    )
