@@ -68,7 +68,7 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [
-        ("[sweep]", "[swept]", "needs sweep"),
+        ("[sweep]", "[swept]", 'did you mean "sweep"'),
         ("[sweep]", "[[sweep]]", "begin it with [sweep], not [[sweep]]"),
         ("[sweep]", '[sweep]\n"inertia.gear.drag" = [0.5, 0.6]', "one value is swept"),
         ("cycles = 40", 'cycles = "40"', "over.toml:5: cycles"),
@@ -105,7 +105,7 @@ def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]
     assert main(["study", "drawn.toml", "--workers", "1"]) == 0
     assert "95 % interval" in Path("drawn-study/study.html").read_text(encoding="utf-8")
     for old, new, match in (
-        ("[over]", "[ower]", "needs over"),
+        ("[over]", "[ower]", 'did you mean "over"'),
         (", count = 6", "", "needs count"),
         ("-0.5", '"1 mm"', "finite"),
     ):
