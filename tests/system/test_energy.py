@@ -83,6 +83,14 @@ def test_the_audit_can_fail() -> None:
     assert tampered(**missed).relative_residual > 1e-6
 
 
+@pytest.mark.parametrize(("late", "least", "most"), [(1e-4, 1e-5, 4e-5), (1e-6, 1e-7, 4e-7), (1e-8, 1e-9, 4e-9)])
+def test_a_damped_crossing_that_is_late_shows_in_proportion(late: float, least: float, most: float) -> None:
+    """One of five crossings, by a part of the period; the docs say what the audit can see."""
+    for crossing in range(5):
+        shift = late * (np.arange(5) == crossing)
+        assert least < tampered(time=lambda t, shift=shift: t + shift).relative_residual < most
+
+
 def audited(**changes: object) -> EnergyAudit:
     """A clutch with sliders and clipped damping; ``changes`` take the place of parts of its log."""
     import gearrattle as gr

@@ -57,9 +57,12 @@ def _full_step(powers, region, is_long, scratch, width, sums):
 
 @kernel
 def _part_of_step(powers, region, h, scratch, width, sums):
-    """The same over less than a short step, by the Taylor series of z."""
+    """The same over less than a short step, by the Taylor series of z.
+
+    With signals by all of its terms: in an interval much shorter than others high derivatives of a signal may be large.
+    """
     z, at, made, values, series = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4:]
-    order = 3
+    order = 3 if powers.chains.shape[1] == 0 else ORDER
     while h > powers.step[0, region] * _REACH[order // 4]:
         order += 4
     for j in range(width):

@@ -223,7 +223,7 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
     steps, advance, seen, generators = [], [], [], []
     for pieces, forms in zip(regions, rows, strict=True):
         matrix = flow.generator(pieces)
-        short = step_of(finest_level(matrix))
+        short = step_of(finest_level(_turning(flow, matrix)))
         steps.append([short, LONG * short])
         at = abscissas * np.repeat(steps[-1], (NODES, LONG_NODES))
         moves = _increments(matrix, np.concatenate([steps[-1], at]))
@@ -236,6 +236,21 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
         np.array([strips(forms) for forms in rows]), pairs, known, flow.states - flow.memory.size,
         np.ascontiguousarray(flow.chains), np.array([0, NODES, NODES + LONG_NODES]), abscissas, weights,
     )  # fmt: skip
+
+
+def _turning(flow: Flow, matrix: Array) -> Array:
+    """The generator with every signal's chain closed to a ring, for the choice of steps.
+
+    A chain ends, so that its own powers vanish and say nothing of how much of it a series of few terms, or few nodes,
+    leave out. Closed, it turns as fast as its pace: entry by entry no power is smaller than that of the chain.
+    """
+    signals = flow.system.signals
+    if signals is None:
+        return matrix
+    closed, links = matrix.copy(), signals.degree + 1
+    for first in range(flow.width - flow.chain.size, flow.width, links):
+        closed[first + links - 1, first] = signals.pace(flow.system.inputs.period)
+    return closed
 
 
 def _increments(matrix: Array, lengths: Array) -> Array:
