@@ -131,3 +131,12 @@ def test_a_recording_and_another_algorithm_note_the_error_of_their_peaks() -> No
         note = table[table.quantity == "separation ratio"].note.item()
         assert "a peak of samples" in note
         assert "% higher" in note
+
+
+def test_a_motion_restored_to_units_has_the_peaks_of_its_own_model() -> None:
+    model = gr.load(EXAMPLES / "paper" / "case3.toml")
+    scaled = gr.nondimensionalize(model)
+    back = scaled.restore(gr.simulate(scaled.model, cycles=3, discard=1))
+    plain = gr.simulate(model, cycles=3, discard=1)
+    values = [gr.metrics(run, names=["separation"]).value.tolist() for run in (back, plain)]
+    assert values[0] == pytest.approx(values[1], rel=1e-6)

@@ -84,7 +84,8 @@ class Between:
 
 def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory that can tell what the motion does between its samples; itself by any other algorithm."""
-    if trajectory.cost.algorithm != "exact" or trajectory.exact is not None:
+    known = trajectory.exact
+    if trajectory.cost.algorithm != "exact" or (isinstance(known, Between) and known.model is model):
         return trajectory
     return replace(trajectory, exact=Between(model))
 
