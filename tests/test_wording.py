@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
+import gearrattle as gr
 from gearrattle.wording import counted, listed, with_article
 
 
@@ -21,3 +25,32 @@ from gearrattle.wording import counted, listed, with_article
 )  # fmt: skip
 def test_numbers_and_articles_agree_with_their_nouns(words: str, want: str) -> None:
     assert words == want
+
+
+def test_messages_of_the_package_say_an_acceleration_and_1_time() -> None:
+    kinds = [with_article(kind) for kind in ("angle", "acceleration", "torque", "velocity", "inertia", "force")]
+    assert kinds == ["an angle", "an acceleration", "a torque", "a velocity", "an inertia", "a force"]
+    text = """
+    schema = 1
+    inertia = [{ name = "a", J = "1 rad" }]
+    excitation = { speed = 8.0 }
+    """
+    with pytest.raises(gr.ModelError) as caught:
+        gr.loads(text)
+    assert " a inertia" not in str(caught.value)
+    short = gr.simulate(gr.loads(text.replace('"1 rad"', "1.0")), cycles=1, discard=0, samples_per_cycle=8)
+    assert "1 cycle, 0 crossings" in repr(short)
+
+
+def test_no_message_joins_an_article_or_a_plural_to_what_the_helpers_are_for() -> None:
+    """In f-strings "a {quantity}" and "{...cycles} cycles" are wrong for an angle and for one cycle."""
+    source = Path(gr.__file__).parent
+    article = r"\ba \{(\w+\.)*(quantity|measured|dimension\.name)\}"
+    wrong = re.compile(article + r"|(?<!of )\{(\w+\.)*cycles\} cycles\b(?! of)")
+    lines = [
+        f"{path.relative_to(source)}: {line.strip()}"
+        for path in sorted(source.rglob("*.py"))
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if wrong.search(line) and "== 1" not in line and "!= 1" not in line and "> 1" not in line
+    ]
+    assert lines == []

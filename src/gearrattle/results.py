@@ -32,6 +32,7 @@ from gearrattle.system.energy import EnergyAudit
 from gearrattle.system.flow import flow_of
 from gearrattle.system.perturbed import Gradient
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,7 +66,8 @@ class Run:
 
     def __repr__(self) -> str:
         t = self.trajectory
-        return f"<Run of {self.model.name!r}: {t.cost.algorithm}, {t.cycles} cycles, {len(t.events)} crossings>"
+        cycles, crossings = counted(t.cycles, "cycle"), counted(len(t.events), "crossing")
+        return f"<Run of {self.model.name!r}: {t.cost.algorithm}, {cycles}, {crossings}>"
 
     @cached_property
     def data(self) -> xr.Dataset:

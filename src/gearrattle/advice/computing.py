@@ -13,6 +13,7 @@ from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
 from gearrattle.calls.steps import step_limits
 from gearrattle.model import Model
+from gearrattle.wording import counted
 
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
@@ -55,8 +56,11 @@ def cost_line(pilot: Pilot) -> Line:
     crossings = pilot.of("crossings a cycle")[""]
     return Line(
         "cost",
-        f"About {_rounded(calls)} function calls and {seconds:.1g} s for {pilot.planned} cycles by exact.",
-        (f"{pilot.name}: {cost.function_calls} calls, {len(t.events)} crossings, {crossings:.3g} a cycle at its end",),
+        f"About {_rounded(calls)} function calls and {seconds:.1g} s for {counted(pilot.planned, 'cycle')} by exact.",
+        (
+            f"{pilot.name}: {cost.function_calls} calls, {counted(len(t.events), 'crossing')}, "
+            f"{crossings:.3g} a cycle at its end",
+        ),
     )
 
 

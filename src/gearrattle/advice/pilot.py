@@ -19,6 +19,7 @@ from gearrattle.calls.stiffness import Visited, regions_visited
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.system.variation import GROWTH
+from gearrattle.wording import counted
 
 CYCLES = 32
 
@@ -38,7 +39,7 @@ class Pilot:
     @property
     def name(self) -> str:
         """The route of its forecasts."""
-        return f"pilot of {self.run.trajectory.cycles} cycles"
+        return f"pilot of {counted(self.run.trajectory.cycles, 'cycle')}"
 
     def of(self, quantity: str) -> dict[str, float | str]:
         """What the pilot itself shows of a quantity that can be foretold."""

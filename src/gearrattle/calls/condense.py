@@ -22,6 +22,7 @@ from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ class Condensed:
     def report(self) -> str:
         """The whole in words."""
         names = [name or "a shape" for name in self.coordinates]
-        size = f"{len(self.inertia_names)} bodies become {len(names)} coordinates by {self.method}"
+        size = f"{len(self.inertia_names)} bodies become {counted(len(names), 'coordinate')} by {self.method}"
         kept = f"clearances kept: {', '.join(self.clearances) or 'none'}"
         lines = [size, f"  {', '.join(names)}", kept, *self.error.lines(self.units)]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])

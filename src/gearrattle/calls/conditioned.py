@@ -19,6 +19,7 @@ from gearrattle.recording import Array, Recording
 from gearrattle.signals.conditioning import bridged, detrended, evened, filtered, resample
 from gearrattle.signals.motion import derived, unwrapped
 from gearrattle.signals.tacho import PulseError, levels, pulse_angles, pulse_times, shaft
+from gearrattle.wording import counted, with_article
 
 _SI = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "shaft angle": "rad", "speed": "rad/s"}
 _FEWEST = 4
@@ -42,7 +43,7 @@ def became(channel: Mapped) -> Conditioned:
     row, notes = channel.table, []
     if channel.time.size < _FEWEST:
         rule = f"a channel needs {_FEWEST} samples or more"
-        raise channel.wrong("", f"{channel.time.size} samples", rule, "is this the whole record?")
+        raise channel.wrong("", counted(channel.time.size, "sample"), rule, "is this the whole record?")
     channel, said = _whole(channel)
     notes += said
     time, values = channel.time, channel.values
@@ -57,7 +58,7 @@ def became(channel: Mapped) -> Conditioned:
     family = next(family for family in FAMILIES if {measured, row.quantity} <= set(family))
     times = family.index(row.quantity) - family.index(measured)
     if times < 0:
-        notes.append(f"{row.name}: integrated from a {measured}; 0 at its first sample")
+        notes.append(f"{row.name}: integrated from {with_article(measured)}; 0 at its first sample")
     return Conditioned(time, derived(time, values, times), _SI[row.quantity], tuple(notes))
 
 
@@ -146,4 +147,4 @@ def finished(channel: Mapped, time: Array, values: Array, interval: float | None
         return filtered(values, 1.0 / interval, row.filter.kind, row.filter.cutoff, row.filter.order)
     except ValueError as error:
         words = " ".join(str(error).split())
-        raise channel.wrong("filter", f"{values.size} samples", f"too few for this filter: {words}") from None
+        raise channel.wrong("filter", counted(values.size, "sample"), f"too few for this filter: {words}") from None

@@ -11,6 +11,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.recording import Channel, Recording
+from gearrattle.wording import with_article
 
 _KEYS = {"torque": "signal", "velocity": "speed", "speed": "speed", "angle": "angle", "shaft angle": "angle"}
 """What a channel of each quantity is in a model: a torque's signal, a motion's speed or angle."""
@@ -66,7 +67,9 @@ def drive(
     else:
         if static is not None:
             raise ModelError(
-                Problem("static", str(static), f"belongs to a torque, and the channel is a {found.quantity}")
+                Problem(
+                    "static", str(static), f"belongs to a torque, and the channel is {with_article(found.quantity)}"
+                )
             )
         motion = {"on": where, key: signal} if about is None else {"on": where, key: signal, "about": about}
         tables["motion"] = [*(row for row in tables.get("motion", ()) if row["on"] != where), motion]

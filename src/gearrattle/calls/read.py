@@ -23,6 +23,7 @@ from gearrattle.readers.quantities import DIMENSIONS, factor, guess
 from gearrattle.recording import QUANTITIES, Array, Channel, Recording
 from gearrattle.signals.conditioning import resample
 from gearrattle.signals.synchrony import Delay, delay_by_correlation, delay_by_phase
+from gearrattle.wording import with_article
 
 WORST_CORRELATION = 0.5
 LEAST_SHARE = 0.05
@@ -90,9 +91,10 @@ def _plain(column: Column, source: str) -> tuple[Channel, list[str]]:
     try:
         by, unit = factor(column.unit, quantity)
     except UnitError:
-        note = f"{column.name}: {column.unit or 'no unit'} is no unit of a {quantity}; the numbers stand as in the file"
+        note = f"{column.name}: {column.unit or 'no unit'} is no unit of {with_article(quantity)}; "
+        note += "the numbers stand as in the file"
         return Channel(column.name, "", column.subject, column.unit or "1", column.values), [note]
-    notes = [] if said else [f"{column.name}: taken for a {quantity} by its unit, {column.unit}"]
+    notes = [] if said else [f"{column.name}: taken for {with_article(quantity)} by its unit, {column.unit}"]
     return Channel(column.name, quantity, column.subject, unit, by * column.values), notes
 
 

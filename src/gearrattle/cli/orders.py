@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Whole
 from gearrattle.cli.sources import heard
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,6 +220,7 @@ def _tell(content: dict[str, Any], *, si: bool, json: bool) -> None:
         peak = content["largest"]
         at = f"{peak['speed'] * turning:.5g} {'rpm' if si else 'speed'}" if "speed" in peak else f"{peak['time']:.5g} s"
         print(f"largest: {peak['amplitude']:.5g} {unit} at {peak['frequency']:.5g} Hz, {at}")
-    print(f"{content['rows']} rows, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}")
+    rows = counted(content["rows"], "row")
+    print(f"{rows}, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}")
     if content["output"] is not None:
         print(f"saved: {content['output']}")

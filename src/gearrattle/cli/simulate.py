@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Settings
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -71,7 +72,8 @@ def simulate(
     rows = [(name, str(number)) for name, number in content["crossings"].items()]
     print(columns(("clearance", "crossings"), rows))
     cost = run.cost
-    print(f"{run.trajectory.cycles} cycles by {cost.algorithm}: {cost.steps} steps in {cost.wall_time:.3g} s")
+    cycles, steps = counted(run.trajectory.cycles, "cycle"), counted(cost.steps, "step")
+    print(f"{cycles} by {cost.algorithm}: {steps} in {cost.wall_time:.3g} s")
     if output is not None:
         print(f"saved: {output}")
 

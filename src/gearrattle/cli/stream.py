@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Settings, Whole
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.calls.stream import Stream
@@ -70,7 +71,7 @@ def stream(
         print(json_text({"cycles": motion.cycles, "folder": str(folder), **verdict.to_dict()}))
         return
     print(f"{verdict.verdict}: {verdict.sentence}")
-    print(f"{motion.cycles} cycles kept in: {folder}")
+    print(f"{counted(motion.cycles, 'cycle')} kept in: {folder}")
 
 
 def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Path) -> BaseException:

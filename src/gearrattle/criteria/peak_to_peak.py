@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, gather_last
 from gearrattle.signals import peak_to_peak
 from gearrattle.trajectory import Trajectory
+from gearrattle.wording import counted
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,9 @@ class PeakToPeak(Telling):
         level = peak_to_peak(tally["acceleration"])
         short = ""
         if cycles < self.cycles:
-            remain = "1 cycle remains" if cycles == 1 else f"{cycles} cycles remain"
-            short = f"peak-to-peak acceleration over fewer than {self.cycles} cycles: {remain} after the discarded ones"
+            remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"
+            short = f"peak-to-peak acceleration over fewer than {counted(self.cycles, 'cycle')}: "
+            short += f"{remain} after the discarded ones"
         words = f"max theta_i'' - min theta_i'' over the samples of the last {cycles} T"
         names = scope.layout.inertia_names
         return [

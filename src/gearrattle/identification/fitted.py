@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.identification.identifiability import Combination
 from gearrattle.identification.problem import Residual
 from gearrattle.model import Model
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -162,7 +163,10 @@ class Fit:
 
     def _minima(self) -> list[str]:
         first = self.minima[0]
-        lines = [f"best minimum reached from {first.times} of {self.starts} starts; {len(self.minima)} distinct minima"]
+        lines = [
+            f"best minimum reached from {first.times} of {counted(self.starts, 'start')}; "
+            f"{counted(len(self.minima), 'distinct minimum', 'distinct minima')}"
+        ]
         others = (f"  another: chi-square {m.chi_square:.4g}, from {m.times}" for m in self.minima[1:4])
         return [*lines, *others]
 

@@ -27,6 +27,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
 def _cut(deflection: Array, torque: Array, source: str) -> Loop:
     if deflection.size < FEWEST:
         rule = f"too few points for a fit: a loop needs at least {FEWEST}"
-        raise ModelError(Problem(source, f"{deflection.size} samples", rule, "sample the test more densely"))
+        raise ModelError(Problem(source, counted(deflection.size, "sample"), rule, "sample the test more densely"))
     span = float(np.ptp(deflection))
     if not (span > 0.0 and np.ptp(torque) > 0.0):
         raise ModelError(Problem(source, "a constant angle or torque", "a loop needs an angle and a torque that move"))
@@ -182,5 +183,5 @@ def _gathered(deflection: Array, torque: Array, whole: Sequence[tuple[int, int]]
     notes = (words,) if lost > 1 else ()
     if kept.size < FEWEST:
         rule = f"too few points for a fit: whole legs need at least {FEWEST}"
-        raise ModelError(Problem(source, f"{kept.size} samples", rule, "sample the test more densely"))
+        raise ModelError(Problem(source, counted(kept.size, "sample"), rule, "sample the test more densely"))
     return Loop(deflection[kept], torque[kept], way, turn, leg, source, notes)

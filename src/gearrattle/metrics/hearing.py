@@ -23,6 +23,7 @@ from gearrattle.signals import steady
 from gearrattle.signals.chunks import Exactly, Tally, gather
 from gearrattle.signals.summaries import Contacts, Sides, Summary
 from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.wording import counted
 
 _WHOLE = 1e-6  # of a period: shorter remainders are rounding
 _ROUNDED = 0.01  # of a sample interval: times that stray by less are rounded ones
@@ -72,7 +73,7 @@ def hear_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool
         source=trajectory.cost.algorithm,
         time=recording.time,
         signals={(each.quantity, each.subject): each.values for each in recording.channels},
-        window=f"steady part, {window.cycles} of {trajectory.cycles} cycles",
+        window=f"steady part, {window.cycles} of {counted(trajectory.cycles, 'cycle')}",
         omega=trajectory.layout.omega if one_speed else None,
         period=trajectory.layout.period,
         engine_orders=engine_orders,
@@ -233,7 +234,7 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     """
     time = recording.time
     if time.size < 3:
-        raise ModelError(Problem(recording.source, f"{time.size} samples", "metrics need three samples at least"))
+        raise ModelError(Problem(recording.source, counted(time.size, "sample"), "metrics need three samples at least"))
     even = np.linspace(time[0], time[-1], time.size)
     interval, stray = float(even[1] - even[0]), float(np.max(np.abs(time - even)))
     if stray > _ROUNDED * interval:

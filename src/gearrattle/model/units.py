@@ -22,6 +22,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gearrattle.wording import with_article
+
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
@@ -123,7 +125,7 @@ def convert(text: str, dimension: Dimension) -> float:
     number, unit = _split(text, dimension)
     if dimension.symbols and unit not in dimension.symbols:
         allowed = " or ".join(sorted(dimension.symbols))
-        raise UnitError(f"must be a {dimension.name} in {allowed}", dimension.hint)
+        raise UnitError(f"must be {with_article(dimension.name)} in {allowed}", dimension.hint)
     measure = _measure(unit)
     if measure.exponents != dimension.exponents:
         raise _mismatch(unit, measure, dimension)
@@ -131,7 +133,7 @@ def convert(text: str, dimension: Dimension) -> float:
         raise UnitError("must be rpm or an angle divided by a time", dimension.hint)
     if energy := measure.naming(_ENERGY):
         raise UnitError(
-            f"must be a {dimension.name} in {dimension.si}; {energy} is a unit of energy",
+            f"must be {with_article(dimension.name)} in {dimension.si}; {energy} is a unit of energy",
             f'write it as in "{dimension.example}"',
         )
     try:
@@ -169,11 +171,16 @@ def _mismatch(unit: str, measure: _Measure, dimension: Dimension) -> UnitError:
     example = _advice_newton(unit) or f'write it as in "{dimension.example}"'
     if measure.exponents[:3] == dimension.exponents[:3] and dimension is not ANGULAR_VELOCITY:
         if wanted and not angle:
-            return UnitError(f"must be a {dimension.name} and name an angle unit, such as {dimension.si}", example)
+            return UnitError(
+                f"must be {with_article(dimension.name)} and name an angle unit, such as {dimension.si}", example
+            )
         if angle and not wanted:
-            return UnitError(f"must be a {dimension.name} in {dimension.si} and must not name an angle unit", example)
-    article = "an" if dimension.name[0] in "aeiou" else "a"
-    return UnitError(f"must be {article} {dimension.name} ({dimension.si}); {unit} is not", dimension.hint or example)
+            return UnitError(
+                f"must be {with_article(dimension.name)} in {dimension.si} and must not name an angle unit", example
+            )
+    return UnitError(
+        f"must be {with_article(dimension.name)} ({dimension.si}); {unit} is not", dimension.hint or example
+    )
 
 
 @lru_cache(maxsize=1024)

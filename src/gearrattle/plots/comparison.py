@@ -13,6 +13,7 @@ from gearrattle.comparison.precision import Curve, WorkPrecision
 from gearrattle.comparison.rows import Comparison
 from gearrattle.plots.chart import Band, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.palette import CENTRE, INK, MUTED
+from gearrattle.wording import counted
 
 COLOURS = (
     "#0072b2",
@@ -66,7 +67,8 @@ def growth_of_errors(comparison: Comparison) -> Chart:
         "window; beyond the horizon only statistics are."
     )
     if end < comparison.cycles:
-        caption += f" Of {comparison.cycles} cycles the first {end:g} are shown: all errors are saturated later."
+        caption += f" Of {counted(comparison.cycles, 'cycle')} the first {end:g} are shown: "
+        caption += "all errors are saturated later."
     legend = tuple(Key(line.name, line.colour) for line in lines)
     return Chart("errors", "Growth of errors", caption, (panel,), panel_height=300, legend=legend)
 
@@ -99,7 +101,7 @@ def work_precision_chart(found: WorkPrecision, labels: list[str]) -> Chart:
         for quantity, title in (("function_calls", "function calls"), ("wall_time", "computing time, s"))
     )
     caption = (
-        f"Largest error over the first {found.cycles} cycles (errors up to the window's end), for "
+        f"Largest error over the first {counted(found.cycles, 'cycle')} (errors up to the window's end), for "
         "tolerances from 1e-3 to 1e-11, or steps from four times the default down. Down and to the left is better. "
         "The exact solution has nothing to choose: one point."
     )

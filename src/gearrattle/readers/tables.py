@@ -19,6 +19,7 @@ from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.units import UnitError
 from gearrattle.readers.quantities import factor
 from gearrattle.recording import QUANTITIES
+from gearrattle.wording import with_article
 
 KINDS = {"lowpass": 1, "highpass": 1, "bandpass": 2, "bandstop": 2}
 """Kinds of filters, and how many cutoffs each has."""
@@ -64,7 +65,7 @@ class FilterTable(Table):
         count = len(cutoff) if isinstance(cutoff, list | tuple) else 1
         if kind in KINDS and cutoff is not None and count != KINDS[kind]:
             words = "one frequency" if KINDS[kind] == 1 else "two frequencies"
-            yield Breach(("cutoff",), cutoff, f"a {kind} has {words}")
+            yield Breach(("cutoff",), cutoff, f"{with_article(kind)} has {words}")
 
 
 class TachoTable(Table):
@@ -164,7 +165,7 @@ class ChannelTable(Table):
                 rule = "pulses need tacho to become an angle or a speed"
                 yield Breach((), ..., rule, "such as tacho = { pulses_per_turn = 60 }")
         elif measured != quantity and not any({measured, quantity} <= set(family) for family in FAMILIES):
-            rule = f"a {measured} does not become a {quantity}"
+            rule = f"{with_article(measured)} does not become {with_article(quantity)}"
             yield Breach(("measured",), measured, rule, "within angle, velocity, acceleration; or shaft angle, speed")
         if table.get("tacho") is not None and (measured != "pulses" or quantity == "pulses"):
             rule = "belongs to pulses that become an angle or a speed"

@@ -32,6 +32,7 @@ from gearrattle.report.comparison_tables import (
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
+from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
 
@@ -77,9 +78,10 @@ def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, fol
 
 def _setting(comparison: Comparison) -> str:
     horizon = comparison.horizon / comparison.period
-    until = f"{horizon:.3g} cycles" if horizon < comparison.cycles else "the end"
+    until = counted(horizon, "cycle") if horizon < comparison.cycles else "the end"
     return (
-        f"{comparison.cycles} cycles, {comparison.discard} of them discarded, {comparison.samples_per_cycle} samples a "
+        f"{counted(comparison.cycles, 'cycle')}, {comparison.discard} of them discarded, "
+        f"{counted(comparison.samples_per_cycle, 'sample')} a "
         f"cycle; tolerance {comparison.tolerance:.2g} where steps are chosen; reference: {comparison.reference}. "
         f"Predictable to {until}. No contender may take longer than {comparison.budget:g} s."
     )

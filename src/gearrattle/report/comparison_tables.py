@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.plots.numerals import grouped, numeral
 from gearrattle.report.tables import Table
+from gearrattle.wording import counted
 
 _MOST_REGIONS = 12
 """Columns of the table of growths; a train of twelve clearances visits hundreds of regions."""
@@ -64,7 +65,8 @@ def truth_table(comparison: Comparison) -> Table:
         "time error, s", "impacts missed", "invented", "statistics that differ",
     )  # fmt: skip
     note = (
-        f"Errors, crossings and impacts: up to the window's end, {comparison.window / comparison.period:.3g} cycles, "
+        "Errors, crossings and impacts: up to the window's end, "
+        f"{counted(comparison.window / comparison.period, 'cycle')}, "
         "where errors of 1e-6, or of the tolerance if finer, have grown to a thousandth at most. Statistics: of the "
         "cycles beyond the predictability horizon, those outside all exact motions begun nearby, with how many chance "
         "puts there."

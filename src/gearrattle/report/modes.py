@@ -27,6 +27,7 @@ from gearrattle.report.ink import fill_figures
 from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.summary import modes_dict, plain
+from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
 MOST_SHAPES = 24
@@ -114,14 +115,14 @@ def _lead(modes: Modes, found: Campbell, si: bool) -> str:
         return "Nothing swings: every motion is rigid."
     ends = rate(float(elastic[0]), si=si), rate(float(elastic[-1]), si=si)
     between = f"from {ends[0]} to {ends[1]}" if elastic.size > 1 else f"at {ends[0]}"
-    also = f", and {_counted(rigid, 'rigid motion')}" if rigid else ""
-    words = f"{_counted(elastic.size, 'mode')} {between}{also}. "
+    also = f", and {counted(rigid, 'rigid motion')}" if rigid else ""
+    words = f"{counted(elastic.size, 'mode')} {between}{also}. "
     near = found.nearest()
     low, high = (turning(speed, si=si) for speed in found.speeds)
     if near is None:
         return words + f"No order meets any of them between {low} and {high}."
     return words + (
-        f"{_counted(len(found.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
+        f"{counted(len(found.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
         f"speed of {turning(found.model_speed, si=si)}: {_nearest(found, near, si)}."
     )
 
@@ -135,7 +136,3 @@ def _nearest(found: Campbell, near: Crossing, si: bool) -> str:
         f"order {near.order:g} meets mode {near.mode + 1} at {turning(near.speed, si=si)}, {away} "
         f"({near.source}, {percent(near.share)} of its energy)"
     )
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

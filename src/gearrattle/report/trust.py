@@ -12,6 +12,7 @@ import numpy as np
 from gearrattle.pipeline import Findings
 from gearrattle.signals import find_impacts, steady
 from gearrattle.system.variation import GROWTH, ROUNDING, ROUNDING_95
+from gearrattle.wording import counted
 
 _METHODS = {
     "exact": "Between corners the motion is computed in closed form, and every crossing of a corner is located and "
@@ -26,7 +27,7 @@ _ENERGY = (
     "that was turned over."
 )
 _SENSITIVE = (
-    "Predictability horizon: {cycles:.3g} cycles. By then some perturbation has grown ten-million-fold, and rounding "
+    "Predictability horizon: {cycles}. By then some perturbation has grown ten-million-fold, and rounding "
     "has put deflections off by about {error:.0e} half-gaps (95 of 100 motions: by less than {most:.0e}). "
     "Beyond it rates, shares and spectra hold as averages, about as well as the two "
     "halves agree; the instant of a single impact, the largest value, a regime decided by a few rare impacts do not."
@@ -39,7 +40,7 @@ def trust(findings: Findings) -> list[str]:
     window = steady(trajectory)
     algorithm = trajectory.cost.algorithm
     told = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
-    judged = f"{window.cycles} of {trajectory.cycles} cycles are judged"
+    judged = f"{window.cycles} of {counted(trajectory.cycles, 'cycle')} {'is' if window.cycles == 1 else 'are'} judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
     impacts = find_impacts(trajectory).within(window)
     if len(impacts) and window.cycles > 1 and findings.model.excitation.sweep is None:
@@ -63,4 +64,6 @@ def _predictable(horizon: float, period: float, end: float) -> str:
             "Small perturbations stay small: over the whole run no perturbation grows ten-million-fold, so single "
             "instants are predicted to the end."
         )
-    return _SENSITIVE.format(cycles=horizon / period, error=GROWTH * ROUNDING, most=GROWTH * ROUNDING_95)
+    return _SENSITIVE.format(
+        cycles=counted(horizon / period, "cycle"), error=GROWTH * ROUNDING, most=GROWTH * ROUNDING_95
+    )

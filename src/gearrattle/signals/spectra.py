@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 CYCLES_PER_SEGMENT = 8
 
@@ -60,7 +61,7 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
         raise ModelError(
             Problem(
                 place="samples_per_cycle",
-                value=f"{length} samples in {cycles} cycles",
+                value=f"{length} samples in {counted(cycles, 'cycle')}",
                 rule="a spectrum takes at least 4 samples",
                 remedy="raise samples_per_cycle, or simulate more cycles",
             )

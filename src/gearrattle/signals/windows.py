@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.trajectory import Array, Trajectory
+from gearrattle.wording import counted
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def steady(trajectory: Trajectory) -> Window:
         raise ModelError(
             Problem(
                 place="discard",
-                value=f"{trajectory.discard} of {trajectory.cycles} cycles",
+                value=f"{trajectory.discard} of {counted(trajectory.cycles, 'cycle')}",
                 rule="at least one cycle must remain to be judged",
                 remedy="simulate more cycles or discard fewer",
             )
@@ -91,7 +92,7 @@ def steady(trajectory: Trajectory) -> Window:
             Problem(
                 place="trajectory.time",
                 value=f"{trajectory.time.size} samples",
-                rule=f"{trajectory.cycles} cycles of {trajectory.samples_per_cycle} samples and the end "
+                rule=f"{counted(trajectory.cycles, 'cycle')} of {trajectory.samples_per_cycle} samples and the end "
                 f"make {expected}",
                 remedy="judge a motion of whole periods",
             )

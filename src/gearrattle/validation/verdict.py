@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gearrattle.validation.record import Clock, Impacts, Level, Order, Pair
+from gearrattle.wording import counted
 
 _LOUD = 1e-3  # share of a channel's power from which on a band is named
 
@@ -18,14 +19,14 @@ def verdict_of(pairs: Sequence[Pair]) -> str:
     """Return one sentence on all channels."""
     apart = [pair for pair in pairs if any(abs(level.remainder) > 0.0 and not level.by_chance for level in pair.levels)]
     agree = len(pairs) - len(apart)
-    counted = f"{agree} of {_counted(len(pairs), 'channel')}"
+    share = f"{agree} of {counted(len(pairs), 'channel')}"
     within = "in rms and peak to peak within what scatter and stated uncertainties allow"
     if not apart:
-        return f"Simulation and measurement agree in {counted} {within}."
+        return f"Simulation and measurement agree in {share} {within}."
     worst = max(apart, key=lambda pair: _largest(pair.levels))
     level = max(worst.levels, key=lambda each: abs(each.remainder))
     return (
-        f"Simulation and measurement agree in {counted} {within}; look first at {worst.name}: its {level.measure} is "
+        f"Simulation and measurement agree in {share} {within}; look first at {worst.name}: its {level.measure} is "
         f"simulated {_percent(level.sigma)}, of which at least {abs(level.remainder):.2g} % no known source explains."
     )
 
@@ -117,7 +118,3 @@ def _percent(sigma: float) -> str:
 
 def _largest(levels: Sequence[Level]) -> float:
     return max(abs(level.remainder) for level in levels if np.isfinite(level.remainder))
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

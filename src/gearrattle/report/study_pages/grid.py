@@ -44,6 +44,7 @@ from gearrattle.studies.layout import (
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.studies.sensitivity import sensitivities
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +75,7 @@ def summary_of(data: xr.Dataset) -> str:
         kinds = [f"{failed} failed"] * bool(failed) + [f"{missing} are not computed yet"] * bool(missing)
         told.append(f"Of {cases} cases {' and '.join(kinds)}; they are counted nowhere.")
     if not output:
-        return " ".join([f"{done} cases were computed.", *told])
+        return " ".join([f"{counted(int(done), 'case')} {'was' if done == 1 else 'were'} computed.", *told])
     if has_probabilities(data) and not axes_in(data):
         return " ".join([*_probable(data, output), *told])
     return " ".join([*_counted(data, output), *told])
@@ -135,14 +136,14 @@ def _decided(data: xr.Dataset, found: xr.Dataset | None) -> str:
 
 def setting_of(data: xr.Dataset) -> str:
     """What was varied."""
-    axes = [f"{measure_of(data, axis).words} ({data.sizes[axis]} values)" for axis in axes_in(data)]
+    axes = [f"{measure_of(data, axis).words} ({counted(data.sizes[axis], 'value')})" for axis in axes_in(data)]
     parts = [f"Varied: {joined(axes)}."] if axes else []
     if SAMPLE in data.dims:
         method = f" ({sampling_of(data)})" if sampling_of(data) else ""
         word = "samples" if has_probabilities(data) else "cases"
         names = joined([measure_of(data, path).words for path in scattered(data)])
         parts.append(f"{data.sizes[SAMPLE]} {word}{method} of {names}.")
-    return " ".join([*parts, f"{data['outcome'].size} cases."])
+    return " ".join([*parts, f"{counted(data['outcome'].size, 'case')}."])
 
 
 def _more(count: int) -> list[str]:
