@@ -18,6 +18,7 @@ NEGLIGIBLE = 1e-12
 _NO_STIFFNESS = 1e-13  # of the stiffest piece of every element
 _MOST_SEARCHES = 2000
 _ROUNDING = 64 * 2.220446049250313e-16
+_REFINEMENT = 1e-6  # of the deflections: a Newton step this short is taken whole, rounding hides its length on the line
 
 
 @strict
@@ -75,7 +76,7 @@ def accelerate_rigidly(system, motion, acceleration):
 
 @strict
 def _direct(stiffness, residual, nothing, vectors, direction):
-    """Flat direction if the residual loads one, else the Newton direction (minimum norm)."""
+    """Flat direction if the residual loads one, else the Newton direction (minimum norm); True if it is flat."""
     size, is_loaded = residual.size, False
     diagonalise(stiffness, vectors, size)
     for want_flat in (True, False):
@@ -94,7 +95,8 @@ def _direct(stiffness, residual, nothing, vectors, direction):
         for i in range(size):
             is_loaded = is_loaded or (want_flat and abs(direction[i]) > nothing[i])
         if is_loaded:
-            return
+            return True
+    return False
 
 
 @strict
@@ -141,24 +143,32 @@ def _load(system, statics, acceleration, load, negligible):
 
 
 @strict
-def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, stiffness):
-    """Deflections and pieces at x; from the residual take their forces; scaled stiffness, and what rounding makes."""
+def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
+    """Deflections and pieces at x; from the residual take their forces; scaled stiffness.
+
+    ``nothing`` is what rounding the forces makes of the residual, ``allowed`` what rounding the deflections x makes of
+    it as well: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only the
+    first counts, for a stiff element's force acts across it.
+    """
     size, elastic, combination = x.size, statics.elastic, statics.combination
     for i in range(size):
         for j in range(size):
             stiffness[i, j] = 0.0
-        nothing[i] = 0.0
+        nothing[i] = allowed[i] = 0.0
     for e in range(elastic.size):
-        delta[e] = 0.0
+        delta[e], terms = 0.0, 0.0
         for j in range(size):
             delta[e] += combination[e, j] * x[j]
+            terms += abs(combination[e, j] * x[j])
         pieces[e] = _headed_for(system, frame, elastic[e], delta[e], travel[e])
         p = frame.first[elastic[e]] + pieces[e]
         slope, offset = system.stiffness[p], system.offset[p]
         force, rough = slope * delta[e] + offset, abs(slope * delta[e]) + abs(offset)
+        rougher = slope * terms + abs(offset)
         for i in range(size):
             residual[i] -= combination[e, i] * force
             nothing[i] += _ROUNDING * (abs(combination[e, i]) * rough)
+            allowed[i] += _ROUNDING * (abs(combination[e, i]) * rougher)
             for j in range(size):
                 stiffness[i, j] += (combination[e, i] * scale[i]) * (slope * (combination[e, j] * scale[j]))
 
@@ -179,42 +189,53 @@ def rest(system, frame, statics, acceleration, x, travel):
     """
     size, elastic, combination = x.size, statics.elastic, statics.combination
     load, negligible, residual, nothing = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    scale, direction, delta = np.empty(size), np.empty(size), np.empty(elastic.size)
+    scale, direction, allowed, delta = np.empty(size), np.empty(size), np.empty(size), np.empty(elastic.size)
     stiffness, vectors = np.empty((size, size)), np.empty((size, size))
     pieces = np.empty(elastic.size, np.int64)
     _load(system, statics, acceleration, load, negligible)
     for j in range(size):
-        k = elastic[statics.at[j]]
-        x[j], scale[j] = 0.0, 1.0 / sqrt(max(most_of(system.stiffness, frame.first[k], frame.first[k + 1]), 1e-300))
+        x[j], scale[j] = 0.0, 0.0
+    for e in range(elastic.size):
+        k = elastic[e]
+        stiffest = most_of(system.stiffness, frame.first[k], frame.first[k + 1])
+        for j in range(size):
+            scale[j] += combination[e, j] * combination[e, j] * stiffest
+    for j in range(size):
+        scale[j] = 1.0 / sqrt(max(scale[j], 1e-300))
     for e in range(elastic.size):
         travel[e] = 0.0
     for _ in range(_MOST_SEARCHES if size else 0):
         for j in range(size):
             residual[j] = load[j]
-        _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, stiffness)
+        _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
         is_balanced = True
         for j in range(size):
             nothing[j] = max(nothing[j], negligible[j])
-            is_balanced = is_balanced and abs(residual[j]) <= nothing[j]
+            is_balanced = is_balanced and abs(residual[j]) <= max(allowed[j], nothing[j])
             residual[j] *= scale[j]
             nothing[j] *= scale[j]
-        _direct(stiffness, residual, nothing, vectors, direction)
-        power, stays = 0.0, True
+        is_flat = _direct(stiffness, residual, nothing, vectors, direction)
+        power, stays, shift, distance = 0.0, True, 0.0, 0.0
         for j in range(size):
+            shift, distance = max(shift, abs(direction[j])), max(distance, abs(x[j]) / scale[j])
             direction[j] *= scale[j]
             power += load[j] * direction[j]
         for e in range(elastic.size):
-            k, polished, travel[e] = elastic[e], 0.0, 0.0
+            k, polished, travel[e], terms = elastic[e], 0.0, 0.0, 0.0
             for j in range(size):
                 travel[e] += combination[e, j] * direction[j]
+                terms += abs(combination[e, j] * direction[j])
                 polished += combination[e, j] * (x[j] + direction[j])
+            if is_flat and abs(travel[e]) <= _ROUNDING * terms:
+                travel[e] = 0.0
             begin, end = frame.first[k] - k, frame.first[k + 1] - k - 1
             stays = stays and piece_at(system.corners, begin, end, polished) == pieces[e]
-        if is_balanced:
+        if is_balanced and not is_flat:
             for j in range(size):
                 x[j] += direction[j] if stays else 0.0
             return FOUND
-        step = _slide(system, frame, elastic, delta, travel, power)
+        is_refined = stays and not is_flat and shift <= _REFINEMENT * distance
+        step = 1.0 if is_refined else _slide(system, frame, elastic, delta, travel, power)
         if step < 0.0:
             return RUNAWAY
         for j in range(size):
