@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gearrattle.kernels import polynomial
 from gearrattle.kernels.polynomial import NEVER, first_exit, stays_inside
 
 
@@ -63,3 +64,37 @@ def test_the_minorant_check_agrees_with_a_dense_scan(seed: int) -> None:
     lowest = np.min(gap + rate * x + curvature * x**2 / 2 - third * x**3 / 6)
     if abs(lowest) > 1e-6:
         assert stays_inside(gap, rate, curvature, third, h) == (lowest > 0)
+
+
+def test_a_gap_that_stays_closed_to_rounding_is_searched_in_few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    for c in (np.zeros(20), np.array([0.0] * 19 + [1e-300]), np.array([1e-30, -1e-17, *[1e-17] * 18])):
+        assert trials(c, monkeypatch) < 2000
+
+
+def test_a_gap_of_rounding_alone_does_not_hide_a_dip_behind_it() -> None:
+    roots = np.polynomial.polynomial.polyfromroots([0.5, 0.5 + 1e-5])
+    flat = np.polynomial.polynomial.polypow([0.0, 1.0], 9)  # below 1e-18 up to 0.01
+    c = np.polynomial.polynomial.polymul(flat, roots)
+    assert first_exit(np.append(c, np.zeros(20 - c.size))) == pytest.approx(0.5, abs=1e-6)
+
+
+def test_powers_that_grow_late_cost_no_trials_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    c = np.array([1e-6, -1e-3, 0.0, *[0.0] * 12, 1e30])
+    assert first_exit(c) == pytest.approx(1e-3, rel=1e-12)
+    assert trials(c, monkeypatch) < 500
+
+
+def trials(c: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Count the widths that one search tries; the search runs as plain Python."""
+    count = 0
+    plain = getattr(polynomial.stays_inside, "py_func", polynomial.stays_inside)
+
+    def counted(*arguments: float) -> bool:
+        nonlocal count
+        count += 1
+        return bool(plain(*arguments))
+
+    monkeypatch.setattr(polynomial, "stays_inside", counted)
+    search = getattr(polynomial.exit_from, "py_func", polynomial.exit_from)
+    search(c, 0.0, c[0], c[1], 2.0 * c[2])
+    return count

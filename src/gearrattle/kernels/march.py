@@ -64,6 +64,7 @@ from gearrattle.kernels.window import (
     first_crossing,
     leave,
     move_within,
+    reach_of,
     recall,
     strips_of,
     window_scratch,
@@ -350,8 +351,9 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
         h = steps[level]
         passed, k, upward, rate, x, chained = h, -1, 0, 0.0, NEVER, (chain, inputs.links, inputs.pace * steps[fine])
         if not safe:
+            reach = 1.0 if instants is None else reach_of(until, h)
             x, k, upward, rate = first_crossing(
-                series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h
+                series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h, reach
             )
             passed = x * h if x < NEVER else h
         if passed > until:

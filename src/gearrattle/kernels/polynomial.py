@@ -18,6 +18,8 @@ SIXTH = 1.0 / 6.0
 _SETTLED = 1e-7
 _THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
 _NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
+_ROUNDING = 1e-15
+_MANY_TRIALS = 64  # widths tried in a window; from then on the third derivative is bounded only as far as they reach
 
 
 @kernel
@@ -71,6 +73,24 @@ def slope(c, s):
     return evaluate(c, s)[1]
 
 
+@kernel
+def third_within(c, end):
+    """Bound on the modulus of the third derivative in [0, end]."""
+    third = 0.0
+    for j in range(c.size - 1, 2, -1):
+        third = third * end + abs(c[j]) * _THIRD[j]
+    return third
+
+
+@kernel
+def _is_rounding(c, third, width):
+    """Whether a third derivative moves a gap over a width by less than its coefficients are rounded."""
+    total = 0.0
+    for j in range(c.size):
+        total += abs(c[j])
+    return third * width * width * width <= _ROUNDING * total
+
+
 @inlined
 def _halley(value, first, second):
     """Halley's step towards a zero."""
@@ -121,11 +141,17 @@ def first_exit(c):
 
 @kernel
 def exit_from(c, low, gap, rate, curvature):
-    """The same in [low, 1], given the value and two derivatives at low."""
+    """The same in [low, 1], given the value and two derivatives at low.
+
+    The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
+    it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where
+    the gap stays zero to rounding, every width that decides nothing doubles the next one allowed, as long as what is
+    left undecided is the rounding of the gap itself.
+    """
     third = 0.0
     for j in range(3, c.size):
         third += abs(c[j]) * _THIRD[j]
-    width = 1.0
+    width, narrowest, trials = 1.0, _NARROWEST, 0
     while True:
         if gap <= 0.0:
             if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
@@ -133,7 +159,11 @@ def exit_from(c, low, gap, rate, curvature):
             gap = 0.0
         width = min(width, 1.0 - low)
         while True:
+            trials += 1
+            if trials > _MANY_TRIALS:
+                third = third_within(c, low + width)
             if stays_inside(gap, rate, curvature, third, width):
+                narrowest = max(_NARROWEST, min(narrowest, 0.25 * width))
                 break
             closing = max(rate, rate + curvature * width) + 0.5 * third * width * width < 0.0
             if closing:
@@ -141,7 +171,9 @@ def exit_from(c, low, gap, rate, curvature):
                 if beyond <= 0.0:
                     return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
                 break
-            if width < _NARROWEST:
+            if width < narrowest:
+                if _is_rounding(c, third, 2.0 * narrowest):
+                    narrowest *= 2.0
                 break
             width *= 0.5
         low += width

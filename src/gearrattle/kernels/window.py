@@ -17,6 +17,7 @@ _INVERSE = np.array([1.0 / factorial(j) for j in range(ORDER + 1)])
 _FALLING = np.array([[factorial(4 * q) / factorial(4 * q + r) for r in range(4)] for q in range(_STRIPS)])
 _REACH = np.array([0.0] + [window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1, _STRIPS)] + [1.0])
 """How far into the window n rounds of four terms reach."""
+_BEYOND = 0.25  # part of a finest step: with an instant this near the rest of the step is not searched
 
 
 @inlined
@@ -111,9 +112,42 @@ def move_within(powers, slot, width, chained, x, y, carried, scratch):
     add(strips - behind, out, first, y)
 
 
+@inlined
+def reach_of(until, h):
+    """The part of a finest step h, a power of two, in which a crossing before the next instant is looked for.
+
+    A signal's polynomial holds up to the next instant. Intervals further on its high powers are of any size, and the
+    search for a root would take as many trials. Where little lies beyond the instant the whole step is searched.
+    """
+    reach = 1.0
+    while until < _BEYOND * reach * h:
+        reach *= 0.5
+    return reach
+
+
 @kernel
-def first_crossing(series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h):
-    """The first crossing of the corners (k, lower or upper) marked unsafe, within one finest step h.
+def shrink(gap, reach):
+    """Write a polynomial over a part of its window."""
+    power = 1.0
+    for j in range(gap.size):
+        gap[j] *= power
+        power *= reach
+
+
+@kernel
+def first_crossing(
+    series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h, reach
+):
+    """The first crossing of the corners (k, lower or upper) marked unsafe, within a part of one finest step h.
+
+    Args:
+        series, forced_series, forced_strips, lower, upper: see ``packed.Regions``.
+        slot, width: of the region.
+        y, u, side: see ``packed.March``.
+        band, unsafe: rounding bands (W,) and corners (W, 2).
+        gap: scratch (ORDER + 1,).
+        h: the finest step.
+        reach: the part of it that is searched, a power of two.
 
     Returns:
         (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none; d delta / ds there. Simultaneous crossings
@@ -130,6 +164,8 @@ def first_crossing(series, forced_series, forced_strips, lower, upper, slot, wid
             multiply_add(forced_series, index, forced_strips[slot], u.size, u, gap)
             for j in range(gap.size):
                 gap[j] *= -sign
+            if reach < 1.0:
+                shrink(gap, reach)
             gap[0] += sign * (upper[slot, k] if up else lower[slot, k])
             if side[k] == sign:
                 gap[0] = lifted(gap[0], band[k])
@@ -137,6 +173,8 @@ def first_crossing(series, forced_series, forced_strips, lower, upper, slot, wid
             if x < best:
                 best, element, upward = x, k, up
                 rate = -sign * slope(gap, x) / h
+    if reach < 1.0 and best < NEVER:
+        best, rate = reach * best, rate / reach
     return best, element, upward, rate
 
 
