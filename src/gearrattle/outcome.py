@@ -19,6 +19,7 @@ class Outcome(IntEnum):
     NON_FINITE = 5
     NOTES_FULL = 6
     NO_CONVERGENCE = 7
+    NO_PROGRESS = 8
 
     @property
     def advice(self) -> str:
@@ -29,5 +30,7 @@ class Outcome(IntEnum):
 _ADVICE = {
     Outcome.CHATTER: "add damping or stiffness to the element named, or check its clearance against its deflection",
     Outcome.NON_FINITE: "a smaller step, or algorithm = 'exact', which has no step to choose",
+    Outcome.NO_PROGRESS: "less stiffness or damping in the element named, more inertia beside it, or one inertia in "
+    "place of the two that it joins",
     Outcome.NO_CONVERGENCE: "a larger tolerance, or algorithm = 'exact', which needs none",
 }

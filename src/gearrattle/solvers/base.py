@@ -109,11 +109,19 @@ class Motion:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a run stands: time [s], (K,) deflections of the clearances, and which of them crossed last, if any."""
+    """Where a run stands.
+
+    Attributes:
+        time: [s].
+        deflection: (K,) of the clearances.
+        last_crossed: the clearance that crossed last, if any.
+        fastest: the element whose own motion needs the shortest steps; None where that is not known.
+    """
 
     time: float
     deflection: Array
     last_crossed: int | None
+    fastest: int | None = None
 
 
 class Marching(Protocol):

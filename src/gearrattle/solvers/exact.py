@@ -17,10 +17,12 @@ from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Beside, Motion, Place, Task
 from gearrattle.solvers.handover import (
+    StepLimit,
     chatters,
     crossings_of,
     doubled,
     empty_log,
+    fastest_of,
     first_of,
     path_of,
     sampled_quantities,
@@ -35,6 +37,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
+_PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C is heard
 _NOTES = 1024  # steps with samples in them before these are worked out
 
 
@@ -80,6 +83,9 @@ class ExactMarch:
         self.notes = paper(size)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
+        rows = size.longest + size.carried + 12 * size.watched
+        self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
+        self._limit = StepLimit(task.system)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
@@ -130,8 +136,9 @@ class ExactMarch:
     def _march(self) -> Outcome:
         """March one slice; build the next region or grow the log where the kernel asks for it."""
         counts, regions = self.march.counts, self.slots.packed
+        budget = min(_BUDGET, self._most_steps)
         outcome = Outcome(
-            self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, _BUDGET)
+            self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
         )
         if counts[packed.NOTED]:
             self._work_out(regions, self.inputs, self.notes, self.samples, counts)
@@ -145,8 +152,12 @@ class ExactMarch:
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
-        if outcome is Outcome.SLICE_SPENT and self._chatters():
-            return Outcome.CHATTER
+        if outcome is Outcome.SLICE_SPENT:
+            now = float(counts[packed.CYCLE] + self.march.clock[:2].sum())
+            if chatters(self.log, int(counts[packed.EVENTS]), now):
+                return Outcome.CHATTER
+            if self._limit.is_exceeded(int(counts[packed.STEPS]), now):
+                return Outcome.NO_PROGRESS
         return outcome
 
     def fraction(self) -> float:
@@ -158,13 +169,15 @@ class ExactMarch:
 
     def place(self) -> Place:
         """Time, deflections and the last clearance crossed."""
-        cycle, fraction = self.march.counts[packed.CYCLE], self.march.clock[:2].sum()
+        counts = self.march.counts
+        cycle, fraction = counts[packed.CYCLE], self.march.clock[:2].sum()
         states = self.march.y[: self.flow.states].copy()
-        if self.march.counts[packed.ENTERED]:
-            states += self.slots.store.particular(self.march.counts[packed.SLOT]) @ self.march.u
+        if counts[packed.ENTERED]:
+            states += self.slots.store.particular(counts[packed.SLOT]) @ self.march.u
         z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
-        return Place(float((cycle + fraction) * self.flow.system.inputs.period), deflection, self._last_crossed())
+        time, pieces = (cycle + fraction) * self.flow.system.inputs.period, self.slots.pieces[counts[packed.SLOT]]
+        return Place(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
         """The clearance that was crossed last, by itself or by what stands beside it."""
@@ -173,11 +186,6 @@ class ExactMarch:
             return None
         element = system.element_watched(int(self.log.clearance[count - 1]))
         return system.clearances.index(element) if element in system.clearances else None
-
-    def _chatters(self) -> bool:
-        """Whether crossings have become too many for one period."""
-        now = self.march.counts[packed.CYCLE] + self.march.clock[:2].sum()
-        return chatters(self.log, int(self.march.counts[packed.EVENTS]), float(now))
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.solvers.base import Crossings
 from gearrattle.system.flow import Flow
+from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.region import strips
 from gearrattle.system.variation import Path
 
@@ -18,6 +20,8 @@ IntArray = NDArray[np.int64]
 
 FIRST_LOG = 8192
 _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
+_MOST_STEPS = 2_000_000  # without progress
+_PROGRESS = 1.0 / 1024.0  # of a period of the fastest input
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
@@ -36,6 +40,38 @@ def chatters(log: packed.Log, count: int, now: float) -> bool:
     """Whether more than a million crossings, of those logged, lie in the period before now (in periods)."""
     first = count - _MOST_A_PERIOD
     return first >= 0 and bool(now - (log.cycle[first] + log.fraction[first]) < 1.0)
+
+
+class StepLimit:
+    """Whether a march takes too many steps: two million without advancing by 1/1024 of the fastest input's period.
+
+    Such a march needs more than two thousand million steps for that period: hours, if it ends at all. The measure is
+    the period of the fastest input and not T, which is long where orders have no small common multiple.
+    """
+
+    def __init__(self, system: PiecewiseSystem) -> None:
+        self._least = _PROGRESS / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
+        self._steps, self._time = 0, -1.0
+
+    def is_exceeded(self, steps: int, now: float) -> bool:
+        """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
+        if steps < self._steps or now < self._time or now - self._time >= self._least:
+            self._steps, self._time = steps, now
+        return steps - self._steps > _MOST_STEPS
+
+
+def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
+    """The element that moves fastest by itself: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of its row.
+
+    Args:
+        system: the driveline.
+        pieces: (m,) piece of every element.
+    """
+    lightness = (system.rows**2 / system.inertia).sum(axis=1)
+    pairs = list(zip(system.laws, pieces, strict=False))
+    stiffness, damping = (np.array([getattr(law, kind)[p] for law, p in pairs]) for kind in ("stiffness", "damping"))
+    rate = np.maximum(np.sqrt(stiffness * lightness), damping * lightness)
+    return int(np.argmax(rate)) if rate.any() else None
 
 
 def sampled_z(flow: Flow, samples: packed.Samples) -> Array:

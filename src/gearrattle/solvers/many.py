@@ -22,7 +22,7 @@ from gearrattle.kernels.variants import Coefficients, Frame, Judged, Scales, Sta
 from gearrattle.linear.equilibrium import elastic_elements, statics_of
 from gearrattle.solvers.choice import is_large
 from gearrattle.solvers.exact import paper
-from gearrattle.solvers.handover import chatters, doubled, empty_log
+from gearrattle.solvers.handover import StepLimit, chatters, doubled, empty_log
 from gearrattle.solvers.slots import packed_inputs, packed_instants
 from gearrattle.system.building import ELIMINATION
 from gearrattle.system.coordinates import relative_coordinates
@@ -127,7 +127,7 @@ class _Place:
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         self.out = _tallies(count, size.clearances, self.cases.judged)
-        self.at = self._addresses()
+        self.at, self.limit = self._addresses(), StepLimit(pattern.system)
 
     @property
     def done(self) -> int:
@@ -151,7 +151,9 @@ class _Place:
         elif answer == many.MORE_LOG:
             self.log = doubled(self.log)
         now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
-        if self.books[many.UNDER_WAY] and (self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)):
+        is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
+        is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
+        if self.books[many.UNDER_WAY] and is_lost:
             self.outcome[self.done] = many.LEFT
             self.books[many.AT], self.books[many.UNDER_WAY] = self.done + 1, 0
         return self.done < self.outcome.size

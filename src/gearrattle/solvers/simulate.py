@@ -69,7 +69,11 @@ def finish(
 def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
     names = layout.clearance_names
     where = "" if place.last_crossed is None else f" in {names[place.last_crossed]}"
+    fastest = (
+        "" if place.fastest is None else f": {layout.element_names[place.fastest]} moves too fast for its inertias"
+    )
     what = {
+        Outcome.NO_PROGRESS: f"the motion needs too many steps{fastest},",
         Outcome.CHATTER: f"crossings pile up{where}",
         Outcome.NON_FINITE: "the state is no longer finite (unstable)",
         Outcome.NO_CONVERGENCE: "failed to converge: no step, however short, passes the error test,",

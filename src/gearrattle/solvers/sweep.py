@@ -16,7 +16,16 @@ from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.remember import remembered
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
-from gearrattle.solvers.handover import chatters, crossings_of, doubled, empty_log, sampled_quantities, sampled_z
+from gearrattle.solvers.handover import (
+    StepLimit,
+    chatters,
+    crossings_of,
+    doubled,
+    empty_log,
+    fastest_of,
+    sampled_quantities,
+    sampled_z,
+)
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.solvers.works import SweepAuditor
 from gearrattle.system.flow import Flow, flow_of, split_cycles
@@ -99,6 +108,7 @@ class SweepMarch:
             high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, rows[None], rows, 0.0, 1, rows, rows
         )
         self.log = empty_log()
+        self._limit = StepLimit(system)
         self.auditor: SweepAuditor | None = None
 
     def advance(self) -> Outcome:
@@ -126,8 +136,11 @@ class SweepMarch:
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
-        if outcome is Outcome.SLICE_SPENT and chatters(self.log, int(self.sweep.counts[packed.EVENTS]), self._now()):
-            return Outcome.CHATTER
+        if outcome is Outcome.SLICE_SPENT:
+            if chatters(self.log, int(self.sweep.counts[packed.EVENTS]), self._now()):
+                return Outcome.CHATTER
+            if self._limit.is_exceeded(int(self.sweep.counts[packed.STEPS]), self._now()):
+                return Outcome.NO_PROGRESS
         return outcome
 
     def _now(self) -> float:
@@ -154,7 +167,10 @@ class SweepMarch:
         z = np.hstack([samples[:, : self.flow.states], u])[0]
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         last = int(self.log.clearance[count - 1]) if count else None
-        return Place(whole * self.flow.system.inputs.period, deflection, last)
+        pieces = [0] * len(self.flow.system.laws)
+        for k, piece in zip(self.flow.system.clearances, self.sweep.piece, strict=True):
+            pieces[k] = int(piece)
+        return Place(whole * self.flow.system.inputs.period, deflection, last, fastest_of(self.flow.system, pieces))
 
     def _states(self, columns: Array) -> Array:
         """(t, N + R + K) scaled states, reference angles and force integrals, from columns of the table."""
