@@ -291,12 +291,11 @@ def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
 
 @kernel
 def march_on(regions, inputs, instants, march, samples, notes, log, budget):
-    """March until all samples are noted, or something above is needed; answers an ``Outcome`` code.
+    """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
 
     Args:
         regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
         instants: the same; None where nothing happens at known times: then it is compiled without all that.
-        budget: most steps in this slice.
     """
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
