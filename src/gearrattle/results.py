@@ -303,6 +303,27 @@ class Run:
         pd.DataFrame(columns).to_csv(path, index=False)
 
 
+def check_run(value: object, also: tuple[type, ...] = ()) -> None:
+    """Refuse what is no run, such as the path of one.
+
+    Args:
+        value: what a call was given.
+        also: other types that serve it.
+
+    Raises:
+        ModelError: it is none; the remedy says how to get one.
+    """
+    if isinstance(value, (Run, *also)):
+        return
+    if isinstance(value, str | os.PathLike):
+        path = str(value)
+        remedy = f"gr.open_run({path!r}) opens a saved run, gr.read({path!r}) a measured file"
+    else:
+        path, remedy = type(value).__name__, "gr.simulate makes a run, gr.open_run opens a saved one"
+    kinds = " or a ".join(f"gr.{kind.__name__}" for kind in (Run, *also))
+    raise ModelError(Problem("run", path, f"must be a {kinds}", remedy))
+
+
 def _read_only(array: Any) -> Any:
     """Return a view that cannot be written."""
     view = np.asarray(array).view()

@@ -132,3 +132,12 @@ def test_our_own_csv_says_quantity_subject_and_unit(tmp_path: Path) -> None:
     assert deflection is not None
     assert deflection.unit == "rad or m"
     assert any(note.startswith("deflection.gear: in SI, taken to be rad or m") for note in record.notes)
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+cmd", "-2", "@SUM(A1)", "plain"])
+def test_a_spreadsheet_takes_no_name_for_a_formula(name: str, tmp_path: Path) -> None:
+    channel = gr.Channel(name, "velocity", "", "rad/s", np.array([1.0, 2.0]))
+    gr.write(gr.Recording(np.array([0.0, 1.0]), (channel,), "rig"), tmp_path / "rig.csv")
+    head = next(line for line in (tmp_path / "rig.csv").read_text().splitlines() if not line.startswith("#"))
+    assert all(cell.strip()[0] not in "=+-@" for cell in head.split(","))
+    assert gr.read(tmp_path / "rig.csv").names == (name,)

@@ -32,7 +32,7 @@ from gearrattle.calls.reduce import band_end
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 
 _STAGES = 6
 
@@ -66,6 +66,7 @@ def advise(
         ModelError: a bad setting, a driveline that cannot bear its mean loads, or inputs that are no harmonics.
         ConvergenceError: the exact pilot run failed.
     """
+    check_model(model)
     _refuse_unsteady(model)
     planned = settled(
         model,

@@ -25,7 +25,7 @@ from pydantic_core import PydanticCustomError
 
 from gearrattle.calls.statics import Modes, error_source, modes, torque_source
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Harmonic, Model, units
+from gearrattle.model import Harmonic, Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import shown
 
@@ -131,6 +131,7 @@ def campbell(
     Raises:
         ModelError: a range that is none, more than 64 states, or what ``modes`` refuses.
     """
+    check_model(model)
     sweep = model.excitation.sweep
     fastest = model.excitation.omega if sweep is None else max(sweep.begin, sweep.end)
     low, high = (0.0, 2.0 * fastest) if speeds is None else _range(model, speeds)

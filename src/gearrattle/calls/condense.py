@@ -18,7 +18,7 @@ from gearrattle.calls.reduce import band_end, requested, unknown
 from gearrattle.calls.reduction import ReductionError, stated
 from gearrattle.errors import ModelError, Problem
 from gearrattle.linear.matrices import LinearSystem, linearised
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT
@@ -125,6 +125,7 @@ def condense(
     Raises:
         ModelError: a name that does not exist, nothing to keep, or an error beyond the limit.
     """
+    check_model(model)
     end, names = band_end(model, up_to), [element.name for element in elements_of(model)]
     problems = unknown("keep", keep or (), names)
     if method not in REDUCTIONS:

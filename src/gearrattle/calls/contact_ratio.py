@@ -12,7 +12,7 @@ from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.results import Run
+from gearrattle.results import Run, check_run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +55,7 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
         raise ModelError(Problem("method", f'"{method}"', f"must be one of {', '.join(ROUTES)}"))
     if isinstance(run_or_model, Model):
         return forecast_ratios(run_or_model, method)
+    check_run(run_or_model, (Model,))
     found, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
     beside = () if method == "spectral" else left_out(run_or_model.model)
     interval = {"low": _by_name(names, found.low), "high": _by_name(names, found.high)}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.recording import Channel, Recording
 from gearrattle.wording import with_article
@@ -41,6 +41,7 @@ def drive(
     Raises:
         ModelError: no such channel or inertia, a quantity that drives nothing, a dimensionless model.
     """
+    check_model(model)
     found = recording[channel] if channel else _only(recording)
     if found.quantity not in _KEYS:
         rule = f"{found.quantity or 'a channel without a quantity'} drives nothing; {listed(_KEYS)} do"

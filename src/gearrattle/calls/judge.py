@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 
 from gearrattle.criteria import Gathered, Verdict, gather, judge, tell
 from gearrattle.errors import ModelError, Problem
-from gearrattle.results import Run
+from gearrattle.results import Run, check_run
 
 
 def criteria(run: Run | Iterable[Run]) -> Verdict:
@@ -21,6 +22,8 @@ def criteria(run: Run | Iterable[Run]) -> Verdict:
     """
     if isinstance(run, Run):
         return judge(run.trajectory, units=run.model.units)
+    if isinstance(run, str | os.PathLike) or not isinstance(run, Iterable):
+        check_run(run)
     gathered: Gathered | None = None
     units, end = "SI", None
     for each in run:

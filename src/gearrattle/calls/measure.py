@@ -6,6 +6,7 @@ recording, what a model, a speed and orders say beside it; a metric that lacks s
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
@@ -29,7 +30,7 @@ from gearrattle.metrics import (
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
-from gearrattle.results import Run
+from gearrattle.results import Run, check_run
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
@@ -73,6 +74,8 @@ def metrics(
 
     chosen = _chosen(names, base_level, kappa)
     units = "SI"
+    if isinstance(source, str | os.PathLike) or not isinstance(source, Iterable | Run | Recording):
+        check_run(source, (Recording,))
     if not isinstance(source, Recording):
         if model is not None or speed is not None:
             rule = "a run brings its own model and speed"

@@ -23,7 +23,7 @@ from gearrattle.assembly import (
 )
 from gearrattle.calls.reduction import Compared, ElementFate, Reduction, Simulated, stated
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, units
+from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import Accuracy, Request, accuracy
@@ -60,6 +60,7 @@ def reduce(
     Raises:
         ModelError: a name no element has, a merge that is impossible, or one that costs more than the limit.
     """
+    check_model(model)
     end = band_end(model, up_to)
     names = [element.name for element in elements_of(model)]
     problems = [*unknown("keep", keep or (), names), *unknown("merge", merge, names)]

@@ -22,7 +22,7 @@ from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.model.units import Dimension
 from gearrattle.recording import Channel, Recording
-from gearrattle.results import Run
+from gearrattle.results import Run, check_run
 from gearrattle.signals.order_tracking import TURN, angle_of, speed_of
 from gearrattle.trajectory import Layout
 
@@ -96,6 +96,7 @@ def sampled(source: Source, channel: str) -> Sampled:
     Raises:
         ModelError: no such channel, samples that are not uniform, no numbers, or too few.
     """
+    check_run(source, (Recording,))
     found = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
     if found.values.size < FEWEST:
         rule = f"a spectrum needs {FEWEST} samples at least"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from gearrattle.assembly import assemble, name_plate, refuse_motions, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 from gearrattle.system.characteristic import Scales, characteristic, coefficients
 
@@ -63,6 +63,7 @@ def nondimensionalize(
     Raises:
         ModelError: a model that is dimensionless already, or a scale that is not positive.
     """
+    check_model(model)
     problems = [
         Problem(name, f"{value:g}", "must be positive")
         for name, value in (("frequency", frequency), ("length", length), ("radius", radius))

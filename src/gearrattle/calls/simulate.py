@@ -23,7 +23,7 @@ from gearrattle.assembly import (
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Initial, Model
+from gearrattle.model import Initial, Model, check_model
 from gearrattle.results import Run
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Layout, Trajectory
@@ -68,6 +68,7 @@ def simulate(
         ModelError: bad settings, or no static equilibrium.
         ConvergenceError: the algorithm failed; carries time, state and what to try.
     """
+    check_model(model)
     from gearrattle.solvers.simulate import simulate as integrate
 
     arguments = {

@@ -12,7 +12,7 @@ from gearrattle.assembly import assemble, elements_of, free_names, left_out, who
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
-from gearrattle.model import Mesh, Model
+from gearrattle.model import Mesh, Model, check_model
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -141,6 +141,7 @@ def equilibrium(model: Model) -> Equilibrium:
     Raises:
         ModelError: an element of zero last slope cannot carry its load; it is named.
     """
+    check_model(model)
     return named_equilibrium(model, assemble(model))[0]
 
 
@@ -194,6 +195,7 @@ def modes(
     Raises:
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
+    check_model(model)
     system = assemble(model)
     data = modal.modes(system, *slopes(model, system, contact_ratio, region, with_damping=with_damping))
     sources, excitation = _excitation(model, data)

@@ -15,7 +15,7 @@ from gearrattle.calls.statics import element_names, slopes
 from gearrattle.linear.conditioning import conditions
 from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass, most_regions
 from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions
 from gearrattle.system.characteristic import characteristic
@@ -66,6 +66,7 @@ def stiffness(
     Raises:
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
+    check_model(model)
     system = assemble(model)
     slope, damping = slopes(model, system, contact_ratio, region, with_damping=with_damping)
     found = eigenvalues_of(system, slope, damping)

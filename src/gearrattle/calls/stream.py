@@ -19,7 +19,7 @@ from gearrattle.calls.simulate import Plan, prepare
 from gearrattle.calls.store import Store
 from gearrattle.criteria import Gathered, Verdict, gather, tell
 from gearrattle.errors import ModelError, Problem, not_whole
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def stream(
         ModelError: bad settings, no static equilibrium, an algorithm without chunks; a store that holds a run already
             (and ``resume`` is not set), or the run of another model, other settings or other versions.
     """
+    check_model(model)
     arguments = {
         "algorithm": algorithm,
         "cycles": cycles,

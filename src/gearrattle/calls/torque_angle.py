@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model, units
+from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.system.companion import Companion
@@ -66,6 +66,7 @@ def torque_angle(
     Raises:
         ModelError: no such coupling, or ends in the wrong order or without a value.
     """
+    check_model(model)
     names = [coupling.name for coupling in model.couplings]
     if element not in names:
         rule = f"there is no such coupling; there are {', '.join(names) or 'none'}"

@@ -220,7 +220,8 @@ def _tell(content: dict[str, Any], *, si: bool, json: bool) -> None:
         peak = content["largest"]
         at = f"{peak['speed'] * turning:.5g} {'rpm' if si else 'speed'}" if "speed" in peak else f"{peak['time']:.5g} s"
         print(f"largest: {peak['amplitude']:.5g} {unit} at {peak['frequency']:.5g} Hz, {at}")
-    rows = counted(content["rows"], "row")
-    print(f"{rows}, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}")
+    print(
+        f"{counted(content['rows'], 'row')}, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}"
+    )
     if content["output"] is not None:
         print(f"saved: {content['output']}")

@@ -31,7 +31,7 @@ from gearrattle.comparison.steps import check_budget, check_names, growths_of, h
 from gearrattle.comparison.table import table_of
 from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.errors import ConvergenceError, ModelError
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 from gearrattle.system.variation import GROWTH
 
@@ -77,6 +77,7 @@ def compare(
         ModelError: bad settings or an unknown algorithm.
         ConvergenceError: the reference failed.
     """
+    check_model(model)
     comparison = side_by_side(
         model, algorithms, reference=reference, cycles=cycles, discard=discard, samples_per_cycle=samples_per_cycle,
         tolerance=tolerance, step=step, initial=initial, budget=budget, progress=progress,

@@ -24,7 +24,7 @@ from gearrattle.identification.parameters import Parameters, coefficients, free_
 from gearrattle.identification.problem import FitProblem, check_modes
 from gearrattle.identification.profile import profile as profile_of
 from gearrattle.identification.search import Minimum, search
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -72,6 +72,7 @@ def fit(
             start, no free parameter.
         ConvergenceError: no start converged.
     """
+    check_model(model)
     _check_settings(starts, seed, prior)
     refuse_motions(model, "a fit")
     parameters = free_parameters(model, free, bounds or {}, factor)

@@ -201,7 +201,7 @@ def check_modes(problem: FitProblem) -> None:
     for state, count in waiting.items():
         omega = spectra[state].omega
         taken = {m.number for m in problem.data.modes if m.state == state and m.number is not None}
-        left = np.count_nonzero(omega) - len(taken)
+        left = int(np.count_nonzero(omega)) - len(taken)
         if count > max(left, 0):
             rule = f"only {left} elastic modes of the model are left for them"
             problems.append(Problem("shapes without a number", str(count), rule))

@@ -6,7 +6,7 @@
 from gearrattle.model.engine import Engine
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
-from gearrattle.model.model import SCHEMA_VERSION, Model
+from gearrattle.model.model import SCHEMA_VERSION, Model, check_model
 from gearrattle.model.parts import Alternation, Coupling, Inertia, Mesh, Piece, Stage
 from gearrattle.model.quantity import GROUND
 from gearrattle.model.schema import json_schema
@@ -37,6 +37,7 @@ __all__ = [
     "Sweep",
     "Torque",
     "TorqueHarmonic",
+    "check_model",
     "json_schema",
     "load",
     "loads",

@@ -31,6 +31,7 @@ _PARENTHESES = re.compile(r"(.*?\S)\s*\((?!\d*\))([^()]*)\)")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?")
 _COMMA_TO_POINT = str.maketrans(",.", ".,")
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f]")
+_FORMULA = ("=", "+", "-", "@")
 EXAMPLE = "such as: t [s], n [rpm]"
 
 
@@ -178,8 +179,14 @@ def _unit(cell: str) -> str:
     return next((cell[1:-1].strip() for pair in pairs if cell[:1] + cell[-1:] == pair), cell)
 
 
+def defused(name: str) -> str:
+    """Return a name for the head of a CSV file: a spreadsheet takes what begins with =, +, - or @ for a formula."""
+    return f"'{name}" if name[:1] in _FORMULA else name
+
+
 def _head(cell: str) -> Head:
     """Return name and unit of ``name [unit]`` or ``name (unit)``."""
+    cell = cell[1:] if cell[:1] == "'" and cell[1:2] in _FORMULA else cell
     for form in (_BRACKETS, _PARENTHESES):
         if match := form.fullmatch(cell):
             return Head(match[1].strip(), match[2].strip())

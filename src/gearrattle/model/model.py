@@ -6,6 +6,7 @@ reader. The rules checked here are those between tables: names that are unique a
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.over_speed import LAST, OMEGA
 from gearrattle.model.parts import Coupling, Inertia, Mesh
@@ -22,7 +24,7 @@ from gearrattle.model.problems import Positions, model_error
 from gearrattle.model.quantity import GROUND, Choice, Reader, Text
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
-from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed
+from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed, shown
 from gearrattle.model.writing import toml_text
 
 SCHEMA_VERSION = 1
@@ -253,3 +255,16 @@ def _start_length(simulation: object, count: int) -> Iterator[Breach]:
         if isinstance(entries, (list, tuple)) and len(entries) != count:
             rule = f"must have one entry for each of the {count} inertias, in file order"
             yield Breach(("simulation", "initial", key), entries, rule)
+
+
+def check_model(value: object) -> None:
+    """Refuse what is no model, such as the path of one.
+
+    Raises:
+        ModelError: it is none; the remedy says how to get one.
+    """
+    if isinstance(value, Model):
+        return
+    is_path = isinstance(value, str | os.PathLike)
+    remedy = f"gr.load({str(value)!r}) reads a model file" if is_path else "gr.load reads a model file"
+    raise ModelError(Problem("model", shown(value) if is_path else type(value).__name__, "must be a gr.Model", remedy))

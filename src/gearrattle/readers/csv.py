@@ -17,7 +17,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import opened_text
 from gearrattle.model.csv_columns import read_all
-from gearrattle.model.csv_layout import RecordError, encoding_of, numbered
+from gearrattle.model.csv_layout import RecordError, defused, encoding_of, numbered
 from gearrattle.readers.base import Column, Raw, Request, is_time, unfit, with_times
 from gearrattle.recording import QUANTITIES, Recording
 
@@ -82,7 +82,7 @@ def write(recording: Recording, path: Path) -> None:
             if channel.quantity:
                 of = f" of {channel.subject}" if channel.subject else ""
                 stream.write(f"# {channel.name} = {channel.quantity}{of}\n")
-        stream.write(", ".join(["time [s]", *(f"{c.name} [{c.unit}]" for c in recording.channels)]) + "\n")
+        stream.write(", ".join(["time [s]", *(f"{defused(c.name)} [{c.unit}]" for c in recording.channels)]) + "\n")
         table = np.column_stack([recording.time, *(channel.values for channel in recording.channels)])
         for row in table.tolist():
             stream.write(",".join(map(repr, row)) + "\n")

@@ -19,7 +19,7 @@ from gearrattle.assembly import refuse_unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
 from gearrattle.studies.designs import METHODS
@@ -185,6 +185,7 @@ def basins(
         ModelError: anything wrong with the arguments; nothing has been computed then.
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
+    check_model(model)
     with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,

@@ -30,7 +30,7 @@ from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ModelError, Problem
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
@@ -210,6 +210,7 @@ def bifurcation(
         ModelError: anything wrong with the arguments; nothing has been computed then.
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
+    check_model(model)
     with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,

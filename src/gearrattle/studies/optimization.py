@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.claims import ABOUT, check_place
@@ -294,6 +294,7 @@ def optimize(
         ConvergenceError: the model itself cannot be simulated.
         SchedulerLost: as in ``study``.
     """
+    check_model(model)
     with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, variables, objectives, constraints=constraints, outputs=outputs, population=population,

@@ -29,7 +29,7 @@ from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
 from gearrattle.linear.equilibrium import Equilibrium
 from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
 from gearrattle.signals import LooseGear, loose_gears
 from gearrattle.studies.axes import Axis, axes_of
@@ -79,6 +79,7 @@ def screen(
         ModelError: no loose gear, a value or path that is none, motions or records instead of harmonics.
         ConvergenceError: not even one case could be simulated.
     """
+    check_model(model)
     import xarray as xr
 
     refuse_motions(model, "a screening")

@@ -18,7 +18,7 @@ import numpy as np
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, ModelError, Problem, not_whole
-from gearrattle.model import Model
+from gearrattle.model import Model, check_model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
 from gearrattle.results import Run
@@ -143,6 +143,7 @@ def study(
         ConvergenceError: not even one case could be simulated.
         SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
+    check_model(model)
     with folder_for(output, scheduler, workers, resume=resume) as folder:
         found = prepare(
             model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
