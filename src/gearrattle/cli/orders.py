@@ -220,8 +220,7 @@ def _tell(content: dict[str, Any], *, si: bool, json: bool) -> None:
         peak = content["largest"]
         at = f"{peak['speed'] * turning:.5g} {'rpm' if si else 'speed'}" if "speed" in peak else f"{peak['time']:.5g} s"
         print(f"largest: {peak['amplitude']:.5g} {unit} at {peak['frequency']:.5g} Hz, {at}")
-    print(
-        f"{counted(content['rows'], 'row')}, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}"
-    )
+    count = counted(content["rows"], "row")
+    print(f"{count}, resolution {content['resolution']:.4g}, shaft: {content['shaft'] or 'unknown'}")
     if content["output"] is not None:
         print(f"saved: {content['output']}")
