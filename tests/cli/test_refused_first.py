@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import gearrattle as gr
+import gearrattle.solvers.simulate
 from gearrattle.cli import main
-from tests.studies.drivelines import TOML
+from gearrattle.studies.outputs import check_names
+from tests.studies.drivelines import TOML, model
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MODELS = sorted([*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("paper/*.toml")])
 
 STUDY = 'model = "two.toml"\noutputs = ["TR rms"]\n[axis]\n"torque.0.mean" = [0.3, 0.6]\n'
 OPTIMIZATION = (
@@ -89,3 +96,66 @@ def test_what_can_be_refused_is_refused_before_anything_runs(
     assert code == 2, err
     assert told in err
     assert sorted(path.relative_to(folder) for path in folder.rglob("*")) == before
+
+
+@pytest.fixture
+def cycles(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Periods simulated, run by run."""
+    simulated: list[int] = []
+    finish = gearrattle.solvers.simulate.finish
+
+    def counted(march: Any, task: Any, *rest: Any, **settings: Any) -> Any:
+        simulated.append(task.cycles)
+        return finish(march, task, *rest, **settings)
+
+    monkeypatch.setattr("gearrattle.solvers.simulate.finish", counted)
+    return simulated
+
+
+UNKNOWN = {
+    "grid": STUDY.replace("TR rms", "TR rsm"),
+    "optimization": OPTIMIZATION.replace("crossings per cycle", "TR rsm"),
+    "basins": BASINS.replace("[over]", 'outputs = ["TR rsm"]\n[over]'),
+    "bifurcation": BIFURCATION.replace("[sweep]", 'outputs = ["TR rsm"]\n[sweep]'),
+}
+
+
+@pytest.mark.parametrize("kind", list(UNKNOWN))
+def test_an_unknown_output_is_refused_after_one_period_at_most(
+    kind: str, folder: Path, cycles: list[int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("unknown.toml").write_text(UNKNOWN[kind], encoding="utf-8")
+    assert main(["study", "unknown.toml", "-o", "out"]) == 2
+    err = capsys.readouterr().err
+    assert "TR rsm" in err
+    assert "TR rms" in err
+    assert sum(cycles) <= 1
+    assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("outputs", [[], "verdict", ["verdict", 3], ["noise", "crossings per cycle"]])
+def test_python_refuses_outputs_after_one_period_at_most(outputs: Any, cycles: list[int]) -> None:
+    with pytest.raises(gr.ModelError, match="output"):
+        gr.study(model(), {"torque.0.mean": [0.3, 0.6]}, outputs)
+    assert sum(cycles) <= 1
+
+
+def test_the_defaults_are_not_looked_for(cycles: list[int]) -> None:
+    gr.study(model(), {"torque.0.mean": [0.3, 0.6]})
+    assert min(cycles) == model().simulation.cycles
+
+
+QUICK = [path for path in MODELS if path.stem not in ("alternating_mesh", "clutch_friction")]
+"""Examples whose 20 periods take no time to speak of; the others are rattling meshes and clutches as well."""
+
+
+@pytest.mark.parametrize("path", QUICK, ids=[path.stem for path in QUICK])
+def test_whatever_a_long_motion_has_is_accepted(path: Path, cycles: list[int]) -> None:
+    example = gr.load(path)
+    run = gr.simulate(example, cycles=min(20, example.simulation.cycles or 20), discard=4, audit=False)
+    quantities = {entry.quantity for entry in gr.criteria(run).entries}
+    table = gr.metrics(run)
+    names = sorted(quantities | set(table.quantity[table.subject != ""]))
+    before = len(cycles)
+    check_names(names, example)
+    assert cycles[before:] == [1]

@@ -102,6 +102,10 @@ class Criterion(Protocol):
     def merging(self) -> str:
         """How the values of consecutive chunks become those of the whole, and what of them cannot."""
 
+    @property
+    def occasional(self) -> tuple[str, ...]:
+        """Quantities that only some motions of a driveline have: those with impacts, with a sub-harmonic."""
+
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return the tally of a chunk's steady part and of all chunks before it (None: there are none)."""
 
@@ -136,7 +140,9 @@ def measured(criterion: Measuring, tally: Tally, scope: Scope) -> Measures:
 
 
 class Telling:
-    """A criterion's ``evaluate``: gather once, then tell."""
+    """A criterion's ``evaluate``: gather once, then tell. Every motion has its quantities unless it says otherwise."""
+
+    occasional: tuple[str, ...] = ()
 
     def evaluate(self: Criterion, trajectory: Trajectory) -> list[Entry]:
         """Return the entries, in element or inertia order."""

@@ -54,6 +54,7 @@ class ImpactStatistics(Telling):
     unit: str = "1/cycle"
     source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
 
+    occasional: tuple[str, ...] = tuple(f"{word} {what}" for what in _SEVERITY for word in ("mean", "largest"))
     merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:

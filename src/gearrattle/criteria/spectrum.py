@@ -34,6 +34,7 @@ from gearrattle.signals.spectra import CYCLES_PER_SEGMENT, averaged
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 FLUCTUATION = "rms of the fluctuation"
+_OF_A_LINE = ("order", "amplitude")
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,11 @@ class AccelerationSpectrum(Telling):
     unit: str = "rad/s^2"
     source: str = f"Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; {PAPER}, sec. 8"
 
+    occasional: tuple[str, ...] = (
+        "order of the density's peak",
+        "density at its peak",
+        *(f"{what} of the strongest {kind}" for kind in ("super-harmonic", "sub-harmonic") for what in _OF_A_LINE),
+    )
     merging: str = (
         "exact: sums of the least squares and of the segments' densities add up, segments reach across chunks; "
         "super- and sub-harmonics are of the longest chunk's number of last cycles only"

@@ -32,7 +32,7 @@ from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, is_isolated, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
-from gearrattle.studies.study import MOST, first_run
+from gearrattle.studies.study import MOST, check_outputs, first_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,6 +127,8 @@ def prepare(
     if plan.count > most:
         rule = f"{plan.count} initial states, more than the {most} allowed"
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
+    if list(outputs):
+        check_outputs(outputs, plan)
     run, seconds = first_run(plan)
     told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)

@@ -42,7 +42,7 @@ from gearrattle.studies.prepared import Prepared, Progress, folder_for
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, section_of, unit_of
 from gearrattle.studies.store import Store, Told
-from gearrattle.studies.study import check_paths, first_run
+from gearrattle.studies.study import check_outputs, check_paths, first_run
 from gearrattle.system.coordinates import relative_coordinates
 
 if TYPE_CHECKING:
@@ -149,6 +149,7 @@ def prepare(
     }  # fmt: skip
     ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
+    check_outputs(outputs, plan)
     run, seconds = first_run(plan)
     told = outputs_of(outputs, run)
     states = len(relative_coordinates(assemble(base)).elements) + len(base.inertias)

@@ -30,7 +30,7 @@ from gearrattle.studies.claims import ABOUT, check_place
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
-from gearrattle.studies.outputs import Function, Outputs, outputs_of
+from gearrattle.studies.outputs import Function, Outputs, check_names, outputs_of
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
@@ -237,13 +237,16 @@ def prepare(
     _check_sizes(population, generations, seed)
     ranges = ranges_of(variables, base)
     first_points(ranges, base, 2, seed)
-    run, alone = _run_twice(base)
-    extra = set(function(run)) if function is not None else set()
     labels = [
         *objectives,
         *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
     ]
-    wanted = [name for name in dict.fromkeys([*outputs, *named_outputs(labels)]) if name not in extra]
+    wanted = [*outputs, *named_outputs(labels)]
+    if wanted and function is None:  # a function may return any of them
+        check_names(wanted, base)
+    run, alone = _run_twice(base)
+    extra = set(function(run)) if function is not None else set()
+    wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
     found = outputs_of(wanted, run, function) if wanted or function is not None else Outputs(())
     seconds = _design_seconds(base, ranges, found, (run, population, seed))
     goals = objectives_of(objectives, found), constraints_of(limits, found, base)

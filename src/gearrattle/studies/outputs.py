@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 
 from gearrattle.calls.judge import criteria
 from gearrattle.calls.measure import heard_of, rows_of
+from gearrattle.calls.simulate import simulate
 from gearrattle.criteria import CRITERIA, Entry
-from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.metrics import METRICS, Metric, Row
-from gearrattle.model.table import did_you_mean
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, shown
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 
@@ -183,10 +185,57 @@ def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
     return found
 
 
-def _absent(known: Mapping[str, Output], run: Run) -> str:
-    """Why an output is none, and which there are."""
+def _known(names: Sequence[str], run: Run) -> dict[str, Output]:
+    """Return the outputs of a run by name: those of metrics only where a name needs them, for they take samples."""
+    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
+    known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
+    known |= _outputs_in(criteria(run).entries, run)
+    if names is not DEFAULT and any(name not in known for name in names):
+        measured = _outputs_in(_measured(run, METRICS), run)
+        known |= {name: output for name, output in measured.items() if name not in known}
+    return known
+
+
+def _unknown(names: Sequence[str], known: Sequence[str], run: Run) -> list[Problem]:
+    """Return a problem for every name that is none of the known ones."""
     why = "" if run.trajectory.layout.clearance_names else " of a driveline without a clearance"
-    return f"there is no such output{why}; there are {', '.join(known)}"
+    rule = f"there is no such output{why}; there are {', '.join(known)}"
+    return [Problem("outputs", f'"{name}"', rule, did_you_mean(name, known)) for name in names if name not in known]
+
+
+def check_names(names: Sequence[str], model: Model, function: Function | None = None) -> None:
+    """Refuse outputs that no motion of a driveline has, before any case is simulated.
+
+    The names are those of one period of its motion, which takes milliseconds, and those that only some motions have
+    (``Criterion.occasional``). A model that cannot be simulated is left to the first case.
+
+    Args:
+        names: of outputs, as in ``outputs_of``.
+        model: the first case.
+        function: gives further outputs; without it one name is needed at least.
+
+    Raises:
+        ModelError: names there are not, all of them; what is no list of names.
+    """
+    if names is DEFAULT:
+        return
+    if not names and function is None:
+        raise ModelError(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
+    words = [names] if isinstance(names, str) else [name for name in names if not isinstance(name, str)]
+    if words:
+        rule = "outputs must be a list of names"
+        raise ModelError([Problem("outputs", shown(word), rule, f'for example ["{VERDICT}"]') for word in words])
+    if all(name == VERDICT or name in RUN_OUTPUTS for name in names):
+        return
+    try:
+        run = simulate(model, cycles=1, discard=0, audit=False)
+    except (ModelError, ConvergenceError):
+        return
+    known = _known(names, run)
+    owners = {output.criterion for output in known.values()}
+    occasional = [name for each in CRITERIA if each.name in owners for name in each.occasional]
+    if problems := _unknown(names, tuple(dict.fromkeys([*known, *occasional])), run):
+        raise ModelError(problems)
 
 
 def outputs_of(names: Sequence[str], run: Run, function: Function | None = None) -> Outputs:
@@ -200,22 +249,10 @@ def outputs_of(names: Sequence[str], run: Run, function: Function | None = None)
     Raises:
         ModelError: a name there is not; all of them.
     """
-    known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
-    known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
-    known |= _outputs_in(criteria(run).entries, run)
+    known = _known(names, run)
     if names is DEFAULT:
         names = tuple(name for name in DEFAULT if name in known)
-    if any(name not in known for name in names):  # metrics need samples, and take longer than all else here
-        measured = _outputs_in(_measured(run, METRICS), run)
-        known |= {name: output for name, output in measured.items() if name not in known}
-    problems = [
-        Problem("outputs", f'"{name}"', _absent(known, run), did_you_mean(name, tuple(known)))
-        for name in names
-        if name not in known
-    ]
-    if not names and function is None:
-        problems.append(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
-    if problems:
+    if problems := _unknown(names, tuple(known), run):
         raise ModelError(problems)
     extra = tuple(_called(function, run)) if function is not None else ()
     clash = [name for name in extra if name in names]

@@ -26,7 +26,7 @@ from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
-from gearrattle.studies.outputs import DEFAULT, Function, outputs_of
+from gearrattle.studies.outputs import DEFAULT, Function, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
@@ -81,7 +81,10 @@ def prepare(
     points = _points(vary or {}, samples, method, seed, base)
     check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
     plan = Plan(base, given, points, 1)
-    if plan.count > most or not plan.dimensions:
+    if not plan.dimensions:
+        raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
+    check_outputs(outputs, plan, function)
+    if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
     found = outputs_of(outputs, run, function)
@@ -186,8 +189,6 @@ def check_paths(paths: list[str]) -> None:
 
 
 def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
-    if not plan.dimensions:
-        return Problem("axes", "none", "a study needs an axis, or something that scatters")
     begun = time.perf_counter()
     simulate(model, audit=False)
     took = time.perf_counter() - begun
@@ -195,6 +196,15 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     cost = span(plan.count * took)
     rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
+
+
+def check_outputs(outputs: Sequence[str], plan: Plan, function: Function | None = None) -> None:
+    """Refuse unknown outputs before a case is simulated (``outputs.check_names``); no case is no reason to refuse."""
+    try:
+        first = plan.model.with_(plan.changes((0,) * len(plan.shape)))
+    except ModelError:
+        first = plan.model
+    check_names(outputs, first, function)
 
 
 def first_run(plan: Plan) -> tuple[Run, float]:
