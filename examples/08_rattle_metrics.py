@@ -22,8 +22,10 @@ for quantity in ("separation margin", "mean impact intensity", "rattle level", "
 recorded = gr.metrics(recording_of(run.trajectory), model)
 for note in recorded[recorded.subject == ""].note:
     print("of the recording:", note)
-same = recorded[recorded.metric == "separation"].set_index(["quantity", "subject"]).value
-assert (same == values[same.index]).all()
+sampled = recorded[recorded.quantity == "separation ratio"].set_index(["quantity", "subject"]).value
+share = sampled / values[sampled.index]
+print(f"separation ratios of the recording: {share.min():.3f} to {share.max():.3f} of those of the exact motion")
+assert ((share > 0.7) & (share <= 1.0)).all()  # samples miss the peaks, and say no more than the motion
 
 settled = {"simulation.cycles": 60, "simulation.discard": 40, **smooth}
 found = gr.screen(model.with_(settled), ["600 rpm", "1200 rpm", "2400 rpm"], [0.25, 1.0, 4.0], simulate=True)

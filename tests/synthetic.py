@@ -238,6 +238,7 @@ class StandInRun:
     model: Model
     predictability_horizon: float = 0.15
     lyapunov_exponents: Array = field(default_factory=lambda: np.array([7.0, -1.0]))
+    largest_lyapunov_exponent: float = 7.0
 
     @property
     def notes(self) -> list[str]:

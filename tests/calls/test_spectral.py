@@ -222,7 +222,7 @@ REFUSED: list[tuple[Callable[[], Any], tuple[str, ...]]] = [
     (lambda: gr.order_map(record(speed=SPEED * np.where(TIME > 4.0, np.nan, 1.0)), "a"), ("rig.csv: n", "nan")),
     (lambda: gr.waterfall(record(), "a", overlap=0.9999, resolution=1.0), ("larger than", "overlap")),
     (lambda: gr.order_map(record(), "a", turns=500), ("turns", "500")),
-    (lambda: gr.order_map(record(), "a", turns=0), ("turns", "1 or more")),
+    (lambda: gr.order_map(record(), "a", turns=0), ("turns", "a whole number from 1")),
     (lambda: gr.order_map(record(), "a", over="order"), ("over", "speed")),
     (lambda: gr.order_cuts(record(), "a", [2.0, 2.01]), ("told from each other", "turns=100")),
     (lambda: gr.order_cuts(record(), "a", []), ("orders",)),

@@ -156,8 +156,8 @@ def test_memory_is_that_of_a_chunk(rattle: gr.Model) -> None:
     ("call", "words"),
     [
         ({"algorithm": "rk4"}, "rk4; cannot go on where it ended with this driveline, so it has no chunks"),
-        ({"chunk": 0}, "whole number of cycles"),
-        ({"chunk": 2.5}, "whole number of cycles"),
+        ({"chunk": 0}, "must be a whole number from 1"),
+        ({"chunk": 2.5}, "must be a whole number from 1"),
         ({"resume": True}, "store"),
         ({"cycles": 0}, "cycles"),
     ],

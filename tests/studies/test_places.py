@@ -241,7 +241,7 @@ def test_the_command_takes_an_address(tmp_path: Path, capsys: pytest.CaptureFixt
     (tmp_path / "two.toml").write_text(TOML, encoding="utf-8")
     study = 'model = "two.toml"\noutputs = ["verdict"]\n[axis]\n"torque.0.mean" = [0.3, 0.6]\n'
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
-    address = where("memory", tmp_path)
+    address = f"local://{tmp_path / 'results'}"
     assert main(["study", str(tmp_path / "study.toml"), "-o", address]) == 0
     told = capsys.readouterr().out
     assert f"results: {address}/results.zarr" in told
@@ -251,4 +251,6 @@ def test_the_command_takes_an_address(tmp_path: Path, capsys: pytest.CaptureFixt
     assert int(np.sum(gr.open_study(address)["outcome"])) == 2
     assert main(["study", str(tmp_path / "study.toml"), "-o", "s4://bucket/study"]) == 2
     assert "there is no protocol s4://" in capsys.readouterr().err
-    assert set(os.listdir(tmp_path)) == {"study.toml", "two.toml"}
+    assert main(["study", str(tmp_path / "study.toml"), "-o", "memory://study"]) == 2
+    assert "memory" in capsys.readouterr().err
+    assert set(os.listdir(tmp_path)) == {"study.toml", "two.toml", "results"}

@@ -132,7 +132,7 @@ def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -
     knots = _knots(_corners(ramp, sounds, until), length)
     orders = sorted({tone.order for sound in sounds for tone in sound.tones})
     turned = dict(zip(orders, 2.0 * np.pi * ramp.turns(orders, knots[:-1]), strict=True))
-    return [Channel(knots, _polynomials(_Course(ramp, knots, turned), sound)) for sound in sounds]
+    return [Channel(knots, _polynomials(_Course(ramp, knots, until, turned), sound)) for sound in sounds]
 
 
 def _corners(ramp: Ramp, sounds: Sequence[Sound], until: float) -> Array:
@@ -220,16 +220,24 @@ def bound(
 
 @dataclass(frozen=True)
 class _Course:
-    """Intervals of a run-up: their knots (G + 1,), and the angle of every order at their begins, (G,) [rad]."""
+    """Intervals of a run-up.
+
+    Attributes:
+        ramp: the speed.
+        knots: (G + 1,) their begins, and the end of the last one [s].
+        until: the end of the run [s], which may lie inside the last interval.
+        turned: angle of every order at their begins, (G,) [rad].
+    """
 
     ramp: Ramp
     knots: Array
+    until: float
     turned: dict[float, Array]
 
     def values(self, sound: Sound, since: Array, derivative: int) -> Array:
         """(G, P) f, f' or f'' at times (G, P) after the begins."""
         ramp, knots = self.ramp, self.knots
-        centre = 0.5 * (knots[1:] + knots[:-1])
+        centre = 0.5 * (np.minimum(knots[1:], self.until) + knots[:-1])
         rate = np.where(centre < ramp.over, ramp.rate, 0.0)[:, None]
         begin = ramp.speed(knots[:-1])[:, None]
         speed, middle = begin + rate * since, ramp.speed(centre)
