@@ -164,9 +164,9 @@ class Exact(Protocol):
         """Return quantity and subject of everything it knows."""
 
     def statistics(
-        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: NDArray[np.bool_] | bool = True
     ) -> Statistics | None:
-        """Return extremes and moments of some of these over the steady part; None where they would take too long."""
+        """Return extremes and moments, of all or of those marked, over the steady part; None: they take too long."""
 
 
 @dataclass(frozen=True)

@@ -88,11 +88,28 @@ def test_a_free_oscillation_has_its_closed_form() -> None:
     """
     run = gr.simulate(gr.loads(text))
     found = run.trajectory.exact.statistics(run.trajectory, [("acceleration", "body"), ("velocity", "body")])
-    assert found.high == pytest.approx([90.0, 3.0], rel=1e-7)
-    assert found.low == pytest.approx([-90.0, -3.0], rel=1e-7)
-    assert found.second == pytest.approx([90.0**2 / 2.0, 4.5], rel=1e-6)
-    assert found.fourth == pytest.approx([3.0 * 90.0**4 / 8.0, 3.0 * 81.0 / 8.0], rel=2e-6)
+    assert found.high == pytest.approx([90.0, 3.0], rel=1e-11)
+    assert found.low == pytest.approx([-90.0, -3.0], rel=1e-11)
+    assert found.second == pytest.approx([90.0**2 / 2.0, 4.5], rel=1e-10)
+    assert found.fourth == pytest.approx([3.0 * 90.0**4 / 8.0, 3.0 * 81.0 / 8.0], rel=1e-10)
     assert np.abs(found.mean).max() < 1e-6
+
+
+def test_signals_asked_for_alone_have_the_extremes_of_all_together() -> None:
+    """Moments may be left out, signal by signal: they are NaN then, and the others keep their values."""
+    run = gr.simulate(gr.load(EXAMPLES / "paper" / "case3.toml"), cycles=4, discard=2)
+    signals = exact_signals(run.model, run.trajectory)
+    together = exact_statistics(run.model, run.trajectory, signals)
+    wanted = np.array([quantity == "force" for quantity, _ in signals])
+    marked = exact_statistics(run.model, run.trajectory, signals, with_moments=wanted)
+    assert together is not None
+    assert marked is not None
+    assert np.isnan(marked.second).tolist() == (~wanted).tolist()
+    assert marked.second[wanted] == pytest.approx(together.second[wanted], rel=1e-12)
+    for i, signal in enumerate(signals):
+        alone = exact_statistics(run.model, run.trajectory, [signal], with_moments=False)
+        assert alone is not None
+        assert [alone.low[0], alone.high[0]] == pytest.approx([together.low[i], together.high[i]], rel=1e-11)
 
 
 def test_chunks_have_the_extremes_of_the_whole() -> None:

@@ -14,6 +14,7 @@ from gearrattle.metrics.loose_motion import LooseMotion
 from gearrattle.metrics.rattle_level import RattleLevel
 from gearrattle.metrics.separation import SeparationRatio
 from gearrattle.metrics.transmissibility import OrderTransmissibility
+from gearrattle.recording import Channel
 from tests.metrics.vectors import MASS, OMEGA, ROWS, VECTORS, Vector, heard, rig
 from tests.signals.handmade import chain, layout, sine, staged, still, trajectory
 
@@ -89,6 +90,7 @@ def test_an_order_is_transmitted_alike_by_angle_and_by_acceleration() -> None:
     """At one order d^2/dt^2 is a factor: a reference heard by its angle serves as well."""
     time = np.arange(257) / 64
     two = rig(sine(0.5)(time), "angle", "driver", "rad")
-    two = two.with_(channels=(*two.channels, *rig(sine(2.0)(time), "acceleration", "loose", "rad/s^2").channels))
+    other = Channel("another", "acceleration", "loose", "rad/s^2", sine(2.0)(time))
+    two = two.with_(channels=(*two.channels, other))
     (found,) = OrderTransmissibility().measure(hear_recording(two, layout(), OMEGA, (1.0,)))
     assert found.value == pytest.approx(2.0 / (0.5 * OMEGA**2), rel=1e-9)

@@ -19,6 +19,7 @@ from gearrattle.system.statistics import Path, Statistics, statistics_of
 from gearrattle.trajectory import Signal, Trajectory
 
 Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 def exact_signals(model: Model, trajectory: Trajectory) -> tuple[Signal, ...]:
@@ -35,7 +36,7 @@ def exact_signals(model: Model, trajectory: Trajectory) -> tuple[Signal, ...]:
 
 
 def exact_statistics(
-    model: Model, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+    model: Model, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: BoolArray | bool = True
 ) -> Statistics | None:
     """Return extremes and moments of some signals over the steady part of a motion.
 
@@ -43,7 +44,7 @@ def exact_statistics(
         model: the driveline.
         trajectory: a motion of the exact algorithm, with its log.
         signals: quantity and name of each, among ``exact_signals``.
-        with_moments: whether moments are wanted; without, they are 0.
+        with_moments: whether moments are wanted, of all signals or of each (q,); without, they are NaN.
 
     Returns:
         (q,) in the order of the signals [SI]; None where they would take too long (``statistics_of``).
@@ -76,7 +77,7 @@ class Between:
         return exact_signals(self.model, trajectory)
 
     def statistics(
-        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: bool = True
+        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: BoolArray | bool = True
     ) -> Statistics | None:
         """Return ``exact_statistics``."""
         return exact_statistics(self.model, trajectory, signals, with_moments=with_moments)
@@ -95,20 +96,20 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
     t, first, period = trajectory, trajectory.layout.region_of_first_piece, trajectory.layout.period
     free, beside, log = free_of(model), trajectory.companions, trajectory.events
     pieces = dict(zip(flow.system.places, (t.initial_region - first).tolist(), strict=False))
+    window = slice(t.discard * t.samples_per_cycle, None)
     memories = np.zeros((len(t.time), 0))
     time, watch, upward = log.time, log.clearance, (log.to_region > log.from_region).astype(np.int64)
     if beside is not None:
         pieces |= dict(zip(flow.system.places[len(first) :], beside.initial.tolist(), strict=True))
         time, watch, upward = beside.time, beside.watch, beside.upward
         memories = beside.stretch[:, list(flow.system.memories)] * flow.memory
-    cycle, part = np.divmod(t.first_cycle * t.samples_per_cycle + np.arange(len(t.time)), t.samples_per_cycle)
     count = len(flow.system.laws) + len(flow.system.companions)
     samples = np.hstack(
         [
-            t.angle[:, free] @ flow.coordinates.basis.T * flow.scaling.deflection,
-            t.velocity[:, free] * flow.scaling.velocity,
-            memories,
-            flow.inputs_at(cycle, part / t.samples_per_cycle),
+            t.angle[window][:, free] @ flow.coordinates.basis.T * flow.scaling.deflection,
+            t.velocity[window][:, free] * flow.scaling.velocity,
+            memories[window],
+            _inputs(flow, t),
         ]
     )
     return Path(
@@ -121,3 +122,13 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
         upward,
         t.first_cycle,
     )
+
+
+def _inputs(flow: Flow, trajectory: Trajectory) -> Array:
+    """(t, U + Q) scaled inputs at the samples of the window: of one period, repeated, where all periods are alike."""
+    per_cycle, before = trajectory.samples_per_cycle, trajectory.first_cycle * trajectory.samples_per_cycle
+    cycle, part = np.divmod(before + np.arange(trajectory.discard * per_cycle, len(trajectory.time)), per_cycle)
+    waves = flow.waves(per_cycle)
+    if not len(waves):
+        return flow.inputs_at(cycle, part / per_cycle)
+    return np.hstack([(waves * flow.input_size)[part], flow.chains_at(cycle, part / per_cycle)])

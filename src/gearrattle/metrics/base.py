@@ -120,7 +120,10 @@ class Heard:
         return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
 
     def summary(self, quantity: str, subject: str) -> Summary:
-        """Return mean, moments and extremes of a signal over the window: of the exact motion where it is known."""
+        """Return mean, moments and extremes of a signal over the window: of the exact motion where it is known.
+
+        Mean and moments of an exact velocity are NaN: no metric needs them.
+        """
         if (quantity, subject) in self.between:
             return self.between[quantity, subject]
         signal = self.signals[quantity, subject]
@@ -128,18 +131,27 @@ class Heard:
 
     @cached_property
     def between(self) -> dict[tuple[str, str], Summary]:
-        """Summaries of the exact motion, between samples too, by quantity and subject; empty for a measurement."""
-        exact = None if self.motion is None else self.motion.exact
-        if self.motion is None or exact is None:
+        """Summaries of the exact motion, between samples too, by quantity and subject; empty for a measurement.
+
+        Those that metrics ask for: all velocities, forces of meshes, accelerations of loose gears and their drivers.
+        """
+        motion = self.motion
+        if motion is None or motion.exact is None:
             return {}
-        known = exact.signals(self.motion)
-        found = exact.statistics(self.motion, known)
+        layout = motion.layout
+        names, gears = layout.inertia_names, loose_gears(layout)
+        asked = {("velocity", name) for name in names}
+        asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
+        asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
+        signals = [signal for signal in motion.exact.signals(motion) if signal in asked]
+        moments = np.array([quantity != "velocity" for quantity, _ in signals])
+        found = motion.exact.statistics(motion, signals, with_moments=moments) if signals else None
         if found is None:
             return {}
         columns = zip(found.mean, found.second, found.fourth, found.low, found.high, strict=True)
         return {
             signal: Summary(float(mean), float(second), float(fourth), float(low), float(high))
-            for signal, (mean, second, fourth, low, high) in zip(known, columns, strict=True)
+            for signal, (mean, second, fourth, low, high) in zip(signals, columns, strict=True)
         }
 
     def of(self, quantity: str) -> dict[str, Signal]:

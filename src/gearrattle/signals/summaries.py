@@ -83,10 +83,12 @@ def missed(samples: Array) -> Array:
     """
     if len(samples) < 3:
         return np.zeros(samples.shape[1:])
-    bend = 0.125 * np.abs(samples[2:] - 2.0 * samples[1:-1] + samples[:-2])
-    at = [np.clip(find(samples, axis=0) - 1, 0, len(bend) - 1)[None] for find in (np.argmin, np.argmax)]
-    low, high = (np.take_along_axis(bend, rows, axis=0)[0] for rows in at)
-    return np.asarray(np.maximum(low, high))
+    bends = []
+    for extreme in (np.argmin, np.argmax):
+        middle = np.clip(extreme(samples, axis=0), 1, len(samples) - 2)[None]
+        before, here, after = (np.take_along_axis(samples, middle + side, axis=0)[0] for side in (-1, 0, 1))
+        bends.append(0.125 * np.abs(after - 2.0 * here + before))
+    return np.asarray(np.maximum(*bends))
 
 
 @dataclass(frozen=True)

@@ -180,15 +180,18 @@ class Auditor:
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
     """Regions, each once, and (E + 1,) which of them the motion is in: at first, and after every crossing."""
-    index, beyond, here = {initial: 0}, dict[tuple[int, int, int], int](), 0
-    regions, visited = [initial], [here]
-    for crossing in zip(watch.tolist(), upward.tolist(), strict=True):
-        found = beyond.get((here, *crossing))
-        if found is None:
-            pieces = flow.system.beyond(regions[here], *crossing)
-            found = beyond[here, *crossing] = index.setdefault(pieces, len(regions))
-            regions += [pieces] * (found == len(regions))
-        here = found
+    index, regions, visited, here = {initial: 0}, [initial], [0], 0
+    kinds = 2 * int(watch.max(initial=0)) + 2
+    beyond = [-1] * kinds  # by region, then watch and direction
+    for crossing in (2 * watch + upward).tolist():
+        reached = beyond[here * kinds + crossing]
+        if reached < 0:
+            pieces = flow.system.beyond(regions[here], *divmod(crossing, 2))
+            reached = beyond[here * kinds + crossing] = index.setdefault(pieces, len(regions))
+            if reached == len(regions):
+                regions.append(pieces)
+                beyond += [-1] * kinds
+        here = reached
         visited.append(here)
     return regions, np.array(visited)
 

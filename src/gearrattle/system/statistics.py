@@ -1,49 +1,38 @@
 """Extremes and moments of a motion between its samples: from the exact motion, not from the samples.
 
-Inside a region dz/ds = M z (``flow``), so any row of numbers R has the values R z, the rates R M z and the curvatures
-R M^2 z at every instant whose z is known. Between two neighbouring instants of one region it is taken as the quintic
-that has all six of them at both ends. Instants are the samples, the crossings (both limits), the knots of signals, and
-as many between as it takes to stay within half the finest step of the exponential tables, a = |(h M)^20|^(1/20) <= 0.6:
-the error of the quintic, (a^6 / 46080) of the fastest oscillation, is below 1e-6. Moments are Gauss-Legendre sums over
-it with six nodes an interval.
+The window is cut at samples, crossings and knots of signals. Through every part rows times the state are power series
+(``series``): forwards from the sample a part begins with, or backwards from the one it ends with; only parts between
+two cuts, and those of very stiff contacts, need states that are carried on.
+
+Extremes: values at Chebyshev points of an interval bound what lies between them (Ehlich, Zeller 1964, Math. Z. 86,
+41-44: a polynomial of degree d exceeds its values at 2 d + 1 such points by the factor 2^(1/2) at most). Only parts
+whose bound passes the extremes seen so far are searched for turning points. Moments are Gauss-Legendre sums, with as
+many nodes as the fourth power of the fastest oscillation needs.
 
 Takes a Flow, sampled states and a log; gives extremes and central moments over a window.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.packed import step_of
-from gearrattle.system.energy import _increments, _visited
+from gearrattle.system.energy import _visited
 from gearrattle.system.flow import Flow, Pieces
-from gearrattle.system.region import finest_level
+from gearrattle.system.series import Rows, Series, blocks_of, phase_of
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Rows = Callable[[Pieces], Array]
+BoolArray = NDArray[np.bool_]
 
-_SHARE = 0.5  # of the finest step
-_ORDER = 14  # of the Taylor series over one such step: 0.6^15 / 15! is rounding
-_MOST = 4096  # intervals at once
+_MOST = 4096  # parts at once
 _UNCUT = 1e-9  # of an interval between two samples: shorter remainders are rounding
-_GAUSS = np.polynomial.legendre.leggauss(6)
-_NODES, _WEIGHTS = 0.5 * (_GAUSS[0] + 1.0), 0.5 * _GAUSS[1]
+_EXCESS = 1.5  # by which values pass the middle of those at Chebyshev points: 2^(1/2), and a reserve
 _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
-_QUINTIC = np.linalg.inv(
-    np.array(
-        [
-            [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0],
-            [1, 1, 1, 1, 1, 1], [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20],
-        ],
-        dtype=float,
-    )
-)  # fmt: skip
-"""Coefficients of the quintic on 0 ... 1 from value, rate and curvature at its begin and at its end."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +42,7 @@ class Statistics:
     Attributes:
         low, high: (q,) extremes.
         mean: (q,).
-        second, third, fourth: (q,) central moments <(x - <x>)^p>.
+        second, third, fourth: (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
     """
 
     low: Array
@@ -66,13 +55,13 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Path:
-    """A motion by its samples and its log, times in periods from the first sample.
+    """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
 
     Attributes:
         initial: piece of every element and companion at the first sample.
-        samples: (t, Z) states z; sample i lies at i / per_cycle.
+        samples: (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
         per_cycle: samples a period.
-        first: the sample with which the window begins; it ends with the last one.
+        first: samples before the window.
         time, watch, upward: (E,) crossings, of clearances and companions, ascending.
         first_cycle: whole periods before the first sample.
     """
@@ -87,115 +76,263 @@ class Path:
     first_cycle: int
 
 
-class _Sums:
-    """Extremes and powers about a reference, gathered interval by interval."""
+@dataclass(frozen=True)
+class _Parts:
+    """Parts of the window (K,): length in periods, region, the sample and the knot it begins with (-1: none)."""
 
-    def __init__(self, about: Array, *, with_moments: bool) -> None:
-        self.about, self.with_moments = about, with_moments
+    duration: Array
+    region: IntArray
+    sample: IntArray
+    knot: IntArray
+
+    @cached_property
+    def is_last(self) -> BoolArray:
+        """Whether a part ends at a sample."""
+        return np.append(self.sample[1:] >= 0, True)
+
+    def backward(self, shortest: float, whole: BoolArray) -> BoolArray:
+        """Which parts may start from the sample they end with: regions of one block, and no cut at that sample."""
+        goes_on = np.append(self.duration[1:] > shortest, False)
+        return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
+
+
+class _Sums:
+    """Extremes and powers about a reference, gathered part by part."""
+
+    def __init__(self, about: Array, moments: BoolArray) -> None:
+        self.about, self.moments = about, moments
         self.low, self.high = np.full(about.size, np.inf), np.full(about.size, -np.inf)
         self.powers = np.zeros((4, about.size))
 
-    def add(self, begin: Array, end: Array, length: Array) -> None:
-        """Add intervals: (N, 3, q) values, rates and curvatures by s at their begins and ends, (N,) lengths."""
-        scale = length[:, None, None] ** np.arange(3.0)[None, :, None]
-        ends = np.concatenate([begin * scale, end * scale], axis=1)
-        for values in (ends[:, 0], ends[:, 3]):
-            self.low, self.high = np.minimum(self.low, values.min(0)), np.maximum(self.high, values.max(0))
-        row, channel = np.nonzero(ends[:, 1] * ends[:, 4] < 0.0)
-        if row.size:
-            values = _turning_values(ends[row, :, channel] @ _QUINTIC.T)
-            np.minimum.at(self.low, channel, values)
-            np.maximum.at(self.high, channel, values)
-        if self.with_moments:
-            shape = _NODES[:, None] ** np.arange(6.0) @ _QUINTIC
-            away = np.einsum("ps,nsq->pnq", shape, ends) - self.about
-            weight = _WEIGHTS[:, None] * length
-            power = np.ones_like(away)
-            for p in range(4):
-                power *= away
-                self.powers[p] += np.einsum("pn,pnq->q", weight, power)
+    def reach(self, low: Array, high: Array) -> None:
+        """Take smallest and largest values (q, N) into the extremes."""
+        if low.size:
+            self.low, self.high = np.minimum(self.low, low.min(axis=1)), np.maximum(self.high, high.max(axis=1))
+
+    def weigh(self, channels: BoolArray, values: Array, weights: Array) -> None:
+        """Add the powers of values (c, ...) of the channels marked, with weights of the shape (...)."""
+        away = values.reshape(len(values), -1) - self.about[channels, None]
+        power, flat = away, weights.ravel()
+        for p in range(4):
+            self.powers[p, channels] += power @ flat
+            power = power * away
+
+    def rest(self, channels: BoolArray, duration: float) -> None:
+        """Add the powers of channels that are 0 for so long."""
+        self.powers[:, channels] += duration * (-self.about[channels]) ** np.arange(1, 5)[:, None]
 
     def result(self, duration: float) -> Statistics:
         """Return what was gathered over a window of this length."""
         m1, m2, m3, m4 = self.powers / duration
-        return Statistics(
-            self.low, self.high, self.about + m1, m2 - m1**2, m3 - 3 * m1 * m2 + 2 * m1**3,
-            m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4,
-        )  # fmt: skip
+        third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
+        known = (np.where(self.moments, each, np.nan) for each in (self.about + m1, m2 - m1**2, third, fourth))
+        return Statistics(self.low, self.high, *known)
 
 
-def _turning_values(coefficients: Array) -> Array:
-    """Values of quintics (N, 6) on 0 ... 1 where their rate, of different signs at the ends, vanishes: by bisection."""
-    rate = coefficients[:, 1:] * np.arange(1.0, 6.0)
-    low, high = np.zeros(len(rate)), np.ones(len(rate))
-    falling = rate[:, 0] > 0.0
-    for _ in range(26):  # the value at the turning point hangs on the square of what is left
-        middle = 0.5 * (low + high)
-        before = (_at(rate, middle) > 0.0) == falling
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return _at(coefficients, 0.5 * (low + high))
-
-
-def _at(coefficients: Array, x: Array) -> Array:
-    value = np.zeros(len(x))
-    for column in coefficients.T[::-1]:
-        value = value * x + column
-    return value
-
-
-def statistics_of(flow: Flow, path: Path, rows: Rows, *, with_moments: bool = True) -> Statistics | None:
+def statistics_of(flow: Flow, path: Path, rows: Rows, *, with_moments: BoolArray | bool = True) -> Statistics | None:
     """Return extremes and moments of rows over the window of a motion.
 
     Args:
         flow: the system.
         path: the motion.
         rows: gives (q, Z) rows for the pieces of a region [SI].
-        with_moments: whether moments are wanted; without, they are 0.
+        with_moments: whether moments are wanted, of all rows or of each (q,).
 
     Returns:
         The statistics; None where they would take longer than some seconds (many regions of many bodies, or a contact
         that is stiff beyond all proportion to the window).
     """
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
-    durations, region, sample, knot = _intervals(flow, path, visited)
-    if 100.0 * flow.width**3 * np.unique(region).size > _MOST_WORK:
+    parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
+    counts = np.bincount(parts.region, minlength=len(regions))
+    present = np.flatnonzero(counts).tolist()
+    if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
         return None
-    seen = {int(r): _Region.of(flow, regions[int(r)], rows) for r in np.unique(region)}
-    some = next(iter(seen.values()))
-    steps = sum(float(np.sum(durations[region == r] / each.step + 1.0)) for r, each in seen.items())
-    if steps * (2.0 * some.matrix.size + 40.0 * some.seen.size) > _MOST_WORK:
+    phases = {r: phase_of(flow, regions[r], length) for r in present}
+    blocks = np.array([blocks_of(phases.get(r, 0.0)) for r in range(len(regions))])
+    if float(counts @ blocks) * 40.0 * rows(regions[0]).size > _MOST_WORK:
         return None
-    begins = [(seen[int(r)], sample[(region == r) & (sample >= 0)]) for r in np.unique(region)]
-    about = sum(each.seen[0] @ path.samples[at].sum(axis=0) for each, at in begins) / np.count_nonzero(sample >= 0)
-    sums = _Sums(about, with_moments=with_moments)
-    waiting, z = np.flatnonzero(sample >= 0), path.samples[sample[sample >= 0]]
-    while waiting.size:  # the intervals that begin at samples, then those that follow them, and so on
-        chained = knot[waiting] >= 0
-        z[chained, z.shape[1] - flow.chain.size :] = flow.chains[knot[waiting[chained]]]
-        ends = np.empty_like(z)
-        uncut = np.abs(durations[waiting] * path.per_cycle - 1.0) < _UNCUT
-        for chosen in _batches(2 * region[waiting] + uncut):
-            here, whole = seen[int(region[waiting[chosen[0]]])], bool(uncut[chosen[0]])
-            ends[chosen] = here.run(z[chosen], durations[waiting[chosen]], sums, alike=whole)
-        after = waiting + 1
-        goes_on = (after < len(sample)) & (sample[np.minimum(after, len(sample) - 1)] < 0)
-        waiting, z = after[goes_on], ends[goes_on]
-    return sums.result((len(path.samples) - 1 - path.first) / path.per_cycle)
+    series = {r: Series.of(flow, regions[r], rows, length, phases[r]) for r in present}
+    moments = np.broadcast_to(np.asarray(with_moments), len(rows(regions[0])))
+    backward = parts.backward(_UNCUT * length, blocks == 1)
+    search = _Search(path, parts, series, _Sums(_reference(path, parts, series), moments), backward)
+    search.bound()
+    search.carry(flow)
+    search.finish()
+    return search.sums.result((len(path.samples) - 1) / path.per_cycle)
 
 
-def _batches(kind: IntArray) -> Iterator[IntArray]:
-    """Positions of the intervals of one kind, a few thousand at a time."""
-    order = np.argsort(kind, kind="stable")
-    for part in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
-        for first in range(0, len(part), _MOST):
-            yield part[first : first + _MOST]
+def _reference(path: Path, parts: _Parts, series: dict[int, Series]) -> Array:
+    """(q,) roughly the mean of every row: that of some samples."""
+    begins = np.flatnonzero(parts.sample >= 0)[::16]
+    at = {r: parts.sample[begins[parts.region[begins] == r]] for r in series}
+    sums = [each.rows[0, 0] @ path.samples[at[r]].sum(axis=0) for r, each in series.items()]
+    return np.asarray(np.sum(sums, axis=0) / begins.size)
 
 
-def _intervals(flow: Flow, path: Path, visited: IntArray) -> tuple[Array, IntArray, IntArray, IntArray]:
-    """Length of every interval of the window, its region, the sample and the knot it begins with (-1: none)."""
-    count, first = len(path.samples) - 1, path.first
-    begin, end = first / path.per_cycle, count / path.per_cycle
-    samples = np.arange(first, count)
+class _Search:
+    """Extremes and moments of the rows through all parts."""
+
+    def __init__(self, path: Path, parts: _Parts, series: dict[int, Series], sums: _Sums, backward: BoolArray) -> None:
+        self.samples, self.parts, self.series, self.sums, self.backward = path.samples, parts, series, sums, backward
+        self.forward = parts.sample >= 0
+        self.cut = ~self.forward | (np.abs(parts.duration * path.per_cycle - 1.0) >= _UNCUT)
+        self.lower, self.upper = (np.full((sums.about.size, parts.sample.size), side) for side in (-np.inf, np.inf))
+        self.carried = np.flatnonzero(~self.forward & ~backward)
+        self.states = np.zeros((self.carried.size, path.samples.shape[1]))
+
+    def groups(self, of: BoolArray) -> Iterator[tuple[Series, IntArray]]:
+        """Yield the parts marked, of one region and some thousands at a time."""
+        which = np.flatnonzero(of)
+        which = which[np.argsort(self.parts.region[which], kind="stable")]
+        for some in np.split(which, np.flatnonzero(np.diff(self.parts.region[which])) + 1):
+            for first in range(0, some.size, _MOST):
+                yield self.series[int(self.parts.region[some[0]])], some[first : first + _MOST]
+
+    def bound(self) -> None:
+        """Bound the rows in every part that has a sample by its whole interval; take in the parts without a cut."""
+        kinds = ((self.forward & ~self.cut, 1.0), (self.forward & self.cut, 1.0), (self.backward, -1.0))
+        for k, (of, sign) in enumerate(kinds):
+            for series, some in self.groups(of):
+                states = self._begin(series, some, sign)
+                low, high, rise = self._bounds(series, states, sign)
+                self.lower[:, some], self.upper[:, some] = low - rise, high + rise
+                if k == 0:
+                    self.sums.reach(low, high)
+                    self._whole_moments(series, states)
+
+    def carry(self, flow: Flow) -> None:
+        """Carry states on to the parts that begin with none and end with none that serves."""
+        where = np.full(self.parts.sample.size, -1)
+        where[self.carried] = np.arange(self.carried.size)
+        now = self.carried[self.forward[self.carried - 1]] - 1
+        states = self.samples[self.parts.sample[now]]
+        while now.size:
+            for r in np.unique(self.parts.region[now]).tolist():
+                on, series = self.parts.region[now] == r, self.series[r]
+                states[on] = series.moved(series.begun(states[on]), self.parts.duration[now[on]])
+            now = now + 1
+            knot = self.parts.knot[now]
+            states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
+            self.states[where[now]] = states
+            goes_on = ~self.parts.is_last[now]
+            now, states = now[goes_on], states[goes_on]
+            follows = where[now + 1] >= 0
+            now, states = now[follows], states[follows]
+
+    def finish(self) -> None:
+        """Take in the moments of cut parts, and the extremes of parts whose bounds pass those seen so far."""
+        sums, carried = self.sums, ~self.forward & ~self.backward
+        high, low = sums.high[:, None], sums.low[:, None]
+        passing = carried | np.any((self.upper > high) | (self.lower < low), axis=0)
+        for sign, of in ((1.0, ~self.backward), (-1.0, self.backward)):
+            for series, some in self.groups(of & passing):
+                for terms, _ in self._terms(series, some, sign, slice(None)):
+                    self._turning_points(series, terms)
+            for series, some in self.groups(of & self.cut):
+                self._moments(series, some, sign)
+
+    def _begin(self, series: Series, some: IntArray, sign: float) -> Array:
+        """(N, Z) the states that the series of some parts start from."""
+        if sign < 0.0:
+            return series.begun(self.samples[self.parts.sample[some + 1]])
+        states = self.samples[self.parts.sample[some]]
+        held = ~self.forward[some]
+        states[held] = self.states[np.searchsorted(self.carried, some[held])]
+        return series.begun(states)
+
+    def _bounds(self, series: Series, states: Array, sign: float) -> tuple[Array, Array, Array]:
+        """(q, N) smallest and largest value at the Chebyshev points, and by how much values between may pass them."""
+        low, high, rise = np.inf, -np.inf, 0.0
+        for block in range(len(series.rows)):
+            rows = series.at(block, series.points, sign)
+            values = (rows.reshape(-1, rows.shape[2]) @ states.T).reshape(*rows.shape[:2], -1)
+            least, most = values.min(axis=0), values.max(axis=0)
+            low, high = np.minimum(low, least), np.maximum(high, most)
+            rise = np.maximum(rise, 0.5 * (_EXCESS - 1.0) * (most - least))
+        return np.asarray(low), np.asarray(high), np.asarray(rise)
+
+    def _terms(
+        self, series: Series, some: IntArray, sign: float, channels: BoolArray | slice
+    ) -> Iterator[tuple[Array, Array]]:
+        """Terms (N, P + 1, c) of powers 0 ... 1 of the time through each part, and its length (N,), block by block."""
+        states, left = self._begin(series, some, sign), self.parts.duration[some]
+        for block, rows in enumerate(series.rows):
+            here = rows[:, channels]
+            on = left > 0.0 if block else slice(None)
+            length = np.minimum(left[on], series.block)
+            terms = (states[on] @ here.reshape(-1, here.shape[2]).T).reshape(-1, *here.shape[:2])
+            share = np.repeat((sign * length / series.block)[:, None], len(rows), axis=1)
+            share[:, 0] = 1.0
+            yield terms * np.multiply.accumulate(share, axis=1)[:, :, None], length
+            left = left - series.block
+
+    def _turning_points(self, series: Series, terms: Array) -> None:
+        """Take in the extremes of parts: their values at the ends and where their rates vanish."""
+        sums, p = self.sums, series.powers
+        grid, step = series.grid, series.grid[1]
+        values = np.matmul(grid[:, None] ** p, terms)
+        rates = np.matmul(grid[:, None] ** p[:-1], terms[:, 1:] * p[1:, None])
+        sums.reach(values.min(axis=1).T, values.max(axis=1).T)
+        turns = rates[:, :-1] * rates[:, 1:] < 0.0
+        beyond = step * np.maximum(np.abs(rates[:, :-1]), np.abs(rates[:, 1:]))
+        turns &= (np.maximum(values[:, :-1], values[:, 1:]) + beyond > sums.high) | (
+            np.minimum(values[:, :-1], values[:, 1:]) - beyond < sums.low
+        )
+        part, place, channel = np.nonzero(turns)
+        if not part.size:
+            return
+        before, after = rates[part, place, channel], rates[part, place + 1, channel]
+        begin, x = grid[place], grid[place] + step * before / (before - after)
+        own = np.ascontiguousarray(terms[part, :, channel].T)
+        rate = own[1:] * p[1:, None]
+        bend = rate[1:] * p[1:-1, None]
+        for _ in range(4):
+            slope = _at(bend, x)
+            x = np.clip(x - _at(rate, x) / np.where(slope == 0.0, np.inf, slope), begin, begin + step)
+        found = _at(own, x)
+        np.minimum.at(sums.low, channel, found)
+        np.maximum.at(sums.high, channel, found)
+
+    def _whole_moments(self, series: Series, states: Array) -> None:
+        """Add the moments of parts that go through an interval between two samples."""
+        changing = self._changing(series, len(states) * len(series.rows) * series.block)
+        nodes, weights = series.gauss
+        for block in range(len(series.rows) if changing.any() else 0):
+            rows = series.at(block, nodes)[:, changing].transpose(1, 0, 2)
+            values = (rows.reshape(-1, rows.shape[2]) @ states.T).reshape(*rows.shape[:2], -1)
+            self.sums.weigh(changing, values, np.repeat(weights[:, None] * series.block, len(states), axis=1))
+
+    def _moments(self, series: Series, some: IntArray, sign: float) -> None:
+        """Add the moments of parts of any length."""
+        changing = self._changing(series, float(self.parts.duration[some].sum()))
+        if not changing.any():
+            return
+        nodes, weights = series.gauss
+        for terms, length in self._terms(series, some, sign, changing):
+            values = np.matmul(nodes[:, None] ** series.powers, terms)
+            self.sums.weigh(changing, values.transpose(2, 1, 0), np.multiply.outer(weights, length))
+
+    def _changing(self, series: Series, duration: float) -> BoolArray:
+        """(q,) the channels whose moments are wanted and that are not 0 in a region; add the moments of the others."""
+        moving = np.any(series.rows[0] != 0.0, axis=(0, 2))
+        self.sums.rest(self.sums.moments & ~moving, duration)
+        return np.asarray(self.sums.moments & moving)
+
+
+def _at(terms: Array, x: Array) -> Array:
+    """(N,) values of polynomials with coefficients (P, N), lowest first, at x (N,)."""
+    value = terms[-1].copy()
+    for term in terms[-2::-1]:
+        value *= x
+        value += term
+    return np.asarray(value)
+
+
+def _parts_of(flow: Flow, path: Path, visited: IntArray) -> _Parts:
+    """Cut the window at samples, crossings and knots."""
+    samples = path.first + np.arange(len(path.samples) - 1)
+    begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
     knots = flow.knots[1:-1] - path.first_cycle
     first_knot = int(np.searchsorted(knots, begin, side="right"))
     knots = knots[first_knot : np.searchsorted(knots, end)]
@@ -206,59 +343,9 @@ def _intervals(flow: Flow, path: Path, visited: IntArray) -> tuple[Array, IntArr
     durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
     is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
     crossed = ~is_sample & (which_knot < 0)
-    return (
+    return _Parts(
         durations,
         visited[gone + np.cumsum(crossed)],
-        np.where(is_sample, first + order, -1),
+        np.where(is_sample, order, -1),
         np.where(which_knot >= 0, which_knot + first_knot + 1, -1),
     )
-
-
-@dataclass(frozen=True)
-class _Region:
-    """One region: M, the rows R, R M and R M^2 (3, q, Z), the longest interval in periods, and known memories."""
-
-    matrix: Array
-    seen: Array
-    step: float
-    known: Array
-    first_memory: int
-
-    @classmethod
-    def of(cls, flow: Flow, pieces: Pieces, rows: Rows) -> _Region:
-        matrix, chosen = flow.generator(pieces), rows(pieces)
-        rate = chosen @ matrix
-        step = _SHARE * step_of(finest_level(matrix))
-        first_memory = flow.states - flow.memory.size
-        return cls(matrix, np.stack([chosen, rate, rate @ matrix]), step, flow.known(pieces), first_memory)
-
-    def run(self, z: Array, durations: Array, sums: _Sums, *, alike: bool) -> Array:
-        """Add intervals that begin at z (N, Z), of one length or of any; return the states at their ends."""
-        z = z.copy()
-        for s, value in enumerate(self.known.tolist()):
-            if not np.isnan(value):
-                z[:, self.first_memory + s] = value
-        parts = np.maximum(np.ceil(durations / self.step), 1.0)
-        length = durations / parts
-        move = _increments(self.matrix, length[:1])[0] if alike else None
-        begin = self._look(z)
-        for k in range(int(parts.max())):
-            on = np.flatnonzero(parts > k)
-            moved = z[on] + (z[on] @ move.T if move is not None else self._travel(z[on], length[on]))
-            end = self._look(moved)
-            sums.add(begin[on], end, length[on])
-            z[on], begin[on] = moved, end
-        return z
-
-    def _look(self, z: Array) -> Array:
-        """(N, 3, q) values, rates and curvatures."""
-        count = self.seen.shape[1]
-        return (z @ self.seen.reshape(3 * count, -1).T).reshape(len(z), 3, count)
-
-    def _travel(self, z: Array, length: Array) -> Array:
-        """(N, Z) what z gains over lengths (N,), by its Taylor series."""
-        term, gained = z, np.zeros_like(z)
-        for p in range(1, _ORDER + 1):
-            term = (term @ self.matrix.T) * (length / p)[:, None]
-            gained += term
-        return gained
