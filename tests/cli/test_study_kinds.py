@@ -124,7 +124,7 @@ def test_a_function_is_refused(folder: Path, capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
 def test_stopped_within_a_sweep_it_goes_on_to_the_same_bits(folder: Path, by: signal.Signals) -> None:
-    text = BIFURCATION.replace("COUNT", "300").replace("cycles = 40", "cycles = 80")
+    text = BIFURCATION.replace("COUNT", "600").replace("cycles = 40", "cycles = 80")
     (folder / "over.toml").write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "gearrattle", "study", "over.toml", "--workers", "2", "-o", "killed"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
