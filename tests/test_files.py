@@ -70,6 +70,22 @@ def test_a_model_names_files_of_its_own_folder_only(tmp_path: Path) -> None:
         assert "root:" not in str(caught.value)
 
 
+def test_a_relative_path_of_an_input_file_widens_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    work, outside = tmp_path / "work", tmp_path / "elsewhere"
+    (work / "sub").mkdir(parents=True)
+    outside.mkdir()
+    (outside / "record.csv").write_text(RECORD)
+    model, mapping = work / "sub" / "model.toml", work / "sub" / "measurement.toml"
+    model.write_text(MODEL.format(file="../../elsewhere/record.csv"))
+    channel = '[[channel]]\nname = "T"\nquantity = "torque"\n'
+    mapping.write_text(f'schema = 1\nfile = "../../elsewhere/record.csv"\n{channel}')
+    monkeypatch.chdir(work)
+    with pytest.raises(ModelError, match="lies outside"):
+        gr.load("sub/model.toml")
+    with pytest.raises(ModelError, match="lies outside"):
+        gr.read("sub/measurement.toml")
+
+
 def test_the_working_directory_and_a_root_widen_what_may_be_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -181,7 +181,7 @@ def _response(
     else:
         path = folder / row.file
         if positions.name:
-            check_reachable(path, folder)
+            check_reachable(row.file, folder)
         samples = read_samples(read_text(path, "response file"), os.fspath(path), dimensionless)
     said = None if row.quantity is None else QUANTITIES.index(row.quantity)
     if said is None and samples.derivatives is None:

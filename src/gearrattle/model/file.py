@@ -134,13 +134,17 @@ def _size_rule(kind: str) -> str:
 def check_reachable(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
     """Refuse a file that an input file in this folder names and may not read (``reachable``).
 
+    Args:
+        path: as it stands in the input file; relative to ``folder``.
+        folder: the folder of the input file.
+
     Raises:
         ModelError: it lies elsewhere.
     """
     try:
         reachable(path, folder)
     except (OSError, ValueError) as error:
-        raise ModelError(unreadable(shown_name(os.fspath(path)), error)) from None
+        raise ModelError(unreadable(shown_name(os.fspath(Path(folder) / path)), error)) from None
 
 
 def unreadable(name: str, error: OSError | ValueError) -> Problem:

@@ -199,7 +199,7 @@ class OverTime:
         path = (folder or Path()) / names["file"]
         try:
             if folder is not None:
-                reachable(path, folder)
+                reachable(names["file"], folder)
             columns = read_columns(path, {names[self.key]: self.along, names["value"]: self.dimension}, dimensionless)
             time, value = columns.values[names[self.key]], columns.values[names["value"]]
             if at := _out_of_order(time):

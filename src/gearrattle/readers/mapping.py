@@ -105,7 +105,7 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
         raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
     if positions.name:  # tables from Python name what their author may read
         for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
-            check_reachable(folder / file, folder)
+            check_reachable(file, folder)
     records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
     channels: list[Mapped] = []
     problems: list[Problem] = []
