@@ -104,14 +104,15 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
         time, watch, upward = beside.time, beside.watch, beside.upward
         memories = beside.stretch[:, list(flow.system.memories)] * flow.memory
     count = len(flow.system.laws) + len(flow.system.companions)
-    samples = np.hstack(
-        [
-            t.angle[window][:, free] @ flow.coordinates.basis.T * flow.scaling.deflection,
-            t.velocity[window][:, free] * flow.scaling.velocity,
-            memories[window],
-            _inputs(flow, t),
-        ]
-    )
+    angle, velocity = t.angle[window], t.velocity[window]
+    if len(free) < angle.shape[1]:
+        angle, velocity = angle[:, free], velocity[:, free]
+    samples = np.empty((len(angle), flow.width))
+    deflections, moving = len(flow.coordinates.basis), flow.states - flow.memory.size
+    samples[:, :deflections] = angle @ (flow.coordinates.basis.T * flow.scaling.deflection)
+    np.multiply(velocity, flow.scaling.velocity, out=samples[:, deflections:moving])
+    samples[:, moving : flow.states] = memories[window]
+    _write_inputs(flow, t, samples[:, flow.states :])
     return Path(
         tuple(int(pieces.get(k, 0)) for k in range(count)),
         samples,
@@ -124,11 +125,19 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
     )
 
 
-def _inputs(flow: Flow, trajectory: Trajectory) -> Array:
-    """(t, U + Q) scaled inputs at the samples of the window: of one period, repeated, where all periods are alike."""
+def _write_inputs(flow: Flow, trajectory: Trajectory, inputs: Array) -> None:
+    """Write scaled inputs (t, U + Q) at the samples of the window: those of one period, where all are alike."""
     per_cycle, before = trajectory.samples_per_cycle, trajectory.first_cycle * trajectory.samples_per_cycle
+    waves = flow.waves(per_cycle) * flow.input_size
+    alike = len(waves) == per_cycle
+    if alike:
+        for first in range(0, len(inputs), per_cycle):
+            some = inputs[first : first + per_cycle, : flow.inputs]
+            some[:] = waves[: len(some)]
+    if alike and not flow.chain.size:
+        return
     cycle, part = np.divmod(before + np.arange(trajectory.discard * per_cycle, len(trajectory.time)), per_cycle)
-    waves = flow.waves(per_cycle)
-    if not len(waves):
-        return flow.inputs_at(cycle, part / per_cycle)
-    return np.hstack([(waves * flow.input_size)[part], flow.chains_at(cycle, part / per_cycle)])
+    if alike:
+        inputs[:, flow.inputs :] = flow.chains_at(cycle, part / per_cycle)
+    else:
+        inputs[:] = flow.inputs_at(cycle, part / per_cycle)

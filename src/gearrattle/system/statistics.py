@@ -199,7 +199,8 @@ class _Search:
                 self.lower[:, some], self.upper[:, some] = low - rise, high + rise
                 if k == 0:
                     self.sums.reach(low, high)
-                    self._whole_moments(series, states)
+                    if self.sums.moments.any():
+                        self._whole_moments(series, states)
 
     def carry(self, flow: Flow) -> None:
         """Carry states on to the parts that begin with none and end with none that serves."""
@@ -229,7 +230,7 @@ class _Search:
             for series, some in self.groups(of & passing):
                 for terms, _ in self._terms(series, some, sign, slice(None)):
                     self._turning_points(series, terms)
-            for series, some in self.groups(of & self.cut):
+            for series, some in self.groups(of & self.cut) if sums.moments.any() else ():
                 self._moments(series, some, sign)
 
     def _begin(self, series: Series, some: IntArray, sign: float) -> Array:
