@@ -9,12 +9,13 @@ import pytest
 
 from gearrattle.metrics import METRICS, hear_recording
 from gearrattle.metrics.contact import ContactSides
+from gearrattle.metrics.force import ForceStatistics
 from gearrattle.metrics.intensity import ImpactIntensity
 from gearrattle.metrics.loose_motion import LooseMotion
 from gearrattle.metrics.rattle_level import RattleLevel
 from gearrattle.metrics.separation import SeparationRatio
 from gearrattle.metrics.transmissibility import OrderTransmissibility
-from gearrattle.recording import Channel
+from gearrattle.recording import Channel, Recording
 from tests.metrics.vectors import MASS, OMEGA, ROWS, VECTORS, Vector, heard, rig
 from tests.signals.handmade import chain, layout, sine, staged, still, trajectory
 
@@ -94,3 +95,16 @@ def test_an_order_is_transmitted_alike_by_angle_and_by_acceleration() -> None:
     two = two.with_(channels=(*two.channels, other))
     (found,) = OrderTransmissibility().measure(hear_recording(two, layout(), OMEGA, (1.0,)))
     assert found.value == pytest.approx(2.0 / (0.5 * OMEGA**2), rel=1e-9)
+
+
+def test_without_a_model_forces_that_are_not_in_newton_are_left_out_with_a_note() -> None:
+    """A torque of a coupling in N m is no mesh force; one in N is measured."""
+    time = np.arange(257) / 64
+    units = {"coupling": "N m", "unknown": "N*m or N", "gear": "N"}
+    channels = tuple(Channel(name, "force", name, unit, sine(7.0)(time)) for name, unit in units.items())
+    values = ForceStatistics().measure(hear_recording(Recording(time, channels, "by hand"), None, OMEGA, ()))
+    measured = {value.subject for value in values if np.isfinite(value.value)}
+    assert measured == {"gear"}
+    notes = {value.subject: value.note for value in values if not np.isfinite(value.value)}
+    assert set(notes) == {"coupling", "unknown"}
+    assert all("give a model" in note for note in notes.values())

@@ -14,7 +14,7 @@ Takes arrays; gives Values to users, studies and reports.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -54,6 +54,7 @@ class Heard:
         layout: the driveline's name plate; None without a model.
         motion: the simulated motion with its log of crossings; None for a measurement.
         notes: what the user must know.
+        units: of a recording's signals, by quantity and subject; empty where the layout tells them.
     """
 
     source: str
@@ -66,6 +67,7 @@ class Heard:
     layout: Layout | None = None
     motion: Trajectory | None = None
     notes: tuple[str, ...] = ()
+    units: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
     @property
     def interval(self) -> float:

@@ -40,10 +40,15 @@ class ForceStatistics:
     )
 
     def measure(self, heard: Heard) -> list[Value]:
-        """Return the statistics of every force of a mesh; of every force heard where no model tells meshes."""
+        """Return the statistics of every force of a mesh; without a model, of every force in N."""
         values = []
         for name, force in heard.of("force").items():
             if not _is_mesh(heard, name):
+                continue
+            unit = heard.units.get(("force", name), "N")
+            if heard.layout is None and unit != "N":
+                note = f"{name}: its unit is {unit!r}, and forces of meshes are in N: give a model"
+                values.append(Value(name, "force standard deviation", math.nan, "N", note))
                 continue
             told = heard.summary("force", name)
             level, spread = told.rms, told.spread

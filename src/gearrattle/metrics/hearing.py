@@ -219,11 +219,13 @@ def hear_recording(
         kept, words, told = _whole_periods(time, interval, period)
         notes = (*notes, *told)
     signals: dict[tuple[str, str], Array] = {}
+    units: dict[tuple[str, str], str] = {}
     for each in recording.channels:
-        signals.setdefault((each.quantity, each.subject or each.name), each.values[-kept:])
-    return Heard(
-        recording.source, time[-kept:], signals, words, omega, period, orders[orders > 0.0], layout, None, notes
-    )
+        subject = each.subject or each.name
+        signals.setdefault((each.quantity, subject), each.values[-kept:])
+        units.setdefault((each.quantity, subject), each.unit)
+    engine = orders[orders > 0.0]
+    return Heard(recording.source, time[-kept:], signals, words, omega, period, engine, layout, None, notes, units)
 
 
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
