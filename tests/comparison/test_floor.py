@@ -135,7 +135,7 @@ def test_impulses_shifted_by_less_than_a_hundredth_of_their_rms_are_equal(exact)
     for shift, verdict in ((0.9, "equal"), (1.1, "different")):
         shifted = tuple(each + shift * RESOLVED * size for each in own.impulses)
         found = compare_statistics(replace(own, impulses=shifted), nearby, floor)
-        assert found.of("impulse distribution", "clutch").verdict == verdict
+        assert found.of("contact impulse distribution", "clutch").verdict == verdict
 
 
 def test_the_floor_of_a_motion_against_itself_explains_nothing_but_an_impact_at_the_edge(exact):

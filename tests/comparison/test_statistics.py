@@ -61,7 +61,7 @@ def test_every_kind_of_difference_is_found_and_others_only_by_chance(others):
         ({"gain": 1.1}, {"rms deflection", "rms acceleration", "PSD distance", "PSD outside bands"}),
         ({"colour": 0.8, "gain": 1 / np.sqrt(1.64)}, {"PSD distance", "PSD outside bands"}),
         ({"rate": 0.8}, {"impact rate"}),
-        ({"push": 1.3}, {"impulse distribution"}),
+        ({"push": 1.3}, {"contact impulse distribution"}),
     ]
     chance = 0
     for changes, expected in kinds:
@@ -79,8 +79,8 @@ def test_values_are_those_put_in(others):
     assert found.of("rms acceleration", "loose").value == pytest.approx(2.0, rel=0.05)
     assert found.of("PSD distance", "driver").value == pytest.approx(20 * np.log10(2.0), rel=0.1)
     assert found.of("impact rate", "gear").reference == pytest.approx(1.0, abs=0.05)
-    assert found.of("impulse distribution", "gear").given == pytest.approx(10.0, rel=0.1)
-    assert found.of("impulse distribution", "gear").value > 0.95
+    assert found.of("contact impulse distribution", "gear").given == pytest.approx(10.0, rel=0.1)
+    assert found.of("contact impulse distribution", "gear").value > 0.95
     assert found.of("PSD outside bands", "driver").value > 0.9
     assert found.of("TR rms", "loose").value == pytest.approx(1.0, rel=0.1)
     level = found.of("rms acceleration", "driver")
@@ -98,7 +98,7 @@ def test_a_periodic_motion_may_differ_by_less_than_counts_but_not_by_more():
     reference = synthetic.trajectory(cycles=24)
     exact = [portrait(reference)] * MANY
     itself = compare_statistics(exact[0], exact).items
-    assert {item.verdict for item in itself if item.quantity != "impulse distribution"} == {EQUAL}
+    assert {item.verdict for item in itself if item.quantity != "contact impulse distribution"} == {EQUAL}
     rounded = replace(
         reference, deflection=reference.deflection * (1 + 1e-6), acceleration=reference.acceleration * (1 + 1e-6)
     )
@@ -144,7 +144,7 @@ def test_levels_are_over_whole_cycles():
 def test_too_little_to_tell_is_undecided():
     few = [portrait(drawn(seed, cycles=2)) for seed in range(MANY)]
     found = compare_statistics(portrait(drawn(99, cycles=2)), few)
-    assert found.of("impulse distribution", "gear").verdict == "undecided"
+    assert found.of("contact impulse distribution", "gear").verdict == "undecided"
     assert found.to_dict()["items"][0]["quantity"] == "rms deflection"
     silent = compare_statistics(portrait(drawn(12, gain=0.0, cycles=2)), few)
     assert silent.of("rms acceleration", "driver").verdict == "different"

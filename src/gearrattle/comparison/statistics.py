@@ -241,7 +241,7 @@ def _impulses(
             distances = distribution_distances(samples, shift)
         p, verdict, by_chance = _judged(distances, large=bool(distances[0] > 0.0), scatter=bool(np.any(distances[1:])))
         yield Item(
-            quantity="impulse distribution",
+            quantity="contact impulse distribution",
             subject=name,
             given=medians[0],
             reference=float(np.mean(medians[1:])),
