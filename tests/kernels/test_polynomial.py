@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearrattle.kernels import polynomial
-from gearrattle.kernels.polynomial import NEVER, first_exit, stays_inside
+from gearrattle.kernels.polynomial import NEVER, UNDECIDED, first_exit, stays_inside
 
 
 def first_sign_change(c: np.ndarray) -> float:
@@ -98,3 +98,11 @@ def trials(c: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> int:
     search = getattr(polynomial.exit_from, "py_func", polynomial.exit_from)
     search(c, 0.0, c[0], c[1], 2.0 * c[2])
     return count
+
+
+@pytest.mark.parametrize("which", [slice(0, 20), slice(0, 1), slice(7, 8)])
+def test_a_search_that_can_decide_nothing_is_given_up(which: slice) -> None:
+    c = np.zeros(20)
+    c[:3] = 1.0, -3.0, 5.0
+    c[which] = np.nan
+    assert first_exit(c) == UNDECIDED

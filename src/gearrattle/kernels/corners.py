@@ -10,6 +10,7 @@ from gearrattle.kernels._jit import inlined
 from gearrattle.kernels.packed import BAND
 
 DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE, NOTES_FULL = range(7)  # outcome.Outcome
+NO_PROGRESS = 8
 
 MOST_STALLED = 10_000
 """Crossings in a row that do not advance the clock."""

@@ -22,6 +22,7 @@ from gearrattle.kernels.corners import (
     LOG_FULL,
     MOST_STALLED,
     NEEDS_REGION,
+    NO_PROGRESS,
     NON_FINITE,
     NOTES_FULL,
     SLICE_SPENT,
@@ -294,8 +295,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
 
     Args:
-        regions, inputs, march, samples, notes, log: see ``packed``; march, notes and log change.
-        instants: the same; None where nothing happens at known times: then it is compiled without all that.
+        all but budget: see ``packed``; march, notes and log change. instants: None where no times are known beforehand.
     """
     steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
     cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
@@ -311,8 +311,7 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
     scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
     out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
     seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
-    near = (seen, still, bound, side, band)
-    ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
+    near, ahead = (seen, still, bound, side, band), _ahead(counts, clock, counts[SAMPLE], per_cycle)
     for _ in range(budget):
         if counts[SAMPLE] >= last:
             return DONE
@@ -354,6 +353,8 @@ def march_on(regions, inputs, instants, march, samples, notes, log, budget):
             x, k, upward, rate = first_crossing(
                 series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h, reach
             )
+            if x < 0.0:
+                return NO_PROGRESS if np.isfinite(y.sum()) else NON_FINITE
             passed = x * h if x < NEVER else h
         if passed > until:
             passed, x = until, NEVER

@@ -14,11 +14,14 @@ import numpy as np
 from gearrattle.kernels._jit import inlined, kernel
 
 NEVER = 2.0
+UNDECIDED = -1.0
+"""A search that was given up: the coefficients are no numbers, or no width decides anything."""
 SIXTH = 1.0 / 6.0
 _SETTLED = 1e-7
 _THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
 _NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
 _ROUNDING = 1e-15
+_MOST_TRIALS = 100_000  # widths tried in a window, some milliseconds; motions need a few hundred at most
 _MANY_TRIALS = 64  # widths tried in a window; from then on the third derivative is bounded only as far as they reach
 
 
@@ -132,7 +135,7 @@ def _bracketed_root(c, low, high, guess):
 
 @kernel
 def first_exit(c):
-    """First s in [0, 1] at which the gap sum c_j s^j turns negative; ``NEVER`` if it does not.
+    """First s in [0, 1] at which the gap sum c_j s^j turns negative; ``NEVER`` if it does not, or ``UNDECIDED``.
 
     A gap of zero or below at s = 0 (rounding) is an exit if it is closing, and counts as zero if it opens.
     """
@@ -146,7 +149,8 @@ def exit_from(c, low, gap, rate, curvature):
     The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
     it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where
     the gap stays zero to rounding, every width that decides nothing doubles the next one allowed, as long as what is
-    left undecided is the rounding of the gap itself.
+    left undecided is the rounding of the gap itself. After ``_MOST_TRIALS`` it is ``UNDECIDED``: comparisons with no
+    number are false, and the narrowest width would be tried all through the window.
     """
     third = 0.0
     for j in range(3, c.size):
@@ -161,6 +165,8 @@ def exit_from(c, low, gap, rate, curvature):
         while True:
             trials += 1
             if trials > _MANY_TRIALS:
+                if trials > _MOST_TRIALS:
+                    return UNDECIDED
                 third = third_within(c, low + width)
             if stays_inside(gap, rate, curvature, third, width):
                 narrowest = max(_NARROWEST, min(narrowest, 0.25 * width))

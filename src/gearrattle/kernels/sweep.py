@@ -22,6 +22,7 @@ from gearrattle.kernels.corners import (
     DONE,
     LOG_FULL,
     MOST_STALLED,
+    NO_PROGRESS,
     NON_FINITE,
     SLICE_SPENT,
     band_of,
@@ -281,6 +282,8 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budge
         for c in range(exits.size):
             if exits[c] < end:
                 k, end = c, exits[c]
+        if end < 0.0:  # undecided
+            return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
         if k >= 0:
             _emit(sweep, samples, end, room)
             if counts[SAMPLE] >= samples.pieces.shape[0]:

@@ -150,8 +150,8 @@ def first_crossing(
         reach: the part of it that is searched, a power of two.
 
     Returns:
-        (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none; d delta / ds there. Simultaneous crossings
-        go to the first element.
+        (x, k, upward, rate): x as a fraction of the step, ``NEVER`` if none or ``UNDECIDED``; d delta / ds there.
+        Simultaneous crossings go to the first element.
     """
     best, element, upward, rate = NEVER, -1, 0, 0.0
     for k in range(side.size):
