@@ -117,3 +117,29 @@ def test_a_record_is_its_spline_however_near_its_points() -> None:
     spline, at = CubicSpline(time, value), rng.uniform(0.0, 0.5, 400)
     off = signals.at(at)[:, 0] - spline(at)
     assert np.abs(off - off.mean()).max() < 1e-12 * np.abs(spline(at)).max()
+
+
+@pytest.mark.parametrize(
+    ("ramp", "speeds", "values"),
+    [  # corners within 1e-13 of the run before the sweep's end; a steep table; corners behind the end of the run
+        ((378.0, 343.0, 6e-8), [343.0, 343.0000005, 378.0], [1.0, -2.0, 3.0]),
+        ((20.0, 220.0, 1e-7), [20.0, 219.9999999, 220.0], [1.0, -2.0, 3.0]),
+        ((119.4, 133.4, 0.067), [119.4, 133.3999999, 133.4], [1.0, -2.0, 3.0]),
+        ((348.0, 345.0, 0.0218), [345.0, 345.00000003, 348.0], [1.0, -2.0, 3.0]),
+        ((343.0, 356.0, 0.0101), [343.0, 355.5, 355.51, 356.0], [1.0, -2.0, 3.0, 1.0]),
+    ],
+)
+@pytest.mark.parametrize("cycles", [1, 2, 3, 4])
+def test_a_steep_table_is_represented_wherever_its_corners_stand(ramp, speeds, values, cycles: int) -> None:
+    extra = f"harmonics = [ {{ order = 6, amplitude = {{ speed = {speeds}, value = {values} }} }} ]"
+    model = swept(ramp, speeds, values, extra).with_({"simulation.cycles": cycles})
+    first, last, over = ramp
+    signals = signals_of(model)
+    at = np.linspace(0.0, signals.knots[-1], 1001)[1:]
+    inside = np.minimum(at, over)
+    speed = first + (last - first) * inside / over
+    table = np.interp(speed, speeds, values)
+    angle = first * inside + 0.5 * (last - first) / over * inside**2 + last * (at - inside)
+    want = table - values[speeds.index(first)] + table * np.sin(6.0 * angle)
+    steepest = np.abs(np.diff(values) / np.diff(speeds)).max()
+    assert np.abs(signals.at(at)[:, 0] - want).max() < 1e-11 + 1e-15 * max(first, last) * steepest

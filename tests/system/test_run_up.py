@@ -131,7 +131,7 @@ def test_the_bound_is_one_on_intervals_of_any_length(smooth: bool, length: float
     left, _ = bound(sound, ramp.begin, ramp.end, ramp.rate, length)
     knots = np.arange(0.0, ramp.over, length)
     turned = {6.0: 2.0 * np.pi * ramp.turns([6.0], knots[:-1])[0]}
-    coefficients = run_up._polynomials(run_up._Course(ramp, knots, float(knots[-1]), turned), sound)
+    coefficients = run_up._polynomials(run_up._Course(ramp, knots, turned), sound)
     worst = 0.0
     for g, begin in enumerate(knots[:-1]):
         for x in np.linspace(0.0, length, 9):

@@ -62,6 +62,10 @@ class Recorded:
         line = (self.offset + self.slope * time, self.slope, 0.0)[min(derivative, 2)]
         return np.asarray(self.signal.scale * value + line)
 
+    def rounding(self, time: Array, derivative: int = 0) -> Array:  # noqa: ARG002
+        """(t,) zeros: a record follows the time only."""
+        return np.zeros(np.shape(time))
+
 
 @remembered(8)
 def through(signal: Signal) -> CubicSpline:

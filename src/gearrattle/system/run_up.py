@@ -129,26 +129,26 @@ def channels(ramp: Ramp, sounds: Sequence[Sound], until: float, period: float) -
     length = period * 0.5 ** np.ceil(np.log2((1.0 + _STRETCH) * period / longest))
     if until / length > _MOST:
         raise TooLong(f"{until / length:.3g} intervals")
-    knots = _knots(_corners(ramp, sounds, until), length)
+    grid = length * np.arange(np.ceil(until / length) + 1.0)
+    knots = _knots(grid, _corners(ramp, sounds, float(grid[-1])), length)
     orders = sorted({tone.order for sound in sounds for tone in sound.tones})
     turned = dict(zip(orders, 2.0 * np.pi * ramp.turns(orders, knots[:-1]), strict=True))
-    return [Channel(knots, _polynomials(_Course(ramp, knots, until, turned), sound)) for sound in sounds]
+    return [Channel(knots, _polynomials(_Course(ramp, knots, turned), sound)) for sound in sounds]
 
 
 def _corners(ramp: Ramp, sounds: Sequence[Sound], until: float) -> Array:
-    """Times at which an amplitude has a corner, or the ramp ends; 0 first, the end of the run last."""
+    """Times at which an amplitude has a corner, or the ramp ends; 0 first, the end of the last interval last."""
     low, high = sorted((ramp.begin, ramp.end))
     speeds = {float(s) for sound in sounds for tone in sound.tones for s in tone.speeds if low < s < high}
     times = np.array(sorted({0.0, ramp.over, until, *(ramp.time(s) for s in speeds)}))
     return distinct(times[times <= until])
 
 
-def _knots(corners: Array, length: float) -> Array:
-    """Multiples of a length from 0 to the last corner or beyond, and all corners.
+def _knots(grid: Array, corners: Array, length: float) -> Array:
+    """Multiples of a length, and all corners; both begin at 0 and end with the last multiple.
 
     A multiple too near to an inner corner is left out, but never the first and the last one.
     """
-    grid = length * np.arange(np.ceil(corners[-1] / length) + 1.0)
     inner = corners[1:-1]
     after = np.searchsorted(inner, grid)
     near = np.minimum(np.abs(grid - np.append(inner, np.inf)[after]), np.abs(grid - np.append(-np.inf, inner)[after]))
@@ -220,26 +220,19 @@ def bound(
 
 @dataclass(frozen=True)
 class _Course:
-    """Intervals of a run-up.
-
-    Attributes:
-        ramp: the speed.
-        knots: (G + 1,) their begins, and the end of the last one [s].
-        until: the end of the run [s], which may lie inside the last interval.
-        turned: angle of every order at their begins, (G,) [rad].
-    """
+    """Intervals of a run-up: their knots (G + 1,), and the angle of every order at their begins, (G,) [rad]."""
 
     ramp: Ramp
     knots: Array
-    until: float
     turned: dict[float, Array]
 
     def values(self, sound: Sound, since: Array, derivative: int) -> Array:
         """(G, P) f, f' or f'' at times (G, P) after the begins."""
         ramp, knots = self.ramp, self.knots
-        centre = 0.5 * (np.minimum(knots[1:], self.until) + knots[:-1])
+        centre = 0.5 * (knots[1:] + knots[:-1])
         rate = np.where(centre < ramp.over, ramp.rate, 0.0)[:, None]
-        begin = ramp.speed(knots[:-1])[:, None]
+        # The knot at the ramp's end may be a corner just before it (``distinct``): the speed is the last one after it.
+        begin = np.where(centre < ramp.over, ramp.speed(knots[:-1]), ramp.end)[:, None]
         speed, middle = begin + rate * since, ramp.speed(centre)
         turned, out = since * (begin + 0.5 * rate * since), np.zeros(since.shape)
         for tone in sound.tones:

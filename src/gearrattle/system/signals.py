@@ -38,6 +38,10 @@ class Specified(Protocol):
         """(t,) values, or a derivative, at times (t,) [s]; ``rest`` is what rounding took from them."""
         ...
 
+    def rounding(self, time: Array, derivative: int = 0) -> Array:
+        """(t,) uncertainty of a value, or a derivative, that comes of other roundings than that of the time [SI]."""
+        ...
+
 
 @dataclass(frozen=True)
 class Signals:

@@ -32,7 +32,7 @@ PROMISED = 1e-12
 _POINTS = np.array([0.0, 0.171, 0.5 + 1e-3, 0.837, 1.0])
 """Parts of an interval at which polynomials are compared; no node of theirs but the ends."""
 _ROUNDED = 4.0
-"""Roundings of the last time by which the time of a polynomial may be off."""
+"""Roundings of the last time by which the time of a polynomial may be off, and of the highest speed likewise."""
 
 
 class NotKept(ArithmeticError):
@@ -70,6 +70,20 @@ class Swept:
                 out += size * np.sin(angle)
             else:
                 out += tone.at(speed, 1) * rate * np.sin(angle) + size * tone.order * speed * np.cos(angle)
+        return out
+
+    def rounding(self, time: Array, derivative: int = 0) -> Array:
+        """(t,) what four roundings of the highest speed make of the amplitudes, where a table is steep."""
+        ramp, out = self.ramp, np.zeros(np.shape(time))
+        speed = ramp.speed(time)
+        step = _ROUNDED * np.spacing(max(ramp.begin, ramp.end))
+        for tone in self.tones:
+            for moved in (speed - step, speed + step):
+                change = np.abs(tone.at(moved) - tone.at(speed))
+                if derivative == 0:
+                    out += change
+                else:
+                    out += np.abs((tone.at(moved, 1) - tone.at(speed, 1)) * ramp.rate) + change * tone.order * speed
         return out
 
 
@@ -125,7 +139,8 @@ def check(signals: Signals, specified: Sequence[Specified]) -> None:
         specified: (C,) the input of every channel.
 
     Raises:
-        NotKept: an error above 1e-12 of the input's size, and above what four roundings of the last time make of it.
+        NotKept: an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
+            speed that its amplitudes follow, make of it.
     """
     knots = signals.knots
     length = np.diff(knots)[:, None]
@@ -133,15 +148,17 @@ def check(signals: Signals, specified: Sequence[Specified]) -> None:
     since[:, -1] = length[:, 0]
     time, rest = (part.ravel() for part in _sum(np.broadcast_to(knots[:-1, None], since.shape), since))
     off = _ROUNDED * np.spacing(float(knots[-1]))
+    merged = np.minimum(since, length - since) <= SAME * knots[-1]  # a corner may stand between knot and point
     for c, each in enumerate(specified):
         for derivative, size in enumerate(each.sizes):
             value, slope = (_values(signals, c, since, derivative + d).ravel() for d in range(2))
             excess = np.abs(value - each.at(time, rest, derivative)) - PROMISED * size - off * np.abs(slope)
+            excess -= each.rounding(time, derivative)
             if derivative:
-                excess.reshape(since.shape)[:, [0, -1]] = 0.0  # a corner may stand there
+                excess[merged.ravel()] = 0.0
             for at in np.flatnonzero(~(excess <= 0.0)):
                 off_by = float(excess[at])
-                if at % _POINTS.size in (0, _POINTS.size - 1):
+                if merged.flat[at]:
                     off_by = _beside_corner(each, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
                 if not off_by <= 0.0:
                     raise NotKept(f"at {time[at]:.6g} s an input is off by {off_by:.3g} (size {size:.3g})")
