@@ -146,6 +146,27 @@ def test_correlated_noise_widens_the_errors() -> None:
     assert 2.0 < other.errors["stages.1.stiffness"] / one.errors["stages.1.stiffness"] < 4.5
 
 
+def test_one_cycle_that_begins_and_ends_at_zero_gives_the_same_stages() -> None:
+    phase = np.linspace(0.0, 2.0 * np.pi, 1001)
+    deflection, torque = 12.0 * DEGREE * np.sin(phase), 6.0 / DEGREE * 12.0 * DEGREE * np.sin(phase)
+    torque = torque + 4.0 * np.sign(np.cos(phase)) + np.random.default_rng(0).normal(0.0, 0.05, phase.size)
+    loop = read_loop((deflection, torque))
+    assert loop.ends == pytest.approx((-12.0 * DEGREE, 12.0 * DEGREE), rel=1e-4)
+    assert loop.deflection.size == 1002
+    assert sorted(set(loop.leg.tolist())) == [0, 1]
+    assert any("joined" in note for note in loop.notes)
+    rubbing = loop.torque - 6.0 / DEGREE * loop.deflection
+    assert np.mean(rubbing[loop.way > 0]) == pytest.approx(4.0, abs=0.05)
+    assert np.mean(rubbing[loop.way < 0]) == pytest.approx(-4.0, abs=0.05)
+
+
+def test_a_first_loading_is_no_part_of_a_closed_cycle() -> None:
+    phase = np.linspace(0.0, 2.0 * np.pi, 1001)
+    torque = 72.0 * np.sin(phase) + np.where(phase < 0.5 * np.pi, 0.0, 20.0 * np.sign(np.cos(phase)))
+    with pytest.raises(gr.ModelError, match=r"not closed.*back to the first"):
+        read_loop((12.0 * DEGREE * np.sin(phase), torque))
+
+
 ANGLE = np.concatenate([np.linspace(-10, 10, 200), np.linspace(10, -10, 200)[1:]]) * DEGREE
 
 

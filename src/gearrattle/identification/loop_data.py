@@ -4,9 +4,10 @@
     -12.00, -310.2
     -11.95, -300.8
 
-A leg goes from one end of the loop to the other. What comes before the first end and after the last one is no part of
-a closed loop and is left out. A turn counts once the angle has come back by a twentieth of its range, so noise of the
-angle makes none.
+A leg goes from one end of the loop to the other. One cycle that begins and ends between the ends, such as 0, 12, -12,
+0 deg, is joined where it closes; it must come back to its first torque. Otherwise what comes before the first end and
+after the last one is no part of a closed loop and is left out. A turn counts once the angle has come back by a
+twentieth of its range, so noise of the angle makes none.
 
 Takes a path or arrays; gives ``Loop``, all in SI.
 """
@@ -36,6 +37,7 @@ FEWEST = 40
 _TURN = 0.05  # of the range: a smaller way back is no turn
 _REACH = 0.03  # of the range: a leg ends so near the ends of the loop
 _GAP = 0.1  # of the torque's range: what a closed loop may miss where it meets itself
+_JOINED = "the test began between its ends: its last samples are joined to its first ones"
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +124,10 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
     if len(turns) < 3:
         rule = "no reversal: the angle goes one way only, so friction cannot be told from stiffness"
         raise ModelError(Problem(source, f"{len(turns) - 1} leg", rule, "give the way out and the way back"))
+    if _is_one_cycle_begun_between_its_ends(deflection, torque, turns):
+        order = np.r_[turns[1] : deflection.size, : turns[1] + 1]
+        loop = _cut(deflection[order], torque[order], source)
+        return replace(loop, notes=(*loop.notes, _JOINED))
     low, high = float(deflection.min()), float(deflection.max())
     whole = [
         (first, last)
@@ -133,9 +139,21 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
     if len(ways) < 2:
         found = f"turns at {', '.join(f'{np.degrees(deflection[t]):.4g} deg' for t in turns[:8])}"
         rule = "the loop is not closed: no way out and way back reach both of its ends"
-        raise ModelError(Problem(source, found, rule, "let the test end where it began, after a whole cycle"))
+        raise ModelError(
+            Problem(source, found, rule, "let the test go from one end to the other and back to the first")
+        )
     _meets(deflection, torque, whole, source)
     return _gathered(deflection, torque, whole, source)
+
+
+def _is_one_cycle_begun_between_its_ends(deflection: Array, torque: Array, turns: Sequence[int]) -> bool:
+    """Whether a record of two turns comes back to the angle and the torque from which it began."""
+    if len(turns) != 4 or turns[3] < deflection.size - 3:
+        return False
+    if abs(deflection[0] - deflection[-1]) > _REACH * np.ptp(deflection):
+        return False
+    gap = abs(float(np.median(torque[:3]) - np.median(torque[-3:])))
+    return gap <= _GAP * float(np.ptp(torque))
 
 
 def _turns(deflection: Array, least: float) -> list[int]:
