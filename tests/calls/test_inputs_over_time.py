@@ -276,7 +276,7 @@ def test_a_sweep_follows_angle_and_tables() -> None:
     assert run.trajectory.discard == 0
     speed = run.data["speed"]
     assert speed.to_numpy() == pytest.approx(25.0 + 35.0 * np.minimum(run.trajectory.time / 2.0, 1.0), rel=1e-14)
-    assert any("refer to the first" in note for note in run.notes)
+    assert any("refer to the first speed" in note for note in run.notes)
 
 
 def test_a_sweep_that_stays_is_the_speed_itself() -> None:

@@ -65,11 +65,13 @@ def left_out(model: Model) -> tuple[str, ...]:
     alternating = [mesh.name for mesh in model.meshes if mesh.alternation is not None]
     told = []
     if alternating:
-        told.append(f"the stiffness of {', '.join(alternating)} counts as that with all pairs in all that is linear.")
+        told.append(
+            f"the stiffness of {', '.join(alternating)} counts as that with all pairs in contact in linear results."
+        )
     if rubbing:
-        told.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and all that is linear.")
+        told.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and in linear results.")
     if clipped:
-        told.append(f"contact damping of {', '.join(clipped)} counts as not clipped in all that is linear.")
+        told.append(f"contact damping of {', '.join(clipped)} counts as not clipped in linear results.")
     return tuple(told)
 
 

@@ -165,7 +165,7 @@ def _sweep_notes(model: Model) -> tuple[str, ...]:
     if sweep is None:
         return ()
     span = f"the speed goes from {sweep.begin:.6g} to {sweep.end:.6g} rad/s over {sweep.over:.6g} s"
-    return (f"{span}: cycles, order lines and rates a cycle refer to the first.",)
+    return (f"{span}: cycles, order lines and rates per cycle refer to the first speed.",)
 
 
 def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:
