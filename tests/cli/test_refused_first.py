@@ -59,6 +59,8 @@ WORDS = [
     ("simulate two.toml -o full", "must end in .nc or .csv"),
     ("simulate two.toml -o taken/run.nc", "taken"),
     ("stream two.toml -o taken", "taken"),
+    ("stream two.toml -o full", "other.txt"),
+    ("stream two.toml -o full --resume", "other.txt"),
     ("compare two.toml -a rk4 -o taken", "taken"),
     ("compare two.toml -a rk5", "rk5"),
     ("validate two.toml rig.csv -o taken", "taken"),

@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -27,6 +28,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Lock, Refused, check_archive
 from gearrattle.model import Model
+from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
 
 FORMAT = "gearrattle stream 1"
@@ -77,13 +79,16 @@ class Store:
             resume: whether to go on with what it holds.
 
         Raises:
-            ModelError: it holds a run already and ``resume`` is not set; or one that is not of this model, these
-                settings and these versions.
+            ModelError: it holds other files; it holds a run already and ``resume`` is not set; or one that is not of
+                this model, these settings and these versions.
         """
         path, owner = Path(folder), _owner(model, settings)
         if path.exists() and not path.is_dir():
             raise NotADirectoryError(20, "a file stands where a folder is needed", str(path))
         state = read_state(path)
+        if state is None and (others := _others(path)):
+            rule = f"is not empty and holds no stored motion: {listed(others)}"
+            raise ModelError(Problem(str(path), "", rule, "give a new or an empty folder"))
         if state is not None and not resume:
             rule = f"holds {state.done} cycles of a run already"
             raise ModelError(Problem(str(path), "", rule, "resume to go on with it, or choose another folder"))
@@ -215,6 +220,14 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     told = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join([FORMAT, *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_stored()[0]])
+
+
+def _others(folder: Path) -> list[str]:
+    """Names of what is in a folder and was left there by no stream, ascending; a first chunk may lack its state."""
+    if not folder.exists():
+        return []
+    own = re.compile(r"chunk-\d{6}\.nc|\.(chunk-\d{6}\.nc|state\.npz)\..*|\.lock")
+    return sorted(entry.name for entry in folder.iterdir() if not own.fullmatch(entry.name))
 
 
 def _difference(path: Path, stored: str, asked: str) -> Problem:
