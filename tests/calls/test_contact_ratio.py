@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -54,3 +55,19 @@ def test_a_model_is_forecast() -> None:
     assert "stable periodic motion" in gain.attrs["notes"][2]
     with pytest.raises(gr.ModelError, match="needs a motion"):
         gr.contact_ratio(model, "spectral")
+
+
+def test_a_model_without_input_is_forecast_by_one_answer() -> None:
+    model = gr.loads(
+        'schema = 1\nname = "still"\n'
+        'inertia = [ { name = "a", J = 0.2, drag = 0.05 }, { name = "b", J = 0.02 }, { name = "c", J = 0.01 } ]\n'
+        '[[coupling]]\nname = "ab"\nbetween = ["a", "b"]\nstiffness = 800.0\ndamping = 0.2\nclearance = 0.01\n'
+        '[[coupling]]\nname = "bc"\nbetween = ["b", "c"]\nstiffness = 800.0\ndamping = 0.2\nclearance = 0.01\n'
+        "[excitation]\nspeed = 80.0\n"
+    )
+    begun = time.process_time()
+    ratios = gr.contact_ratio(model)
+    assert time.process_time() - begun < 1.0
+    assert ratios.to_dict() == {"ab": 0.0, "bc": 0.0}
+    (point,) = ratios.attrs["fixed_points"]
+    assert (point["starts"], point["motion"]) == (1, "not sought")

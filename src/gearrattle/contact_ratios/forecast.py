@@ -53,8 +53,8 @@ class FixedPoint:
         mean: (K,) mean deflection [rad or m].
         deviation: (K,) rms of the deflection about it [rad or m].
         starts: how many searches ended here.
-        motion: the periodic motion that it leads to; None where none was sought: no clearance moves, or the orders of
-            the excitation have no common period.
+        motion: the periodic motion that it leads to; None where none was sought: no clearance moves, nothing is
+            excited, or the orders of the excitation have no common period.
     """
 
     gain: Array
@@ -131,6 +131,11 @@ class Linearisation:
             dynamic = spring - w * w * np.diag(system.inertia) + 1j * w * loss
             deflection[:, j] = system.rows @ np.linalg.solve(dynamic, push) - self.error[:, j]
         return (deflection @ self.waves).real, ((1j * self.omega * deflection) @ self.waves).real
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing oscillates: the driveline stands at its equilibrium, whatever the gains."""
+        return not (self.torque.any() or self.error.any())
 
     @cached_property
     def _averages(self) -> Averages:
@@ -233,6 +238,8 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
     linear = Linearisation(system)
     if not linear.moving:
         return Forecast((linear.point(np.zeros(0), 1),), 1, 0)
+    if linear.at_rest:  # every search ends at the slopes of the equilibrium
+        return Forecast((linear.point(linear.answer(np.ones(2 * len(linear.moving))), 1, seek=False),), 1, 0)
     found: list[tuple[Array, int]] = []
     searches = ended = 0
     for start in _starts(len(linear.moving), thorough=thorough):
