@@ -77,8 +77,9 @@ class Run:
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
         slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
-        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance. The arrays
-        are read-only, for criteria and figures are made of them; ``run.data.copy(deep=True)`` may be changed.
+        motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance; of a
+        dimensionless model every unit reads "1". The arrays are read-only, for criteria and figures are made of them;
+        ``run.data.copy(deep=True)`` may be changed.
         """
         import xarray as xr
 
@@ -105,7 +106,15 @@ class Run:
         if self.speed is not None:
             variables["speed"] = (("time",), self.speed, {"units": "rad/s"})
         variables = {name: (axes, _read_only(array), *more) for name, (axes, array, *more) in variables.items()}
-        return xr.Dataset(variables, coordinates, self._attributes())
+        data = xr.Dataset(variables, coordinates, self._attributes())
+        for variable in data.variables.values():
+            if "units" in variable.attrs:
+                variable.attrs["units"] = self._unit(variable.attrs["units"])
+        return data
+
+    def _unit(self, unit: str) -> str:
+        """Return a unit of SI as this run has it."""
+        return unit if self.model.units == "SI" else "1"
 
     @cached_property
     def events(self) -> pd.DataFrame:
@@ -270,11 +279,11 @@ class Run:
             for axis in ("inertia", "clearance", "element"):
                 names = np.array(getattr(t.layout, f"{axis}_names"), dtype=object)
                 file.create_variable(axis, (axis,), text, data=names)
-            file.create_variable("time", ("time",), "f8", data=t.time).attrs["units"] = "s"
+            file.create_variable("time", ("time",), "f8", data=t.time).attrs["units"] = self._unit("s")
             for name, (axis, unit) in _SAMPLED.items():
                 kind = "i2" if name == "region" else "f8"
                 variable = file.create_variable(name, ("time", axis), kind, data=getattr(t, name).astype(kind))
-                variable.attrs["units"] = unit
+                variable.attrs["units"] = self._unit(unit)
             file.create_variable("initial_region", ("clearance",), "i2", data=t.initial_region.astype("i2"))
             file.create_variable("final_force_integral", ("clearance",), "f8", data=t.final_force_integral)
             for key, value in self._attributes().items():
@@ -289,7 +298,8 @@ class Run:
             if t.companions is not None:
                 _write_companions(file, t.companions)
             if self.speed is not None:
-                file.create_variable("speed", ("time",), "f8", data=self.speed).attrs["units"] = "rad/s"
+                variable = file.create_variable("speed", ("time",), "f8", data=self.speed)
+                variable.attrs["units"] = self._unit("rad/s")
             _write_points(file, self.model.to_stored()[1])
 
     def _write_csv(self, path: Path) -> None:

@@ -25,7 +25,8 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     visited = pilot.visited
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
-    evidence = [f"{each.algorithm}: stable steps end at {each.largest_step:.4g} s in {where}" for each in limits]
+    unit = " s" if model.units == "SI" else ""
+    evidence = [f"{each.algorithm}: stable steps end at {each.largest_step:.4g}{unit} in {where}" for each in limits]
     calm = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with an error test will do beside it: no corner is crossed."
@@ -68,8 +69,9 @@ def predictability_line(pilot: Pilot) -> Line:
     """How long, and what to compare after that."""
     cycles, rate = pilot.predictable_cycles, pilot.exponent
     period = pilot.run.trajectory.layout.period
+    unit = " 1/s" if pilot.run.model.units == "SI" else ""
     evidence = (
-        f"largest Lyapunov exponent over the second half of the {pilot.name}: {rate:.3g} 1/s, "
+        f"largest Lyapunov exponent over the second half of the {pilot.name}: {rate:.3g}{unit}, "
         f"a factor of {np.exp(min(rate * period, 700.0)):.3g} a cycle",
     )
     if math.isinf(cycles):

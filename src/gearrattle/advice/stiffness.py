@@ -35,9 +35,10 @@ def stiffness_line(model: Model, pilot: Pilot) -> Line:
     """R_lambda and class over the regions the pilot visits, those it stays in longest told one by one."""
     visited = pilot.visited
     known = [each for each in visited.regions if each.eigenvalues.elastic.size]
+    per_second = " 1/s" if model.units == "SI" else ""
     shown = [
         f"region ({', '.join(str(label) for label in each.labels.values())}), {100.0 * each.share:.2g} % of the time: "
-        f"R_lambda {each.eigenvalues.r_lambda:.4g}, largest |lambda| {each.eigenvalues.fastest:.4g} 1/s"
+        f"R_lambda {each.eigenvalues.r_lambda:.4g}, largest |lambda| {each.eigenvalues.fastest:.4g}{per_second}"
         for each in visited.regions[:_SHOWN]
     ]
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}

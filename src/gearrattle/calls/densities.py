@@ -61,8 +61,9 @@ def psd(
     factors = np.array([density_factors(segments.averages, level)]).repeat(frequency.size, axis=0)
     single = [0, -1] if segments.length % 2 == 0 else [0]
     factors[single] = density_factors(0.5 * segments.averages, level)
-    unit = squared(signal.unit)
+    unit = density_unit(signal)
     return _labelled(
+        signal,
         frequency,
         {"density": (density, unit), "low": (density * factors[:, 0], unit), "high": (density * factors[:, 1], unit)},
         {**described(signal, segments), "level": level},
@@ -101,15 +102,16 @@ def cross_psd(
     radius = response_radius(found.coherence, segments.averages, level)
     limit = np.where(radius < 1.0, np.arcsin(np.minimum(radius, 1.0)), np.pi)
     limit = np.where(np.isfinite(found.coherence), limit, np.nan)
-    ratio = f"({y.unit})/({x.unit})"
+    ratio = "1" if y.dimensionless else f"({y.unit})/({x.unit})"
+    product = "1" if y.dimensionless else f"({x.unit})*({y.unit})/Hz"
     reach = radius * np.abs(found.response)
     values = {
-        "cross": (found.cross, f"({x.unit})*({y.unit})/Hz"),
+        "cross": (found.cross, product),
         "response": (found.response, ratio),
         "radius": (reach, ratio),
         "phase_limit": (limit, "rad"),
     }
-    return _labelled(found.frequency, values, {**described(y, segments), "reference": x.name, "level": level})
+    return _labelled(y, found.frequency, values, {**described(y, segments), "reference": x.name, "level": level})
 
 
 def coherence(
@@ -147,7 +149,7 @@ def coherence(
     low, high = coherence_limits(value, segments.averages, level)
     told = {"reference": x.name, "level": level, "threshold": coherence_threshold(segments.averages, level)}
     values = {"coherence": (value, "1"), "low": (low, "1"), "high": (high, "1")}
-    return _labelled(found.frequency, values, {**described(y, segments), **told, "units": "1"})
+    return _labelled(y, found.frequency, values, {**described(y, segments), **told, "units": "1"})
 
 
 def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
@@ -195,9 +197,16 @@ def described(signal: Sampled, segments: Segments) -> dict[str, Any]:
     }
 
 
-def squared(unit: str) -> str:
-    """Return the unit of a density."""
-    return "1/Hz" if unit == "1" else f"({unit})^2/Hz"
+def frequency_unit(signal: Sampled) -> str:
+    """Return the unit of a signal's frequencies: cycles a unit of its time."""
+    return "1" if signal.dimensionless else "Hz"
+
+
+def density_unit(signal: Sampled) -> str:
+    """Return the unit of a signal's density."""
+    if signal.dimensionless:
+        return "1"
+    return "1/Hz" if signal.unit == "1" else f"({signal.unit})^2/Hz"
 
 
 def _pair(
@@ -214,9 +223,12 @@ def _probable(level: float) -> None:
         raise ModelError(Problem("level", shown(level), "must lie between 0 and 1", "such as 0.95"))
 
 
-def _labelled(frequency: Any, values: dict[str, tuple[Any, str]], attributes: dict[str, Any]) -> xr.Dataset:
+def _labelled(
+    signal: Sampled, frequency: Any, values: dict[str, tuple[Any, str]], attributes: dict[str, Any]
+) -> xr.Dataset:
     """Return arrays over frequency with their units."""
     import xarray as xr
 
     variables = {name: ("frequency", each, {"units": unit}) for name, (each, unit) in values.items()}
-    return xr.Dataset(variables, {"frequency": ("frequency", frequency, {"units": "Hz"})}, attributes)
+    told = {"units": frequency_unit(signal)}
+    return xr.Dataset(variables, {"frequency": ("frequency", frequency, told)}, attributes)

@@ -36,7 +36,8 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-_BARE = frozenset({"1", "1/cycle", "dB"})
+BARE = frozenset({"1", "1/cycle", "dB"})
+"""Units that a dimensionless model has as well."""
 
 
 def metrics(
@@ -95,7 +96,7 @@ def metrics(
 def rows_of(heard: Heard, chosen: Sequence[Metric] = METRICS, units: str = "SI") -> list[Row]:
     """Return the rows; without units, every one that has a dimension reads "1"."""
     rows = measure(heard, chosen)
-    return rows if units == "SI" else [row if row.unit in _BARE else replace(row, unit="1") for row in rows]
+    return rows if units == "SI" else [row if row.unit in BARE else replace(row, unit="1") for row in rows]
 
 
 def heard_of(run: Run, orders: Sequence[float] | None = None) -> Heard:

@@ -199,9 +199,9 @@ def _labelled(signal: Sampled, found: Orders, over: str, attributes: dict[str, A
 
 
 def row_coordinates(signal: Sampled, over: str, time: Array, speed: Array) -> dict[str, Any]:
-    """Return time [s] and speed [rad/s] of rows along the dimension ``over``."""
+    """Return time [s] and speed [rad/s] of rows along the dimension ``over``; "1" of a dimensionless model."""
     return {
-        "time": (over, signal.start + time, {"units": "s"}),
+        "time": (over, signal.start + time, {"units": "1" if signal.dimensionless else "s"}),
         "speed": (over, speed, {"units": "1" if signal.dimensionless else "rad/s"}),
     }
 

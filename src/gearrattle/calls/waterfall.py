@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.calls.densities import described, segments_of, squared
+from gearrattle.calls.densities import density_unit, described, frequency_unit, segments_of
 from gearrattle.calls.orders import row_coordinates
 from gearrattle.calls.sampled import Sampled, Source, quantity, required, sampled, shaft_of
 from gearrattle.errors import ModelError, Problem
@@ -80,7 +80,7 @@ def waterfall(
     turning = None if shaft is None else shaft.speed
     rows = spectra(signal.values, signal.rate, segments, turning, density=density, highest=top)
     attributes = {**described(signal, segments), "shaft": "" if shaft is None else shaft.name, "scaling": scaling}
-    attributes["units"] = squared(signal.unit) if density else signal.unit
+    attributes["units"] = density_unit(signal) if density else signal.unit
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
         rows, attributes["speed_step"] = by_steps(rows, step, density), step
@@ -114,6 +114,6 @@ def _labelled(
         coordinates["speed"] = known["speed"]
     if gathered:
         coordinates["segments"] = (over, rows.counts, {"units": "1"})
-    coordinates[along] = (along, rows.axis, {"units": "1" if tracked else "Hz"})
+    coordinates[along] = (along, rows.axis, {"units": "1" if tracked else frequency_unit(signal)})
     name = str(attributes["scaling"])
     return xr.DataArray(rows.values, coordinates, (over, along), name=name, attrs=attributes)

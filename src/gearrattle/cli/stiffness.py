@@ -74,8 +74,9 @@ def stiffness(
         over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
         print(json_text(plain({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
         return
-    _tell(found, met, grid)
-    _tell_steps(limits)
+    si = driveline.units == "SI"
+    _tell(found, met, grid, si=si)
+    _tell_steps(limits, si=si)
 
 
 def _over_ratios(
@@ -92,18 +93,18 @@ def _over_ratios(
     return values
 
 
-def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list[float]]) -> None:
+def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list[float]], *, si: bool) -> None:
     from gearrattle.cli.columns import columns
 
     print(f"R_lambda {found.r_lambda:.6g} ({found.stiffness_class}), rigid motions left out\n")
     rows = [(f"{x.real:.6g} {x.imag:+.6g}i", f"{abs(x):.6g}") for x in found.eigenvalues.tolist() if x.imag >= 0.0]
-    print(columns(("eigenvalue [1/s]", "magnitude"), rows))
+    print(columns(("eigenvalue [1/s]" if si else "eigenvalue", "magnitude"), rows))
     table = [(f"{ratio:g}", *(f"{values[j]:.5g}" for values in grid.values())) for j, ratio in enumerate(RATIOS)]
     print("\n" + columns(("R_lambda over contact ratio", *grid), table))
-    print("\n" + columns(*_regions_table(list(grid), met)))
+    print("\n" + columns(*_regions_table(list(grid), met, si=si)))
 
 
-def _tell_steps(limits: Sequence[StepLimit]) -> None:
+def _tell_steps(limits: Sequence[StepLimit], *, si: bool) -> None:
     from gearrattle.cli.columns import columns
 
     if not limits:
@@ -111,7 +112,8 @@ def _tell_steps(limits: Sequence[StepLimit]) -> None:
     lines = [
         (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
     ]
-    print("\n" + columns(("fixed step", "step [s]", "largest x step", "growth", "limit [s]"), lines))
+    unit = " [s]" if si else ""
+    print("\n" + columns(("fixed step", f"step{unit}", "largest x step", "growth", f"limit{unit}"), lines))
     for x in limits:
         if x.growth > 1.0 + 1e-9:
             factor = f"{x.growth:.4g}" if x.growth > 1.001 else f"1 + {x.growth - 1.0:.2g}"
@@ -129,9 +131,13 @@ def _visited(driveline: Model, watch: Watch) -> tuple[Sequence[RegionStiffness],
     return visited.regions, f"only {visited.words}" if visited.count > len(visited.regions) else ""
 
 
-def _regions_table(moving: Sequence[str], met: Sequence[RegionStiffness]) -> tuple[tuple[str, ...], list[Any]]:
+def _regions_table(
+    moving: Sequence[str], met: Sequence[RegionStiffness], *, si: bool
+) -> tuple[tuple[str, ...], list[Any]]:
     shares = ["share of time [%]"] if not math.isnan(met[0].share) else []
-    return (*moving, "R_lambda", "class", "largest [1/s]", *shares), [_row(region) for region in met]
+    return (*moving, "R_lambda", "class", "largest [1/s]" if si else "largest", *shares), [
+        _row(region) for region in met
+    ]
 
 
 def _row(region: RegionStiffness) -> tuple[str, ...]:

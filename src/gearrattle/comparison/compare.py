@@ -179,7 +179,7 @@ def judged(
     statistics = None
     if peers and len(peers) > 1:
         floor = floor_of(given, reference, start) if reference.cost.algorithm == "exact" else None
-        statistics = compare_statistics(portrait(given, start), peers, floor)
+        statistics = compare_statistics(portrait(given, start), peers, floor, units=truth.model.units)
     return Row(
         label,
         algorithm,

@@ -106,19 +106,25 @@ class StatisticalComparison(Record):
         return next(each for each in self.items if (each.quantity, each.subject) == (quantity, subject))
 
 
-def compare_statistics(given: Portrait, exact: Sequence[Portrait], floor: Floor | None = None) -> StatisticalComparison:
+def compare_statistics(
+    given: Portrait, exact: Sequence[Portrait], floor: Floor | None = None, *, units: str = "SI"
+) -> StatisticalComparison:
     """Return the statistics of a motion beside those of exact ones, and which of them differ.
 
     Args:
         given: the motion in question.
         exact: exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
         floor: what the motion's error against one of them explains; None where that is not known.
+        units: "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
     everyone = (given, *exact)
     plate = given.layout
     clearances, inertias = plate.clearance_names, plate.inertia_names
     metres = [plate.is_mesh[element] for element in plate.clearance]
     rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
+    ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
+    if units != "SI":
+        rad, impulse, shaking = ["1"] * len(metres), ["1"] * len(metres), ones
     moved = NEGLIGIBLE * np.max([each.largest_deflection for each in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([each.largest_acceleration for each in exact], axis=0)
     tr_rms, tr_peak = _referred(shaken, exact, plate.reference)
@@ -132,10 +138,9 @@ def compare_statistics(given: Portrait, exact: Sequence[Portrait], floor: Floor 
             yield _number(quantity, (name, units[i]), values, float(least[i]), explained)
 
     densities = np.array([each.density for each in everyone])
-    ones = ["1"] * len(inertias)
     items = (
         *numbers("rms deflection", "deflection", clearances, rad, moved),
-        *numbers("rms acceleration", "acceleration", inertias, ["rad/s^2"] * len(inertias), shaken),
+        *numbers("rms acceleration", "acceleration", inertias, shaking, shaken),
         *_densities(inertias, densities, shaken / np.sqrt(given.resolution), floor),
         *numbers("impact rate", "rate", clearances, ["1/cycle"] * len(clearances), np.zeros(len(clearances))),
         *_impulses(clearances, impulse, everyone, floor),

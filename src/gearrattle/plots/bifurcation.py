@@ -52,8 +52,8 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
         Line(x, data[EXPONENT].isel(direction=i).values, WAYS[str(way)].name, WAYS[str(way)].colour, width=1.4)
         for i, way in enumerate(data["direction"].values)
     )
-    rule = Rule(0.0, "y", CENTRE)
-    panels.append(replace(frame, title="Largest Lyapunov exponent", unit="1/s", lines=lines, rules=(rule,)))
+    rule, units = Rule(0.0, "y", CENTRE), str(data[EXPONENT].attrs.get("units", "")).removesuffix("1")
+    panels.append(replace(frame, title="Largest Lyapunov exponent", unit=units, lines=lines, rules=(rule,)))
     strip, words = _strip(data, frame, x, log)
     panels += strip
     there = [str(way) for way in data["direction"].values]

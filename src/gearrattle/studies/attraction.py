@@ -29,7 +29,7 @@ from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
 from gearrattle.studies.schedulers import opened
-from gearrattle.studies.sections import Sections, is_isolated, section_of, unit_of
+from gearrattle.studies.sections import Sections, is_isolated, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import MOST, check_outputs, first_run
@@ -132,7 +132,8 @@ def prepare(
     run, seconds = first_run(plan)
     told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
-    found = Sections(told.chosen, None, (), chosen, units, last, float(tolerance), last)
+    of_itself = own_units(base)
+    found = Sections(told.chosen, None, (), chosen, units, last, float(tolerance), last, own_units=of_itself)
     seconds = seconds_alone(plan, found.of, run, seconds)
     plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
     return Basins(plan, found, seconds, same=float(same))

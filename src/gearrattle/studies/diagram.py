@@ -40,7 +40,7 @@ from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress, folder_for
 from gearrattle.studies.schedulers import opened
-from gearrattle.studies.sections import Sections, section_of, unit_of
+from gearrattle.studies.sections import Sections, own_units, section_of, unit_of
 from gearrattle.studies.store import Store, Told
 from gearrattle.studies.study import check_outputs, check_paths, first_run
 from gearrattle.system.coordinates import relative_coordinates
@@ -156,7 +156,9 @@ def prepare(
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(told.chosen, run, ends)
-    found = Sections(chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends)
+    found = Sections(
+        chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends, own_units(base)
+    )
     return Diagram(plan, found, seconds_alone(plan, found.of, run, seconds), sweep)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.calls.judge import criteria
-from gearrattle.calls.measure import heard_of, rows_of
+from gearrattle.calls.measure import BARE, heard_of, rows_of
 from gearrattle.calls.simulate import simulate
 from gearrattle.criteria import CRITERIA, Entry
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
@@ -185,10 +185,15 @@ def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
     return found
 
 
+def unit_in(model: Model, unit: str) -> str:
+    """Return an SI unit as a model has it: "1" if it is dimensionless, unless the unit is none of SI."""
+    return unit if model.units == "SI" or unit in BARE else "1"
+
+
 def _known(names: Sequence[str], run: Run) -> dict[str, Output]:
     """Return the outputs of a run by name: those of metrics only where a name needs them, for they take samples."""
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
-    known |= {name: Output(name, "", (), (unit,)) for name, (_, unit) in RUN_OUTPUTS.items()}
+    known |= {name: Output(name, "", (), (unit_in(run.model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     known |= _outputs_in(criteria(run).entries, run)
     if names is not DEFAULT and any(name not in known for name in names):
         measured = _outputs_in(_measured(run, METRICS), run)

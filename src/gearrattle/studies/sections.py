@@ -40,7 +40,7 @@ from gearrattle.model.path_labels import path_label
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
-from gearrattle.studies.outputs import Output, Outputs
+from gearrattle.studies.outputs import Output, Outputs, unit_in
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -160,6 +160,11 @@ def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops:
     return np.asarray(t.velocity[stops] @ system.rows[k] - error)
 
 
+def own_units(model: Model) -> tuple[str, str, str]:
+    """Return the units of the exponent, of angles and of velocities."""
+    return unit_in(model, "1/s"), unit_in(model, "rad"), unit_in(model, "rad/s")
+
+
 def unit_of(name: str, model: Model) -> str:
     """Return the unit of a quantity [SI]."""
     return path_label(name, model).unit or "1"
@@ -177,6 +182,7 @@ class Sections(Outputs):
         most: largest period number looked for.
         states: number of relative states; 0 keeps no Floquet multipliers.
         inertias: whose last angles and velocities are kept; empty for none.
+        own_units: of the exponent, of angles and of velocities at the end.
     """
 
     section: Section = Section((), (), {}, Fraction(0))
@@ -186,6 +192,7 @@ class Sections(Outputs):
     most: int = 16
     states: int = 0
     inertias: tuple[str, ...] = ()
+    own_units: tuple[str, str, str] = ("1/s", "rad", "rad/s")
 
     @property
     def all(self) -> tuple[Output, ...]:
@@ -195,13 +202,14 @@ class Sections(Outputs):
             Output(name, "cycle", last, (unit,)) for name, unit in zip(self.section.names, self.units, strict=True)
         ]
         found += [Output("motion", "", (), ("",), MOTIONS), Output("period", "", (), ("cycles",))]
-        found += [Output(EXPONENT, "", (), ("1/s",))]
+        found += [Output(EXPONENT, "", (), (self.own_units[0],))]
         numbers = tuple(range(1, self.states + 1))
         parts = ("real", "imaginary") if self.states else ()
         found += [Output(f"multiplier {part}", "multiplier", numbers, ("1",)) for part in parts]
-        ends = ("angle at the end", "rad"), ("velocity at the end", "rad/s")
+        ends = ("angle at the end", self.own_units[1]), ("velocity at the end", self.own_units[2])
         found += [Output(name, "inertia", self.inertias, (unit,)) for name, unit in ends if self.inertias]
-        return (*found, *self.chosen)
+        own = {output.name for output in found}
+        return (*found, *(output for output in self.chosen if output.name not in own))
 
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run."""
