@@ -124,7 +124,27 @@ def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[st
         lines = key_lines(text)
     except NestingError as error:
         raise ModelError(Problem(f"{name}:{error.line}", "", "arrays, tables or keys are nested too deeply")) from None
-    return _parse(text, name), Positions(name, lines)
+    tables = _parse(text, name)
+    _check_kind(tables, name, kind)
+    return tables, Positions(name, lines)
+
+
+_MARKS = {"inertia": "model file", "model": "study file", "channel": "mapping file", "response": "data file"}
+"""A key that a kind of file always has, or has alone."""
+_COMMANDS = {
+    "model file": "gearrattle run takes it",
+    "study file": "gearrattle study takes it",
+    "mapping file": "gearrattle metrics takes it",
+    "data file": "gearrattle fit takes it",
+}
+
+
+def _check_kind(tables: dict[str, Any], name: str, kind: str) -> None:
+    """Refuse a file that is of another kind, by one error in place of one a key."""
+    own = next((mark for mark, of_kind in _MARKS.items() if of_kind == kind), "")
+    other = next((of_kind for mark, of_kind in _MARKS.items() if mark in tables), kind)
+    if own not in tables and other != kind:
+        raise ModelError(Problem(name, f"a {other}", f"a {kind} is needed", _COMMANDS[other]))
 
 
 def _size_rule(kind: str) -> str:
