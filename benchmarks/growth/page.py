@@ -43,6 +43,15 @@ CHOICE = """\
 """
 
 
+CALLS = """\
+## The public calls
+
+Seconds of processor time of one call on a gearbox of so many inertias / clearances, {cycles} periods simulated, on
+{date}; the simulation that a call needs is left out (`benchmarks/growth/calls.py`).
+
+"""
+
+
 def _table(head: list[str], rows: list[list[str]]) -> str:
     lines = ["| " + " | ".join(head) + " |", "|---" + "|--:" * (len(head) - 1) + "|"]
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n\n"
@@ -92,6 +101,13 @@ def _tabled(data: dict[str, Any]) -> str:
     return TABLES.format(cycles=data["cycles"]) + _table(head, body)
 
 
+def _called(calls: dict[str, Any]) -> str:
+    """Return the section of the public calls."""
+    head = ["call", *(f"{n} / {clearances}" for n, clearances in calls["sizes"])]
+    body = [[row["call"], *(f"{seconds:.2g}" for seconds in row["seconds"])] for row in calls["rows"]]
+    return CALLS.format(**calls) + _table(head, body)
+
+
 def page(data: dict[str, Any]) -> str:
     """Return the page."""
     head = HEAD.format(
@@ -102,4 +118,5 @@ def page(data: dict[str, Any]) -> str:
         rounds=data["rounds"],
     )
     shapes = dict.fromkeys(row["shape"] for row in data["sweep"])
-    return (head + "".join(_swept(data, shape) for shape in shapes) + _tabled(data) + CHOICE).rstrip("\n") + "\n"
+    text = head + "".join(_swept(data, shape) for shape in shapes) + _tabled(data) + CHOICE
+    return (text + _called(data["calls"])).rstrip("\n") + "\n"
