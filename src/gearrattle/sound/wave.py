@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, check_regular
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,10 @@ def read_wav(path: Path) -> tuple[Array, float]:
     from scipy.io import wavfile
 
     try:
+        check_regular(path)
         rate, raw = wavfile.read(path)
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
     except (OSError, ValueError, EOFError) as error:
         raise ModelError(Problem(str(path), "", f"must be a WAV file: {error}")) from None
     values = np.asarray(raw)
