@@ -1,12 +1,18 @@
-"""The energy audit of exact motions under sweeps and random records stays at rounding level."""
+"""The energy audit under sweeps and records: at rounding level, unless an input is not as specified."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.assembly import signals as assembled
+from gearrattle.system import specified
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 TOML = """
 schema = 1
 inertia = [ {{ name = "first", J = 0.04 }}, {{ name = "second", J = 0.01, drag = 0.002 }} ]
@@ -70,3 +76,33 @@ def test_the_balance_closes_along_fast_sweeps(ramp: tuple[float, float, float], 
         "model",
     )
     assert gr.simulate(model).cost.energy_residual < LEVEL
+
+
+def residual_of_a_wrong_fit(name: str, intervals: slice, part: float, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Residual of a run whose polynomials are off by a part of the input's size in some intervals [J].
+
+    The refusal that precedes every run is switched off: the audit has to see it alone.
+    """
+    joined = assembled.joined
+
+    def spoiled(*args: Any) -> Any:
+        signals = joined(*args)
+        off = part * np.abs(signals.coefficients[:, :, 0]).max(axis=0)
+        signals.coefficients[intervals, :, 0] += off
+        signals.coefficients[intervals, :, 1] += off / np.diff(signals.knots)[intervals, None]
+        return signals
+
+    with monkeypatch.context() as patch:
+        patch.setattr(assembled, "joined", spoiled)
+        patch.setattr(specified, "PROMISED", np.inf)
+        return abs(gr.simulate(gr.load(EXAMPLES / f"{name}.toml"), cycles=8, discard=0).trajectory.energy.residual)
+
+
+@pytest.mark.parametrize("name", ["run_up", "measured_flywheel"])
+@pytest.mark.parametrize("intervals", [slice(0, 3), slice(300, 400)])
+def test_a_wrong_fit_leaves_a_residual_in_proportion(
+    name: str, intervals: slice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    none, small, large = (residual_of_a_wrong_fit(name, intervals, part, monkeypatch) for part in (0.0, 1e-8, 1e-6))
+    assert small > 30.0 * none
+    assert large == pytest.approx(100.0 * small, rel=0.1)

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 import gearrattle as gr
 from gearrattle.assembly.signals import signals_of
 from gearrattle.system.phase import Ramp
-from gearrattle.system.specified import NotKept, check, turns
+from gearrattle.system.specified import NotKept, checked, turns
 from tests.architecture.places import EXAMPLES
 
 TOML = """
@@ -97,13 +97,13 @@ def test_fractions_of_a_turn_in_double_doubles() -> None:
 @pytest.mark.parametrize("name", ["run_up", "measured_flywheel"])
 def test_polynomials_that_are_wrong_in_one_interval_are_refused(name: str) -> None:
     signals = signals_of(gr.load(EXAMPLES / f"{name}.toml"))
-    check(signals, signals.specified)
+    checked(signals)
     for interval in (0, len(signals.coefficients) // 2, len(signals.coefficients) - 1):
         for channel, each in enumerate(signals.specified):
             coefficients = signals.coefficients.copy()
             coefficients[interval, channel, 0] += 1e-11 * each.sizes[0]
             with pytest.raises(NotKept):
-                check(replace(signals, coefficients=coefficients), signals.specified)
+                checked(replace(signals, coefficients=coefficients))
 
 
 def test_a_record_is_its_spline_however_near_its_points() -> None:

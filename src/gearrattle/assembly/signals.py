@@ -30,7 +30,7 @@ from gearrattle.system.channels import Channel, joined
 from gearrattle.system.phase import Ramp
 from gearrattle.system.run_up import Sound, Tone, TooLong, channels
 from gearrattle.system.signals import Signals, Specified
-from gearrattle.system.specified import NotKept, Swept, check
+from gearrattle.system.specified import NotKept, Swept, checked
 
 Array = NDArray[np.float64]
 _MOST_NUMBERS = 200_000_000
@@ -84,11 +84,10 @@ def signals_of(model: Model) -> Signals | None:
     specified = tuple(part.specified for part in parts)
     signals = replace(joined([p.channel for p in parts], torque[free_of(model)], error), specified=specified)
     try:
-        check(signals, specified)
+        return checked(signals)
     except NotKept as wrong:
         rule = "its polynomials must represent the input to 1e-12"
         raise ModelError(Problem("excitation", str(wrong), rule, "this is a fault of the program: report it")) from None
-    return signals
 
 
 def _unit(size: int, index: int | None = None) -> Array:

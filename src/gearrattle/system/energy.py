@@ -7,7 +7,8 @@ for a law alone), and the last sum the work of the transmission errors. A slider
 lost where the slider is let go. The right side is integrated by Gauss-Legendre quadrature of the power on dense output,
 interval by interval between crossings and samples that are a long step apart or more; the left side is taken from the
 sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
-residual.
+residual. Inputs over time, which polynomials stand for in z, count as they are specified: the power of the difference
+is integrated by three more nodes an interval of theirs, so a wrong polynomial shows up as well.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from gearrattle.kernels.packed import ORDER, step_of
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.region import finest_level, strips
+from gearrattle.system.signals import INNER, INNER_WEIGHTS, Signals
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -142,6 +144,8 @@ class Auditor:
             axis=1,
         )
         self.let_go = _let_go(flow, initial, watch, upward, memory)
+        self.first_cycle, self.grid = first_cycle, np.arange(len(samples)) / per_cycle
+        self.regions, self.of_sample = regions, visited[np.searchsorted(time, self.grid, side="right")]
         self.sums = np.zeros(2 * flow.system.size + 3 * len(flow.system.laws))
         strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
         self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
@@ -175,7 +179,49 @@ class Auditor:
         n, m = flow.system.size, len(flow.system.laws)
         torque, drag, loss, rubbed, error = np.split(period * self.sums, np.cumsum([n, n, m, m]))
         drag = flow.system.drag * drag
+        if flow.system.signals is not None and flow.system.signals.reference.size:
+            self._add_difference(flow.system.signals, torque, error)
         return EnergyAudit(torque, -error, drag, loss + self.let_go, (begin, end), rubbed + self.let_go)
+
+    def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
+        """Add what specified inputs work beyond the polynomials that stand for them in z.
+
+        Args:
+            signals: the polynomials, compared with their reference.
+            torque, error: (n,), (m,) works of the polynomials; added to [J].
+        """
+        flow, knots = self.flow, self.flow.knots - self.first_cycle
+        within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < self.grid[-1]))
+        length = np.diff(knots)[within, None]
+        time = knots[within, None] + length * INNER
+        weight = flow.system.inputs.period * length * INNER_WEIGHTS * (time < self.grid[-1]) * (time > 0.0)
+        work = weight * (signals.reference[within] - _used(flow, signals, within, length * INNER)).transpose(1, 0, 2)
+        for i, c in np.argwhere(signals.torque != 0.0):
+            velocity = np.interp(time, self.grid, self.samples @ flow.velocity[i])
+            torque[i] += signals.torque[i, c] * np.sum(work[c] * velocity)
+        forces = np.array([flow.force_rows(pieces) for pieces in self.regions])
+        for k, c in np.argwhere(signals.error != 0.0):
+            force = np.einsum("tz,tz->t", self.samples, forces[self.of_sample, k])
+            error[k] += signals.error[k, c] * np.sum(work[c] * np.interp(time, self.grid, force))
+
+
+def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
+    """(G, C, P) inputs as z has them, of channels with an error their first derivatives [SI].
+
+    Args:
+        flow: the system.
+        signals: its signals.
+        intervals: (G,) of these.
+        since: (G, P) periods since the interval's begin.
+    """
+    period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
+    chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
+    by_rate = np.any(signals.error != 0.0, axis=0)
+    chains[:, by_rate, :-1] = chains[:, by_rate, 1:] * (pace / period)
+    chains[:, by_rate, -1] = 0.0
+    powers = np.ones((len(intervals), signals.degree + 1, since.shape[1]))
+    np.cumprod(pace * since[:, None] / np.arange(1, signals.degree + 1)[:, None], axis=1, out=powers[:, 1:])
+    return np.asarray(chains @ powers)
 
 
 def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:

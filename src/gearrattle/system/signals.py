@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+INNER, INNER_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) * 0.5
+"""Gauss-Legendre points of an interval, and their weights, as parts of it."""
 _POINTS = 4  # of an interval, at which derivatives are looked at to bound them
 _SHORTEST = 1e-3  # length of an interval by the pace: shorter ones are looked at as if they were as long
 
@@ -53,6 +55,9 @@ class Signals:
         torque: (n, C) A, torque on every inertia for a unit of every channel.
         error: (m, C) B, e of every element for a unit of every channel; its channels must be continuous, and so must be
             their first derivatives.
+        specified: (C,) what the polynomials stand for.
+        reference: (G, C, 3) the specified inputs at the points ``INNER`` of every interval, of channels with an error
+            their first derivatives; empty until the polynomials have been compared with them [SI].
     """
 
     knots: Array
@@ -60,6 +65,7 @@ class Signals:
     torque: Array
     error: Array
     specified: tuple[Specified, ...] = field(default=(), compare=False)
+    reference: Array = field(default_factory=lambda: np.zeros((0, 0, 3)), compare=False)
 
     @property
     def channels(self) -> int:

@@ -3,16 +3,15 @@
     f(t) = sum_j a_j(Omega(t)) sin(n_j phi(t) + p_j)
 
 is evaluated here from its own formula, at any time, with the phase in double-double arithmetic (T. J. Dekker,
-Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So ``check``
-can find a fault in them.
+Numerische Mathematik 18, 1971): no interval, knot or polynomial of ``run_up`` or ``channels`` takes part. So
+``checked`` can find a fault in them before a run, and the energy audit after it.
 
 Takes a ramp and tones, or a record's spline; gives values at times.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,14 +21,14 @@ from numpy.typing import NDArray
 from gearrattle.system.channels import SAME
 from gearrattle.system.phase import PER_RADIAN, Ramp
 from gearrattle.system.run_up import Tone
-from gearrattle.system.signals import Signals, Specified
+from gearrattle.system.signals import INNER, Signals, Specified
 
 Array = NDArray[np.float64]
 Pair = tuple[Any, Any]
 
 PROMISED = 1e-12
 """What polynomials may leave out, of the size of the input."""
-_POINTS = np.array([0.0, 0.171, 0.5 + 1e-3, 0.837, 1.0])
+_POINTS = np.array([0.0, *INNER, 1.0])
 """Parts of an interval at which polynomials are compared; no node of theirs but the ends."""
 _ROUNDED = 4.0
 """Roundings of the last time by which the time of a polynomial may be off, and of the highest speed likewise."""
@@ -131,12 +130,14 @@ def _split(a: Any) -> Pair:
     return high, a - high
 
 
-def check(signals: Signals, specified: Sequence[Specified]) -> None:
+def checked(signals: Signals) -> Signals:
     """Compare polynomials with what they stand for, at both ends and within every interval.
 
     Args:
         signals: the polynomials as they are used.
-        specified: (C,) the input of every channel.
+
+    Returns:
+        The same, with the ``reference`` that they were compared with.
 
     Raises:
         NotKept: an error above 1e-12 of the input's size, and above what four roundings of the last time, and of the
@@ -149,25 +150,31 @@ def check(signals: Signals, specified: Sequence[Specified]) -> None:
     time, rest = (part.ravel() for part in _sum(np.broadcast_to(knots[:-1, None], since.shape), since))
     off = _ROUNDED * np.spacing(float(knots[-1]))
     merged = np.minimum(since, length - since) <= SAME * knots[-1]  # a corner may stand between knot and point
-    for c, each in enumerate(specified):
-        for derivative, size in enumerate(each.sizes):
+    reference = np.zeros((len(knots) - 1, signals.channels, INNER.size))
+    by_rate = np.any(signals.error != 0.0, axis=0)
+    for c, specified in enumerate(signals.specified):
+        for derivative, size in enumerate(specified.sizes):
             value, slope = (_values(signals, c, since, derivative + d).ravel() for d in range(2))
-            excess = np.abs(value - each.at(time, rest, derivative)) - PROMISED * size - off * np.abs(slope)
-            excess -= each.rounding(time, derivative)
+            expected = specified.at(time, rest, derivative)
+            if derivative == by_rate[c]:
+                reference[:, c] = expected.reshape(since.shape)[:, 1:-1]
+            excess = np.abs(value - expected) - PROMISED * size - off * np.abs(slope)
+            excess -= specified.rounding(time, derivative)
             if derivative:
                 excess[merged.ravel()] = 0.0
             for at in np.flatnonzero(~(excess <= 0.0)):
                 off_by = float(excess[at])
                 if merged.flat[at]:
-                    off_by = _beside_corner(each, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
+                    off_by = _beside_corner(specified, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
                 if not off_by <= 0.0:
                     raise NotKept(f"at {time[at]:.6g} s an input is off by {off_by:.3g} (size {size:.3g})")
+    return replace(signals, reference=reference)
 
 
-def _beside_corner(each: Specified, time: float, end: float, value: float, slope: float) -> float:
+def _beside_corner(specified: Specified, time: float, end: float, value: float, slope: float) -> float:
     """How far a value is from all that the input takes just before and after: near knots are one (``distinct``)."""
     near = SAME * end * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-    values = each.at(np.maximum(time + near, 0.0))
+    values = specified.at(np.maximum(time + near, 0.0))
     return float(max(values.min() - value, value - values.max())) - abs(slope) * float(near[-1])
 
 
