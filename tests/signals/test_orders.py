@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.signals import harmonics, resolved
+from gearrattle.signals import harmonics, order_sums, resolved
+from gearrattle.signals.orders import repeating_angles
 
 OMEGA = 150.0
 PERIOD = 2 * np.pi / OMEGA
@@ -64,3 +65,16 @@ def test_a_drift_beside_the_orders_is_fitted_with_them() -> None:
     assert abs(found) == pytest.approx(3.0, rel=1e-10)
     assert np.angle(found) == pytest.approx(0.4, rel=1e-10)
     assert abs(harmonics(signal, time, 2.0 * np.pi, np.array([1.0]))[0] - found) > 0.1
+
+
+def test_samples_of_equal_phase_are_added_first_where_all_orders_repeat() -> None:
+    """Sums over 25 periods, begun in the 1000th or at any time: those of all samples, and of sines kept exactly."""
+    orders, noise = np.array([0.5, 1.0, 7.0]), np.random.default_rng(5).normal(size=(25 * 64, 2))
+    period = 2.0 * np.pi / (0.5 * OMEGA)
+    for begin in (1000.0 * period, 0.3 * period):
+        time = begin + np.arange(25 * 64) * period / 64
+        folded, whole = (order_sums(noise, time, OMEGA, orders, periods=n) for n in (25, 1))
+        for one, other in zip(folded, whole, strict=True):
+            assert one == pytest.approx(other, abs=1e-8)
+    assert repeating_angles(time, OMEGA, np.array([np.sqrt(2.0)]), 25) is None
+    assert repeating_angles(time[:-1], OMEGA, orders, 25) is None

@@ -65,7 +65,8 @@ class AccelerationSpectrum(Telling):
         """
         window, layout, per_cycle = steady(trajectory), trajectory.layout, trajectory.samples_per_cycle
         signal, time = window.periodic(trajectory.acceleration), window.periodic(trajectory.time)
-        gram, moments = order_sums(signal, time, layout.omega, layout.orders[_shown(layout, per_cycle)])
+        shown = layout.orders[_shown(layout, per_cycle)]
+        gram, moments = order_sums(signal, time, layout.omega, shown, periods=window.cycles)
         tally = {
             "gram": gram,
             "moments": moments,
@@ -124,12 +125,13 @@ class AccelerationSpectrum(Telling):
         rule = "lines of at least 1 % of the largest harmonic and 5 x the median around them"
         of = "" if cycles == scope.window.cycles else f" in the last {cycles} of {scope.window.cycles} cycles only"
         entries: list[Entry] = []
+        amplitudes: dict[int, Array] = {}
         kinds = (("super-harmonic", super_harmonics, 1), ("sub-harmonic", sub_harmonics, 2))
         for kind, search, divisor in kinds:
             need = FEWEST_PERIODS * divisor
             note = "" if cycles >= need else f"{kind}s not sought: fewer than {need} steady cycles"
             told = note or (of and f"super- and sub-harmonics are sought{of}")
-            lines = search(signal, per_cycle, fundamental, layout.orders)
+            lines = search(signal, per_cycle, fundamental, layout.orders, amplitudes)
             count = float("nan") if note else float(len(lines))
             entries.append(entry(self, inertia, f"{kind}s present", count, unit="1", formula=rule, note=told))
             entries += self._strongest(inertia, kind, strongest(lines), rule)

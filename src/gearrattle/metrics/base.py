@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals import harmonics, loose_gears
+from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
 from gearrattle.signals.summaries import Contacts, Sides, Summary, contacts_of, sides_of, summary_of
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -199,7 +199,16 @@ class Heard:
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
         """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
         assert isinstance(samples, np.ndarray)
-        return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
+        if trend:
+            return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
+        found = np.full(self.orders.size, np.nan + 0j)
+        shown = resolved(self.orders, self.speed, self.interval)
+        if shown.any():
+            periods = 1 if self.period is None else max(1, round(self.duration / self.period))
+            away, time = samples[:-1, None] - np.mean(samples[:-1]), self.time[:-1]  # a mean would cost digits
+            sums = order_sums(away, time, self.speed, self.orders[shown], periods=periods)
+            found[shown] = amplitudes_from(*sums)[:, 0]
+        return found
 
     def movers(self) -> list[str]:
         """Return the subjects whose motion is heard: angles, velocities, speeds or accelerations, each once."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals.impacts import Impacts, find_impacts
-from gearrattle.signals.orders import resolved
+from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.regions import centre, dwell_times
 from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before, missed
 from gearrattle.signals.windows import steady
@@ -236,15 +236,23 @@ def _sampled(kept: Tally, time: Array, signals: Array, exact: Exactly | None) ->
     moments = Moments.of(signals)
     if exact is not None:
         moments = moments.corrected(*exact)
-    angle = kept.layout.omega * np.multiply.outer(time[:-1], kept.orders)
     s = (time[:-1] - kept.start) / kept.layout.period
-    columns = np.concatenate([s[:, None] ** np.arange(_POWERS), np.sin(angle), np.cos(angle)], axis=1)
+    columns = np.concatenate([s[:, None] ** np.arange(_POWERS), _waves(kept, time[:-1])], axis=1)
     return replace(
         kept,
         moments=moments if kept.moments is None else kept.moments.plus(moments),
         gram=kept.gram + columns.T @ columns,
         products=kept.products + columns.T @ signals[:-1],
     )
+
+
+def _waves(kept: Tally, time: Array) -> Array:
+    """(N, 2 o) sines and cosines of the orders."""
+    omega, periods = kept.layout.omega, max(1, round((time.size * kept.interval) / kept.layout.period))
+    angle = repeating_angles(time, omega, kept.orders, periods)
+    if angle is None:
+        angle, periods = omega * np.multiply.outer(time, kept.orders), 1
+    return np.tile(np.concatenate([np.sin(angle), np.cos(angle)], axis=1), (periods, 1))
 
 
 def _logged(kept: Tally, trajectory: Trajectory) -> Tally:

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import gcd
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,27 +52,39 @@ def _standing_out(amplitudes: Array, bins: IntArray, spacing: int, reference: fl
     """Return which bins hold a line, where candidate lines are ``spacing`` bins apart."""
     reach = (spacing - 1) // 2
     offsets = np.concatenate([np.arange(-reach, 0), np.arange(1, reach + 1)])
-    floor = np.median(amplitudes[bins[:, None] + offsets], axis=1)  # half a spacing never leaves the spectrum
     height = amplitudes[bins]
-    enough = max(SMALLEST_SHARE * reference, np.finfo(np.float64).tiny)
-    return np.asarray((height >= enough) & (height >= ABOVE_FLOOR * floor), dtype=np.bool_)
+    present = np.asarray(height >= max(SMALLEST_SHARE * reference, np.finfo(np.float64).tiny), dtype=np.bool_)
+    high = bins[present]
+    floor = np.median(amplitudes[high[:, None] + offsets], axis=1)  # half a spacing never leaves the spectrum
+    present[present] = height[present] >= ABOVE_FLOOR * floor
+    return present
 
 
-def _lines(signal: Array, samples_per_cycle: int, divisor: int) -> tuple[IntArray, Array, float]:
+@cache
+def _numerators(highest: int, divisor: int) -> IntArray:
+    """Return the numbers up to the highest that have no factor in common with the divisor."""
+    numbers = np.arange(1, highest + 1)
+    return np.asarray(numbers[np.gcd(numbers, divisor) == 1], dtype=np.int64)
+
+
+def _lines(
+    signal: Array, samples_per_cycle: int, divisor: int, known: dict[int, Array]
+) -> tuple[IntArray, Array, float]:
     """Return the numerators p (with gcd(p, divisor) = 1), amplitudes of the lines present at p/divisor; the largest.
 
     The signal's last multiples of ``divisor`` periods are used; an odd count of them is shortened by one where that
-    lets a motion of twice the period fall on bins as well.
+    lets a motion of twice the period fall on bins as well. ``known`` keeps amplitudes by the number of samples.
     """
     groups = signal.size // (samples_per_cycle * divisor)
     groups -= groups % 2
     if groups < FEWEST_PERIODS:
         return np.empty(0, dtype=np.int64), np.empty(0), 0.0
-    amplitudes = _amplitudes(signal[-groups * divisor * samples_per_cycle :])
+    used = groups * divisor * samples_per_cycle
+    amplitudes = known[used] if used in known else known.setdefault(used, _amplitudes(signal[-used:]))
     multiples = amplitudes[groups * divisor : -1 : groups * divisor]
     largest = float(np.max(multiples, initial=0.0))
     highest = (samples_per_cycle * divisor - 1) // 2
-    numerators = np.array([p for p in range(1, highest + 1) if gcd(p, divisor) == 1], dtype=np.int64)
+    numerators = _numerators(highest, divisor)
     if numerators.size == 0:
         return numerators, np.empty(0), largest
     bins = numerators * groups
@@ -80,7 +92,13 @@ def _lines(signal: Array, samples_per_cycle: int, divisor: int) -> tuple[IntArra
     return numerators[present], amplitudes[bins[present]], largest
 
 
-def super_harmonics(signal: Array, samples_per_cycle: int, fundamental: float, orders: Array) -> tuple[Line, ...]:
+def super_harmonics(
+    signal: Array,
+    samples_per_cycle: int,
+    fundamental: float,
+    orders: Array,
+    amplitudes: dict[int, Array] | None = None,
+) -> tuple[Line, ...]:
     """Return the super-harmonics present, by ascending order.
 
     Args:
@@ -88,30 +106,39 @@ def super_harmonics(signal: Array, samples_per_cycle: int, fundamental: float, o
         samples_per_cycle: samples in T.
         fundamental: g, the order whose period is T.
         orders: (o,) excited orders; none excited, none found.
+        amplitudes: of the same signal's bins by the number of its last samples that were taken; more are put there.
     """
-    return tuple(
-        line for line in _unexcited(signal, samples_per_cycle, fundamental, orders) if line.order > min(orders)
-    )
+    known = {} if amplitudes is None else amplitudes
+    lines = _unexcited(signal, samples_per_cycle, fundamental, orders, known)
+    return tuple(line for line in lines if line.order > min(orders))
 
 
-def sub_harmonics(signal: Array, samples_per_cycle: int, fundamental: float, orders: Array) -> tuple[Line, ...]:
+def sub_harmonics(
+    signal: Array,
+    samples_per_cycle: int,
+    fundamental: float,
+    orders: Array,
+    amplitudes: dict[int, Array] | None = None,
+) -> tuple[Line, ...]:
     """Return the sub-harmonics present, by ascending order; arguments as ``super_harmonics``."""
     if np.size(orders) == 0:
         return ()
-    found = [line for line in _unexcited(signal, samples_per_cycle, fundamental, orders) if line.order < min(orders)]
+    known = {} if amplitudes is None else amplitudes
+    lines = _unexcited(signal, samples_per_cycle, fundamental, orders, known)
+    found = [line for line in lines if line.order < min(orders)]
     for divisor in range(2, LARGEST_DENOMINATOR + 1):
-        numerators, amplitudes, _ = _lines(signal, samples_per_cycle, divisor)
-        found += [
-            Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), amplitudes, strict=True)
-        ]
+        numerators, heights, _ = _lines(signal, samples_per_cycle, divisor, known)
+        found += [Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), heights, strict=True)]
     return tuple(sorted(found, key=lambda line: line.order))
 
 
-def _unexcited(signal: Array, samples_per_cycle: int, fundamental: float, orders: Array) -> list[Line]:
+def _unexcited(
+    signal: Array, samples_per_cycle: int, fundamental: float, orders: Array, known: dict[int, Array]
+) -> list[Line]:
     """Return the lines present at k g that are no excited order."""
     if np.size(orders) == 0:
         return []
-    numerators, amplitudes, _ = _lines(signal, samples_per_cycle, 1)
+    numerators, amplitudes, _ = _lines(signal, samples_per_cycle, 1, known)
     excited = np.asarray(orders, dtype=np.float64) / fundamental
     return [
         Line(fundamental * k, float(a))

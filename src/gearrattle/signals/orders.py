@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from gearrattle.trajectory import Array
 
+_WHOLE = 1e-12  # of the turns in a period: as much is rounding
+
 
 def resolved(orders: Array, omega: float, spacing: float) -> NDArray[np.bool_]:
     """Return which orders lie strictly between zero and half the sampling rate.
@@ -50,27 +52,63 @@ def harmonics(signal: Array, time: Array, omega: float, orders: Array, *, trend:
         return result
     along = np.linspace(-1.0, 1.0, time.size)
     drifts = [along[:, None] ** power for power in range(1, trend + 1)]
-    weights = np.linalg.lstsq(np.hstack([*drifts, _columns(time, omega, orders[shown])]), signal, rcond=None)[0]
+    weights = np.linalg.lstsq(
+        np.hstack([*drifts, _columns(omega * np.multiply.outer(time, orders[shown]))]), signal, rcond=None
+    )[0]
     sines, cosines = np.split(weights[1 + trend :], 2)
     result[shown] = sines + 1j * cosines
     return result
 
 
-def order_sums(signal: Array, time: Array, omega: float, orders: Array) -> tuple[Array, Array]:
+def order_sums(signal: Array, time: Array, omega: float, orders: Array, *, periods: int = 1) -> tuple[Array, Array]:
     """Return the two sums the same least squares rest on; those of consecutive samples add up.
+
+    Where every order turns whole times in a period, sines and cosines repeat: samples of equal phase are added first.
 
     Args:
         signal: (N, n) samples.
         time: (N,) their times [s].
         omega: reference speed [rad/s].
         orders: (o,) orders that the samples can show (see ``resolved``).
+        periods: in how many equal parts the samples may be cut, of which each is a period or not.
 
     Returns:
         gram: (2 o + 1, 2 o + 1) products of 1, sines and cosines with each other.
         moments: (2 o + 1, n) their products with the signal.
     """
-    columns = _columns(time, omega, np.asarray(orders, dtype=np.float64))
-    return columns.T @ columns, columns.T @ signal
+    orders = np.asarray(orders, dtype=np.float64)
+    angle = repeating_angles(time, omega, orders, periods)
+    if angle is None:
+        columns = _columns(omega * np.multiply.outer(time, orders))
+        return columns.T @ columns, columns.T @ signal
+    columns = _columns(angle)
+    folded = signal.reshape(periods, len(angle), -1).sum(axis=0)
+    return periods * (columns.T @ columns), columns.T @ folded
+
+
+def repeating_angles(time: Array, omega: float, orders: Array, periods: int) -> Array | None:
+    """Return (N / periods, o) angles of the orders in each of some equal parts of the samples; None: they differ.
+
+    Whole turns are left out before they could round anything.
+
+    Args:
+        time: (N,) uniform sample times [s].
+        omega: reference speed [rad/s].
+        orders: (o,) multiples of omega.
+        periods: number of parts.
+    """
+    length = time.size // max(periods, 1)
+    if length < 2 or length * periods != time.size:
+        return None
+    period = float(time[-1] - time[0]) * (length / (time.size - 1))
+    turns = orders * omega * period / (2.0 * np.pi)
+    whole = np.rint(turns)
+    if np.any(np.abs(turns - whole) > _WHOLE * np.maximum(1.0, turns)):
+        return None
+    begun = float(time[0]) / period
+    before = 0.0 if abs(begun - round(begun)) <= _WHOLE * max(1.0, abs(begun)) else begun - np.floor(begun)
+    parts = np.remainder(np.multiply.outer(np.arange(length), whole), length) / length
+    return np.asarray(2.0 * np.pi * (parts + np.remainder(whole * before, 1.0)))
 
 
 def amplitudes_from(gram: Array, moments: Array) -> NDArray[np.complex128]:
@@ -81,7 +119,6 @@ def amplitudes_from(gram: Array, moments: Array) -> NDArray[np.complex128]:
     return np.asarray(sines + 1j * cosines, dtype=np.complex128)
 
 
-def _columns(time: Array, omega: float, orders: Array) -> Array:
-    """Return (N, 2 o + 1): ones, sines, cosines."""
-    angle = omega * np.multiply.outer(time, orders)
-    return np.concatenate([np.ones((time.size, 1)), np.sin(angle), np.cos(angle)], axis=1)
+def _columns(angle: Array) -> Array:
+    """Return (N, 2 o + 1): ones, sines, cosines of angles (N, o)."""
+    return np.concatenate([np.ones((len(angle), 1)), np.sin(angle), np.cos(angle)], axis=1)
