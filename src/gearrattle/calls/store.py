@@ -26,10 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import Lock, Refused, check_archive
+from gearrattle.files import Refused, check_archive
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
+from gearrattle.writing import Lock
 
 FORMAT = "gearrattle stream 1"
 STATE = "state.npz"
