@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cached_property
@@ -33,6 +32,7 @@ from gearrattle.system.flow import flow_of
 from gearrattle.system.perturbed import Gradient
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
+from gearrattle.writing import whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -227,17 +227,8 @@ class Run:
         writers: dict[str, Callable[[Path], None]] = {".nc": self._write_netcdf, ".csv": self._write_csv}
         if target.suffix not in writers:
             raise ModelError(Problem(str(target), target.suffix or "no ending", "a run is saved as .nc or .csv"))
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent)
-        os.close(handle)
-        try:
-            writers[target.suffix](Path(temporary))
-            mask = os.umask(0)
-            os.umask(mask)
-            os.chmod(temporary, 0o666 & ~mask)
-            os.replace(temporary, target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with whole(target) as path_while_written:
+            writers[target.suffix](path_while_written)
 
     def _attributes(self) -> dict[str, Any]:
         t = self.trajectory

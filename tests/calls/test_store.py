@@ -107,11 +107,13 @@ def test_a_killed_program_loses_the_chunk_under_way_only(reference: Path, model:
             assert process.poll() is None
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
-    (folder / ".chunk-000004.nc.left.nc").write_bytes(b"half-written")
+    (folder / ".gearrattle-left" / "content").mkdir(parents=True)
+    (folder / ".gearrattle-left" / "content" / "chunk-000004.nc").write_bytes(b"half-written")
+    (folder / ".gearrattle-left.part").write_bytes(b"half-written")
     (folder / "chunk-000005.nc").write_bytes(b"beyond the state: not counted")
     stream = gr.stream(model, **SETTINGS, store=folder, resume=True)
     assert stream.done in (18, 27, 36)
-    assert not list(folder.glob(".chunk*"))
+    assert not list(folder.glob(".gearrattle-*"))
     left = 7 - stream.done // 9
     assert len(list(stream)) == left
     assert content(folder) == content(reference)

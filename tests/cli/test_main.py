@@ -19,7 +19,7 @@ from gearrattle.calls.judge import criteria as judged
 from gearrattle.cli import COMMANDS, app, main
 from gearrattle.cli.failures import explain
 from gearrattle.errors import Cancelled, ConvergenceError
-from gearrattle.report import Staging
+from gearrattle.writing import Staging
 from tests import synthetic
 
 SHORT = ("--cycles", "4", "--samples-per-cycle", "64")

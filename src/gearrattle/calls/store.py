@@ -10,11 +10,11 @@ versions, for only these give the same bits; any other is refused.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import platform
 import re
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ from gearrattle.files import Refused, check_archive
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
-from gearrattle.writing import Lock
+from gearrattle.writing import PREFIX, Lock, put, sweep
 
 FORMAT = "gearrattle stream 1"
 STATE = "state.npz"
@@ -99,8 +99,7 @@ class Store:
         if path.exists():
             store._hold()
             store.state = read_state(path)  # the last word of whoever wrote before
-        for stale in (*path.glob(".chunk-*.nc.*"), *path.glob(f".{STATE}.*")):  # of a program that was killed
-            stale.unlink(missing_ok=True)
+            sweep(path)
         return store
 
     def release(self) -> None:
@@ -142,14 +141,9 @@ class Store:
         arrays: dict[str, Any] = {"owner": np.array(self._owner), "counts": np.array([chunks, done])}
         arrays |= {f"march/{name}": array for name, array in march.items()}
         arrays |= {f"gathered/{name}": array for name, array in gathered.items()}
-        handle, temporary = tempfile.mkstemp(prefix=f".{STATE}.", dir=self.folder)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
-            os.replace(temporary, self.folder / STATE)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        content = io.BytesIO()
+        np.savez(content, allow_pickle=False, **arrays)
+        put(self.folder / STATE, content.getvalue())
         self.state = State(self._owner, chunks, done, march, gathered)
 
 
@@ -227,7 +221,7 @@ def _others(folder: Path) -> list[str]:
     """Names of what is in a folder and was left there by no stream, ascending; a first chunk may lack its state."""
     if not folder.exists():
         return []
-    own = re.compile(r"chunk-\d{6}\.nc|\.(chunk-\d{6}\.nc|state\.npz)\..*|\.lock")
+    own = re.compile(rf"chunk-\d{{6}}\.nc|{re.escape(PREFIX)}.*|\.lock")
     return sorted(entry.name for entry in folder.iterdir() if not own.fullmatch(entry.name))
 
 

@@ -67,7 +67,7 @@ def compare(
     import gearrattle
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     driveline, names = gearrattle.load(model), _names(algorithms)
     page = contest, work_precision

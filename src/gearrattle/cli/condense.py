@@ -93,7 +93,7 @@ def _save(condensed: Condensed, output: Path) -> None:
     import numpy as np
     from scipy.io import savemat
 
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     names = {
         key: np.array(getattr(condensed, key), dtype=np.str_) for key in ("inertia_names", "coordinates", "clearances")

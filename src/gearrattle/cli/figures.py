@@ -65,7 +65,7 @@ def figures(
     """
     from gearrattle.cli.background import watched
     from gearrattle.plots.typeset.files import checked_dpi, known_formats
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     with _as_options():
         how = {"style": look_of(look), "kinds": known_formats(formats), "dpi": checked_dpi(dpi)}

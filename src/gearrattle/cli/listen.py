@@ -125,7 +125,7 @@ def _record(sound: Sound, *, with_quality: bool) -> dict[str, Any]:
 
 
 def _save(sound: Sound, output: Path, bits: int) -> None:
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     content = {name: sound.wav(name, bits) for name in sound.names}
     with Staging(output) as staging:

@@ -76,7 +76,7 @@ def _print_table(contents: Contents) -> None:
 
 def _save(contents: Contents, output: Path) -> None:
     """Write the mapping, whole or not at all."""
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     with Staging(output.parent) as staging:
         (staging.path / output.name).write_text(contents.mapping(output.parent), encoding="utf-8")

@@ -75,7 +75,7 @@ def loop(
 
 def _save(found: LoopFit, output: Path | None, figure: Path | None) -> None:
     """Write what is asked for, each file whole or not at all."""
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     for path, content in ((output, found.toml.encode("utf-8")), (figure, _drawn(found, figure) if figure else b"")):
         if path is not None:

@@ -66,7 +66,7 @@ def tell(found: Found, output: Path | None, *, json: bool) -> None:
 def _save(model: Model, output: Path) -> None:
     """Write a model, whole or not at all."""
     from gearrattle.model.file import text_of
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     with Staging(output.parent) as staging:
         (staging.path / output.name).write_text(text_of(model), encoding="utf-8")

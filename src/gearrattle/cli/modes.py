@@ -53,7 +53,7 @@ def modes(
     import gearrattle
     from gearrattle.cli.assignments import labels, lists, numbers
     from gearrattle.cli.columns import json_text
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)

@@ -188,7 +188,7 @@ def _si(signal: Run | Recording) -> bool:
 def _write(found: xr.Dataset, chart: Chart, output: Path) -> None:
     """Write a map, whole or not at all."""
     from gearrattle.plots.static import draw
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     with Staging(output.parent) as staging:
         if output.suffix == ".svg":

@@ -38,9 +38,9 @@ def reproduce(
     """
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.report.staging import Staging
     from gearrattle.reproduction import reproduce as run
     from gearrattle.reproduction.page import fill
+    from gearrattle.writing import Staging
 
     folder = output or Path(f"{what}-reproduction")
     with Staging(folder) as staging:

@@ -38,7 +38,7 @@ def run(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     driveline = gearrattle.load(model)
     folder = output if output is not None else Path(f"{model.stem}-results")

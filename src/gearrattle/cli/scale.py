@@ -37,8 +37,8 @@ def scale(
     from gearrattle.cli.columns import columns, json_text
     from gearrattle.errors import ModelError, Problem
     from gearrattle.model.file import text_of
-    from gearrattle.report.staging import Staging
     from gearrattle.report.summary import plain
+    from gearrattle.writing import Staging
 
     driveline = gearrattle.load(model)
     scaled = gearrattle.nondimensionalize(driveline)

@@ -59,7 +59,7 @@ def screen(
         Folder for the page; default: the table on the terminal only.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     model, asked, title = _asked(source, speeds, count, loads, load)
     model = _settled(model, settings, simulate=simulate, workers=workers)

@@ -41,7 +41,7 @@ def simulate(
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import columns, json_text
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     if output is not None and output.suffix not in _ENDINGS:
         raise ModelError(Problem("-o", f'"{output}"', "must end in .nc or .csv"))

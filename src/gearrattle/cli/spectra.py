@@ -66,7 +66,7 @@ def spectra(
     from dataclasses import asdict
 
     import gearrattle
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     driveline = None if model is None else gearrattle.load(model)
     if output is not None:

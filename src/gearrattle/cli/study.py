@@ -145,8 +145,8 @@ def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Pla
 
 def _page(done: Done, folder: Place, title: str) -> None:
     """Write the page and its figures into the folder, whole or not at all."""
-    from gearrattle.report.staging import staged
     from gearrattle.report.study import fill_study
+    from gearrattle.writing import staged
 
     with staged(folder.local, folder.take) as path:
         fill_study(done.data, done.messages, path, title=title, cost=done.cost)

@@ -102,7 +102,7 @@ def validate(
     """
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up

@@ -54,7 +54,7 @@ def validate_run_up(
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
     from gearrattle.report.run_up_validation import run_up_content
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     asked = how, match, settings
     if output is None:

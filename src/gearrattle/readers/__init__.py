@@ -9,7 +9,6 @@ Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes r
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 from typing import cast
 
@@ -22,6 +21,7 @@ from gearrattle.model.table import did_you_mean, listed
 from gearrattle.readers import csv, hdf5, mat, mdf4, run, uff, wav
 from gearrattle.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
 from gearrattle.recording import Recording
+from gearrattle.writing import whole
 
 READERS: dict[str, Reader] = {
     reader.NAME: reader for reader in (cast(Reader, module) for module in (run, hdf5, mat, mdf4, wav, uff, csv))
@@ -128,21 +128,11 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     if not recording.channels or recording.time.size < 2:
         rule = "a recording to be written needs a channel, and two samples"
         raise ModelError(Problem(str(path), f"{len(recording.channels)} channels, {recording.time.size} samples", rule))
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=reader.SUFFIXES[0], dir=target.parent)
-    os.close(handle)
     try:
-        reader.write(recording, Path(temporary))
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, target)
+        with whole(target) as path_while_written:
+            reader.write(recording, path_while_written)
     except ModelError as error:
-        told = [Problem(str(path), p.value, p.rule, p.remedy) for p in error.problems]
-        Path(temporary).unlink(missing_ok=True)
-        raise type(error)(told) from None
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+        raise type(error)([Problem(str(path), p.value, p.rule, p.remedy) for p in error.problems]) from None
 
 
 def _check_times(column: Column, source: str) -> None:

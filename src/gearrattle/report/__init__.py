@@ -17,10 +17,10 @@ import os
 from pathlib import Path
 
 from gearrattle.pipeline import Findings
-from gearrattle.report.staging import Staging
 from gearrattle.report.summary import summary
+from gearrattle.writing import Staging
 
-__all__ = ["Staging", "fill", "summary", "write"]
+__all__ = ["fill", "summary", "write"]
 
 
 def write(findings: Findings, folder: str | os.PathLike[str]) -> Path:

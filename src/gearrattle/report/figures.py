@@ -68,7 +68,7 @@ class Figures(Mapping[str, "Figure"]):
             ModelError: another format, a resolution that is none, a name that is none.
             OSError: the folder cannot be written; then nothing has changed.
         """
-        from gearrattle.report.staging import Staging
+        from gearrattle.writing import Staging
 
         kinds, resolution, names = known_formats(formats), checked_dpi(dpi), self.named(only)
         with Staging(folder) as staging:

@@ -14,7 +14,6 @@ Takes runs or recordings; gives a frozen ``Sound``.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +35,7 @@ from gearrattle.sound.quality import Quality, quality
 from gearrattle.sound.resample import resampled
 from gearrattle.sound.train import impulse_train
 from gearrattle.sound.wave import wav_bytes
+from gearrattle.writing import Staging
 
 Array = NDArray[np.float64]
 
@@ -81,16 +81,11 @@ class Sound:
 
     def save(self, folder: str | os.PathLike[str], bits: int = 32) -> tuple[Path, ...]:
         """Write ``NAME.wav`` for each design into a folder, whole or not at all; return the paths."""
-        home = Path(folder)
-        home.mkdir(parents=True, exist_ok=True)
-        made = []
-        for name in self.names:
-            content = self.wav(name, bits)
-            with tempfile.NamedTemporaryFile(dir=home, suffix=".part", delete=False) as file:
-                file.write(content)
-            made.append(home / f"{name}.wav")
-            os.replace(file.name, made[-1])
-        return tuple(made)
+        with Staging(folder) as staging:
+            for name in self.names:
+                (staging.path / f"{name}.wav").write_bytes(self.wav(name, bits))
+            staging.commit()
+        return tuple(Path(folder) / f"{name}.wav" for name in self.names)
 
 
 def listen(

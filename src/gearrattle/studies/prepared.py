@@ -9,12 +9,10 @@ Takes a Plan and Outputs; gives Done.
 from __future__ import annotations
 
 import os
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.studies.batch import can_batch
@@ -28,6 +26,7 @@ from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
 from gearrattle.studies.store import Store, Work, case_by_case, kept_in
+from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -237,8 +236,8 @@ def folder_for(output: Address | None, scheduler: Any, workers: int | None, *, r
         check_place(place, resume=resume)
         yield place
         return
-    with tempfile.TemporaryDirectory(prefix="gearrattle-study-") as name:
-        yield place_of(Path(name) / "study")
+    with temporary_folder() as home:
+        yield place_of(home / "study")
 
 
 def fit_size(seconds: float, count: int) -> int:

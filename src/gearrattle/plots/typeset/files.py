@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.plots.palette import PAPER
 from gearrattle.plots.typeset.looks import blended
+from gearrattle.writing import put
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,7 +104,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: float = DP
     """
     (kind,) = known_formats([Path(path).suffix])
     content = saved(figure, kind, dpi=checked_dpi(dpi))
-    Path(path).write_bytes(content)
+    put(Path(path), content)
     return Path(path)
 
 

@@ -7,11 +7,11 @@ Takes a path; gives a Place.
 
 from __future__ import annotations
 
-import os
 import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from gearrattle.writing import put
 
 
 @dataclass(frozen=True)
@@ -66,21 +66,7 @@ class Folder:
 
     def put(self, name: str, content: bytes, *, new: bool = False) -> None:
         """Write beside it, flush to the disk, rename."""
-        path = self.path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            if new and _linked(beside, path):
-                os.unlink(beside)
-            else:
-                os.replace(beside, path)
-        except BaseException:
-            Path(beside).unlink(missing_ok=True)
-            raise
+        put(self.path / name, content, new=new)
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""
@@ -100,16 +86,3 @@ class Folder:
     def zarr(self, name: str) -> str:
         """Return the path of a group."""
         return str(self.path / name)
-
-
-def _linked(beside: str, path: Path) -> bool:
-    """Give a file its name unless the name is taken; False on file systems without links."""
-    try:
-        os.link(beside, path)
-    except FileExistsError:
-        raise
-    except OSError:
-        if path.exists():
-            raise FileExistsError(17, "File exists", str(path)) from None
-        return False
-    return True
