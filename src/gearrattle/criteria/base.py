@@ -102,9 +102,12 @@ class Criterion(Protocol):
     def merging(self) -> str:
         """How the values of consecutive chunks become those of the whole, and what of them cannot."""
 
-    @property
-    def occasional(self) -> tuple[str, ...]:
-        """Quantities that only some motions of a driveline have: those with impacts, with a sub-harmonic."""
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return the entries that only some motions or variants of a driveline have.
+
+        ``value`` is what stands where a motion lacks the entry: the largest of no impacts is 0, their mean is NaN.
+        ``note`` says what it lacks ("no impact"); empty where that need not be told.
+        """
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return the tally of a chunk's steady part and of all chunks before it (None: there are none)."""
@@ -140,9 +143,11 @@ def measured(criterion: Measuring, tally: Tally, scope: Scope) -> Measures:
 
 
 class Telling:
-    """A criterion's ``evaluate``: gather once, then tell. Every motion has its quantities unless it says otherwise."""
+    """A criterion's ``evaluate``: gather once, then tell. Every motion has all entries but ``occasional`` ones."""
 
-    occasional: tuple[str, ...] = ()
+    def occasional(self, _layout: Layout) -> list[Entry]:
+        """Return the entries that only some motions have: none."""
+        return []
 
     def evaluate(self: Criterion, trajectory: Trajectory) -> list[Entry]:
         """Return the entries, in element or inertia order."""

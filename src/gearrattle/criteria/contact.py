@@ -29,6 +29,10 @@ class ContactShare(Telling):
     source: str = f"{PAPER}, sec. 6"
     merging: str = "exact: times add up"
 
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return the contact share of every clearance: a part that has none in some variant is always in contact."""
+        return [entry(self, name, "contact share", 1.0) for name in layout.clearance_names]
+
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return dwell (pieces of all clearances,): the time in each region [s]."""
         window, count = steady(trajectory), trajectory.layout.clearance.size

@@ -54,15 +54,26 @@ class ImpactStatistics(Telling):
     unit: str = "1/cycle"
     source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
 
-    occasional: tuple[str, ...] = tuple(f"{word} {what}" for what in _SEVERITY for word in ("mean", "largest"))
     merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
+
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return rates, 0 without a clearance, and how hard impacts are: the largest of none is 0, their mean NaN."""
+        entries = []
+        for clearance, name in zip(layout.clearance.tolist(), layout.clearance_names, strict=True):
+            entries += [entry(self, name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
+            entries.append(entry(self, name, "impacts per second", 0.0, unit="1/s"))
+            for what in _SEVERITY:
+                unit = _unit(layout, clearance, what)
+                entries.append(entry(self, name, f"mean {what}", float("nan"), unit=unit, note="no impact"))
+                entries.append(entry(self, name, f"largest {what}", 0.0, unit=unit, note="no impact"))
+        return entries
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return counts, sums and peaks by clearance, and the contacts still open (see ``add_impacts``)."""
         return add_impacts(before, trajectory, steady(trajectory))
 
     def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
-        """Return rates for every clearance; how hard impacts are, NaN for those that are not hit."""
+        """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""
         values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
             count, drive = tally["count"][..., k], tally["drive"][..., k]
@@ -75,7 +86,7 @@ class ImpactStatistics(Telling):
             severity = measure_impacts(tally, layout, k)._asdict()
             for quantity, (field, _) in _SEVERITY.items():
                 values[name, f"mean {quantity}"] = severity[f"mean_{field}"]
-                values[name, f"largest {quantity}"] = severity[f"largest_{field}"]
+                values[name, f"largest {quantity}"] = np.where(count > 0.0, severity[f"largest_{field}"], 0.0)
         return values
 
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:

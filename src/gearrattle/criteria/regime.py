@@ -42,6 +42,10 @@ class ImpactRegime(Telling):
     source: str = f"{PAPER}, sec. 6 and Fig. 3"
     merging: str = "exact: a side crossed in any chunk is crossed"
 
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return the regime of every part: one that has no corner in some variant is quiet there."""
+        return [entry(self, layout.element_names[element], "regime", "quiet") for element, _ in judged_elements(layout)]
+
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return sides (K, 2): 1 where a clearance crosses corners of its drive side, of its coast side."""
         window, count = steady(trajectory), trajectory.layout.clearance.size

@@ -34,7 +34,6 @@ from gearrattle.signals.spectra import CYCLES_PER_SEGMENT, averaged
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 FLUCTUATION = "rms of the fluctuation"
-_OF_A_LINE = ("order", "amplitude")
 
 
 @dataclass(frozen=True)
@@ -47,15 +46,24 @@ class AccelerationSpectrum(Telling):
     unit: str = "rad/s^2"
     source: str = f"Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; {PAPER}, sec. 8"
 
-    occasional: tuple[str, ...] = (
-        "order of the density's peak",
-        "density at its peak",
-        *(f"{what} of the strongest {kind}" for kind in ("super-harmonic", "sub-harmonic") for what in _OF_A_LINE),
-    )
     merging: str = (
         "exact: sums of the least squares and of the segments' densities add up, segments reach across chunks; "
         "super- and sub-harmonics are of the longest chunk's number of last cycles only"
     )
+
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return the density's peak, which takes four samples, and the strongest lines that nothing excites."""
+        entries, nan = [], float("nan")
+        for inertia in layout.inertia_names:
+            entries += [
+                entry(self, inertia, "order of the density's peak", nan, unit="1"),
+                entry(self, inertia, "density at its peak", nan, unit="(rad/s^2)^2/Hz"),
+            ]
+            for kind in ("super-harmonic", "sub-harmonic") if layout.orders.size else ():
+                order, amplitude = f"order of the strongest {kind}", f"amplitude of the strongest {kind}"
+                entries.append(entry(self, inertia, order, nan, unit="1", note=f"no {kind} seen"))
+                entries.append(entry(self, inertia, amplitude, nan, note=f"no {kind} seen"))
+        return entries
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
         """Return what the amplitudes and the density add up to, and the last samples.

@@ -12,7 +12,7 @@ import numpy as np
 from gearrattle.plots.axis_names import measure_of, paths_of
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.answers import Answer, json_value, shortened
-from gearrattle.report.study_tables import boundary_table, code_counts, count_table, probability_table
+from gearrattle.report.study_tables import boundary_table, code_counts, count_table, lacking_values, probability_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
 from gearrattle.studies.layout import (
@@ -58,6 +58,7 @@ def answer_of(data: xr.Dataset) -> Answer:
     if output and SAMPLE not in data.dims:
         content["boundary"] = _boundary(data, output)
         tables.append(boundary_table(data))
+    content["lacking"] = lacking_values(data)
     names = [path for axis in axes_in(data) for path in paths_of(data, axis)] + list(scattered(data))
     content["units"] = {name: str(data[name].attrs.get("units", "")) for name in names}
     return Answer(tuple(shortened(table, _MOST_LINES) for table in tables if table.rows), content)

@@ -6,7 +6,7 @@ Takes the Dataset of a study; gives Tables.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from gearrattle.plots.axis_names import labels_of, measure_of, paths_of, title_o
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
-from gearrattle.studies.cases import OUTCOMES
+from gearrattle.studies.cases import DONE, OUTCOMES
 from gearrattle.studies.layout import (
     axes_in,
     chosen_codes,
     has_probabilities,
+    lacking_in,
     subject_names,
     subject_of,
     values_of,
@@ -26,6 +27,7 @@ from gearrattle.studies.layout import (
 )
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability, samples_needed
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +56,26 @@ def count_table(data: xr.Dataset) -> Table:
     words = words_of(data[output])
     rows = tuple((name, *(f"{by_word[word]}" for word in words)) for name, by_word in counts.items())
     return Table(("part" if subject_of(data, output) else "", *words), rows, note="Cases by regime.")
+
+
+def lacking_said(data: xr.Dataset, case: str) -> list[str]:
+    """Say in how many cases a part has no impact, a body no sub-harmonic; nothing where all have.
+
+    Args:
+        data: of the study.
+        case: what a case is called.
+    """
+    among = counted(int((data["outcome"] == DONE).sum()), f"computed {case}")
+    return [f"{name}: {lacking} in {count} of {among}." for (name, lacking), count in lacking_in(data).items()]
+
+
+def lacking_values(data: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the same as plain values."""
+    among = int((data["outcome"] == DONE).sum())
+    return [
+        {"subject": name, "lacking": lacking, "cases": count, "of": among}
+        for (name, lacking), count in lacking_in(data).items()
+    ]
 
 
 def probability_table(data: xr.Dataset) -> Table:

@@ -24,7 +24,7 @@ from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
 from gearrattle.studies.designs import METHODS
 from gearrattle.studies.distributions import Distribution, sampled
-from gearrattle.studies.outputs import outputs_of
+from gearrattle.studies.outputs import check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
@@ -32,7 +32,7 @@ from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, is_isolated, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
-from gearrattle.studies.study import MOST, check_outputs, first_run
+from gearrattle.studies.study import MOST, first_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,7 +128,7 @@ def prepare(
         rule = f"{plan.count} initial states, more than the {most} allowed"
         raise ModelError(Problem("over", "", rule, "fewer values, or allow more with most"))
     if list(outputs):
-        check_outputs(outputs, plan)
+        check_names(outputs, [base])
     run, seconds = first_run(plan)
     told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)

@@ -183,6 +183,7 @@ def _keep(
             codes = [code for (part, what), code in measures.items() if what == output.quantity and part in gaps]
             values[VERDICT][at] = np.max(codes, axis=0, initial=0)
             continue
+        values[output.name][at] = output.before
         for i, subject in enumerate(output.subjects):
             if (subject, output.quantity) in measures:
                 values[output.name][at, i] = measures[subject, output.quantity]

@@ -34,7 +34,7 @@ from gearrattle.model import Model, check_model
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
-from gearrattle.studies.outputs import along_all, outputs_of
+from gearrattle.studies.outputs import along_all, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
@@ -42,7 +42,8 @@ from gearrattle.studies.prepared import Prepared, Progress, folder_for
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.sections import Sections, own_units, section_of, unit_of
 from gearrattle.studies.store import Store, Told
-from gearrattle.studies.study import check_outputs, check_paths, first_run
+from gearrattle.studies.structures import structures_of
+from gearrattle.studies.study import check_paths, first_run
 from gearrattle.system.coordinates import relative_coordinates
 
 if TYPE_CHECKING:
@@ -149,9 +150,10 @@ def prepare(
     }  # fmt: skip
     ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
-    check_outputs(outputs, plan)
+    structures = structures_of(plan)
+    check_names(outputs, structures)
     run, seconds = first_run(plan)
-    told = outputs_of(outputs, run)
+    told = outputs_of(outputs, run, others=structures)
     states = len(relative_coordinates(assemble(base)).elements) + len(base.inertias)
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)

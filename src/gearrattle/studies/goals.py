@@ -102,7 +102,7 @@ def objectives_of(given: Mapping[str, Any], outputs: Outputs) -> tuple[Objective
         problems.append(Problem("objectives", "none", "an optimisation needs one at least", 'for example {...: "min"}'))
     for label, sense in given.items():
         try:
-            quantity = _quantity(f"objective {label}", label, outputs)
+            quantity = _quantity(f"objective {label}", label, outputs, small=sense == "min")
             if sense not in SENSES:
                 raise ModelError(Problem(f"objective {label}", shown(sense), 'must be "min" or "max"'))
             found.append(Objective(quantity, sense))
@@ -152,7 +152,7 @@ def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Const
     if below is not None and above is not None and not above < below:
         raise ModelError(Problem(place, f"above {above:g}, below {below:g}", "leaves nothing between"))
     if "of" not in table:
-        return Constraint(_quantity(place, label, outputs), below, above)
+        return Constraint(_quantity(place, label, outputs, small=below is not None), below, above)
     if not callable(table["of"]):
         raise ModelError(Problem(place, shown(table["of"]), "of must be a function that takes a Model"))
     _called(table["of"], label, model)
@@ -166,7 +166,15 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
     return float(value)
 
 
-def _quantity(place: str, label: str, outputs: Outputs) -> Quantity:
+def _quantity(place: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
+    """Return what a label names.
+
+    Args:
+        place: where it stands.
+        label: the user's.
+        outputs: there are.
+        small: whether small values are wanted: then a design must not lose for want of what it shall have least of.
+    """
     known = labels_of(outputs)
     if label not in known:
         output = next((each for each in outputs.all if each.name == label), None)
@@ -176,6 +184,11 @@ def _quantity(place: str, label: str, outputs: Outputs) -> Quantity:
         rule = f"the study has no such output; it has {', '.join(known)}"
         raise ModelError(Problem(place, f'"{label}"', rule, did_you_mean(label, tuple(known))))
     output, subject = known[label]
+    if small and not output.can_rank:
+        rule = f"has no value where there is {output.lacking}, so such a design could not win"
+        largest = label.replace("mean ", "largest ")
+        remedy = f'take "{largest}", which is 0 there' if largest != label else "take an output that every motion has"
+        raise ModelError(Problem(place, f'"{label}"', rule, remedy))
     units = dict(zip(output.applies_to, output.unit, strict=False)) if output.subjects else {"": output.unit[0]}
     unit = units.get(subject, output.unit[0])
     return Quantity(label, output.name, subject, None, "" if unit == "1" else unit)

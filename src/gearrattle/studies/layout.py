@@ -13,6 +13,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean
+from gearrattle.studies.cases import DONE
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.store import OUTCOME
@@ -118,6 +119,22 @@ def output_in(data: xr.Dataset, output: str, *, codes: bool = False) -> xr.DataA
         rule = f"the study keeps no such {kind}; it keeps {', '.join(known) or 'none'}"
         raise ModelError(Problem("output", f'"{output}"', rule, did_you_mean(output, known)))
     return values_of(data, output)
+
+
+def lacking_in(data: xr.Dataset) -> dict[tuple[str, str], int]:
+    """In how many of the computed cases a subject's motion lacks what an output is of, by subject and lack.
+
+    A case without impacts has 0 for the largest impact energy, and NaN for the mean: both count as "no impact".
+    """
+    found: dict[tuple[str, str], int] = {}
+    for output in outputs_in(data):
+        lacking, absent = str(data[output].attrs.get("lacking", "")), data[output].attrs.get("absent")
+        subject = subject_of(data, output)
+        for name in subject_names(data, output) if lacking else ():
+            values = values_of(data, output).sel({subject: name}) if subject else data[output]
+            missing = (values.isnull() if isinstance(absent, str) else values == absent) & (data[OUTCOME] == DONE)
+            found.setdefault((name, lacking), int(missing.sum()))
+    return {key: count for key, count in found.items() if count}
 
 
 def gaps_of(codes: xr.DataArray) -> xr.DataArray:

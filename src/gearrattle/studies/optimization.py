@@ -38,6 +38,7 @@ from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, fol
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened, unreachable
 from gearrattle.studies.store import Store, failures_of, is_whole
+from gearrattle.studies.structures import structures_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -242,12 +243,13 @@ def prepare(
         *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
     ]
     wanted = [*outputs, *named_outputs(labels)]
+    structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
-        check_names(wanted, base)
+        check_names(wanted, structures)
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
-    found = outputs_of(wanted, run, function) if wanted or function is not None else Outputs(())
+    found = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
     seconds = _design_seconds(base, ranges, found, (run, population, seed))
     goals = objectives_of(objectives, found), constraints_of(limits, found, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
@@ -330,6 +332,14 @@ def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, o
     if can_batch(outputs, plan):
         return seconds_together(plan, outputs, alone)
     return seconds_alone(plan, outputs.of, run, alone)
+
+
+def _corners(model: Model, ranges: tuple[Range, ...]) -> Plan:
+    """The model itself, and each range's ends by themselves: among these is a design of every structure."""
+    low = np.array([each.low for each in ranges])
+    own = own_values(ranges, model, low)
+    ends = [np.where(np.arange(len(ranges)) == i, end, own) for i, r in enumerate(ranges) for end in (r.low, r.high)]
+    return Plan(model, (), Samples(tuple(each.path for each in ranges), np.array([own, *ends]), "optimization"), 1)
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:

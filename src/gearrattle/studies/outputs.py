@@ -10,6 +10,7 @@ Takes Runs; gives arrays by name.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,6 +57,10 @@ RUN_OUTPUTS: Mapping[str, tuple[Callable[[Run], float], str]] = {
 class Output:
     """One output.
 
+    A case that failed has ``nothing``, and so has every case for the subjects it does not apply to. A case that ran has
+    ``absent`` where its motion lacks the quantity: a motion without impacts has 0 for the largest impact energy, which
+    is that of no impacts, and NaN for the mean.
+
     Attributes:
         name: its variable's.
         dimension: "part" (clutches, splines, meshes), "inertia", another kind's own; empty for one number a case.
@@ -64,7 +69,9 @@ class Output:
         words: what codes stand for; empty for numbers.
         criterion: the criterion or metric whose quantity it is; empty if none's.
         only: the subjects it applies to; empty for all. It has no value (``nothing``) for the others.
-        gaps: of a regime, the subjects that can separate: only these can rattle.
+        gaps: of a regime, the subjects that can separate in some case: only these can rattle.
+        absent: what a case that ran has where its motion lacks the quantity.
+        lacking: what such a motion lacks ("no impact"); empty for what every motion has.
     """
 
     name: str
@@ -75,6 +82,8 @@ class Output:
     criterion: str = ""
     only: tuple[Any, ...] = ()
     gaps: tuple[str, ...] = ()
+    absent: float = float("nan")
+    lacking: str = ""
 
     @property
     def applies_to(self) -> tuple[Any, ...]:
@@ -95,6 +104,20 @@ class Output:
     def nothing(self) -> float:
         """What stands where there is no value."""
         return -1 if self.words else float("nan")
+
+    @property
+    def can_rank(self) -> bool:
+        """Whether it has a value for every motion, so that the smallest can be looked for."""
+        return not self.lacking or not np.isnan(self.absent)
+
+    @property
+    def before(self) -> NDArray[Any]:
+        """What a case that ran has before its values are known, (subjects,), () without subjects."""
+        absent = self.nothing if np.isnan(self.absent) else self.absent
+        if not self.dimension:
+            return np.array(absent, dtype=self.dtype)
+        applies = np.isin(self.subjects, self.applies_to)
+        return np.where(applies, absent, self.nothing).astype(self.dtype)
 
 
 @dataclass(frozen=True)
@@ -131,7 +154,7 @@ class Outputs:
                 continue
             entries = {e.subject: e for e in told.get(output.criterion, ()) if e.quantity == output.quantity}
             if not output.dimension and output.name != VERDICT:  # of the whole driveline
-                found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.nothing))
+                found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
             elif output.name == VERDICT:  # the worst of the parts that rattle
                 gaps = gap_names(run.trajectory.layout)
                 codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
@@ -153,7 +176,7 @@ def _measured(run: Run, metrics: Sequence[Metric]) -> list[Row]:
 
 
 def _values(output: Output, entries: Mapping[str, Entry | Row]) -> NDArray[Any]:
-    values = np.full(len(output.subjects), output.nothing, dtype=output.dtype)
+    values = output.before
     for i, subject in enumerate(output.subjects):
         if subject in entries:
             value = entries[subject].value
@@ -168,21 +191,36 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
     return found
 
 
-def _outputs_in(said: Sequence[Entry | Row], run: Run) -> dict[str, Output]:
-    """Return an output for every quantity that is said of a run, by name."""
-    layout, by_name, found = run.trajectory.layout, dict[str, list[Entry | Row]](), dict[str, Output]()
-    for entry in said:
-        by_name.setdefault(entry.quantity, []).append(entry)
+def _outputs_in(said: Sequence[Entry | Row], occasional: Sequence[Entry], runs: Sequence[Run]) -> dict[str, Output]:
+    """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
+    names, by_name, found = _names(runs), dict[str, dict[str, Entry | Row]](), dict[str, Output]()
+    for entry in (*said, *occasional):
+        by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
+    absent = {entry.quantity: entry for entry in occasional}
+    gaps = tuple(name for name in names["part"] if any(name in gap_names(run.trajectory.layout) for run in runs))
     for name, entries in by_name.items():
-        first = entries[0]
-        is_part, is_inertia = first.subject in layout.element_names, first.subject in layout.inertia_names
-        dimension = "part" if is_part else "inertia" if is_inertia else ""
+        first = next(iter(entries.values()))
+        dimension = next((dimension for dimension, known in names.items() if first.subject in known), "")
         words = REGIMES if isinstance(first.value, str) else ()
-        subjects, units = tuple(e.subject for e in entries), tuple(e.unit for e in entries)
+        subjects = tuple(sorted(entries, key=names[dimension].index) if dimension else entries)
+        units = tuple(unit and unit_in(runs[0].model, unit) for unit in (entries[name].unit for name in subjects))
         owner = first.metric if isinstance(first, Row) else first.criterion
-        gaps = gap_names(layout) if words else ()
-        found[name] = Output(name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps)
+        output = Output(name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else ())
+        if name in absent:
+            value = absent[name].value
+            number = float(words.index(value) if isinstance(value, str) else value)
+            output = replace(output, absent=number, lacking=absent[name].note)
+        found[name] = output
     return found
+
+
+def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
+    """Names of parts and of inertias in all of some runs, each once."""
+    layouts = [run.trajectory.layout for run in runs]
+    return {
+        "part": list(dict.fromkeys(name for layout in layouts for name in layout.element_names)),
+        "inertia": list(dict.fromkeys(name for layout in layouts for name in layout.inertia_names)),
+    }
 
 
 def unit_in(model: Model, unit: str) -> str:
@@ -190,33 +228,44 @@ def unit_in(model: Model, unit: str) -> str:
     return unit if model.units == "SI" or unit in BARE else "1"
 
 
-def _known(names: Sequence[str], run: Run) -> dict[str, Output]:
-    """Return the outputs of a run by name: those of metrics only where a name needs them, for they take samples."""
+def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
+    """Return all outputs of a driveline by name: those of metrics only where a name needs them, for they take samples.
+
+    Args:
+        names: that are asked for.
+        runs: one of every structure that its cases have (``structures.structures_of``), however short.
+    """
+    model = runs[0].model
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
-    known |= {name: Output(name, "", (), (unit_in(run.model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
-    known |= _outputs_in(criteria(run).entries, run)
+    known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
+    said = [entry for run in runs for entry in criteria(run).entries]
+    occasional = [entry for run in runs for each in CRITERIA for entry in each.occasional(run.trajectory.layout)]
+    known |= _outputs_in(said, occasional, runs)
     if names is not DEFAULT and any(name not in known for name in names):
-        measured = _outputs_in(_measured(run, METRICS), run)
+        measured = _outputs_in([row for run in runs for row in _measured(run, METRICS)], (), runs)
         known |= {name: output for name, output in measured.items() if name not in known}
     return known
 
 
-def _unknown(names: Sequence[str], known: Sequence[str], run: Run) -> list[Problem]:
-    """Return a problem for every name that is none of the known ones."""
-    why = "" if run.trajectory.layout.clearance_names else " of a driveline without a clearance"
-    rule = f"there is no such output{why}; there are {', '.join(known)}"
-    return [Problem("outputs", f'"{name}"', rule, did_you_mean(name, known)) for name in names if name not in known]
+def _refuse_unknown(names: Sequence[str], known: Sequence[str], runs: Sequence[Run]) -> None:
+    """Refuse every name that is none of the known ones."""
+    has_clearance = any(run.trajectory.layout.clearance_names for run in runs)
+    rule = f"there is no such output{'' if has_clearance else ' of a driveline without a clearance'}"
+    rule += f"; there are {', '.join(known)}"
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ModelError([Problem("outputs", f'"{name}"', rule, did_you_mean(name, known)) for name in unknown])
 
 
-def check_names(names: Sequence[str], model: Model, function: Function | None = None) -> None:
+def check_names(names: Sequence[str], models: Sequence[Model], function: Function | None = None) -> None:
     """Refuse outputs that no motion of a driveline has, before any case is simulated.
 
-    The names are those of one period of its motion, which takes milliseconds, and those that only some motions have
-    (``Criterion.occasional``). A model that cannot be simulated is left to the first case.
+    What there is does not depend on a motion: it is what one period, which takes milliseconds, has for each structure,
+    and what only some motions have (``Criterion.occasional``).
 
     Args:
         names: of outputs, as in ``outputs_of``.
-        model: the first case.
+        models: one of every structure; those that cannot be simulated are left to the study itself.
         function: gives further outputs; without it one name is needed at least.
 
     Raises:
@@ -232,33 +281,38 @@ def check_names(names: Sequence[str], model: Model, function: Function | None = 
         raise ModelError([Problem("outputs", shown(word), rule, f'for example ["{VERDICT}"]') for word in words])
     if all(name == VERDICT or name in RUN_OUTPUTS for name in names):
         return
-    try:
-        run = simulate(model, cycles=1, discard=0, audit=False)
-    except (ModelError, ConvergenceError):
-        return
-    known = _known(names, run)
-    owners = {output.criterion for output in known.values()}
-    occasional = [name for each in CRITERIA if each.name in owners for name in each.occasional]
-    if problems := _unknown(names, tuple(dict.fromkeys([*known, *occasional])), run):
-        raise ModelError(problems)
+    if runs := short_runs(models):
+        _refuse_unknown(names, tuple(_known(names, runs)), runs)
 
 
-def outputs_of(names: Sequence[str], run: Run, function: Function | None = None) -> Outputs:
-    """Find outputs by name in what one run has.
+def short_runs(models: Sequence[Model]) -> list[Run]:
+    """Return one period of the motion of every model that can be simulated: what outputs it has."""
+    runs = []
+    for model in models:
+        with suppress(ModelError, ConvergenceError):
+            runs.append(simulate(model, cycles=1, discard=0, audit=False))
+    return runs
+
+
+def outputs_of(
+    names: Sequence[str], run: Run, function: Function | None = None, others: Sequence[Model] = ()
+) -> Outputs:
+    """Find outputs by name in what a driveline has.
 
     Args:
         names: of outputs; of ``DEFAULT`` itself those that the driveline has.
         run: any run of the driveline.
         function: of a run, returns numbers by name.
+        others: a model of every structure that cases have: parts that have a clearance in some are parts as well.
 
     Raises:
         ModelError: a name there is not; all of them.
     """
-    known = _known(names, run)
+    runs = [run, *(short_runs(others) if len(others) > 1 else ())]
+    known = _known(names, runs)
     if names is DEFAULT:
         names = tuple(name for name in DEFAULT if name in known)
-    if problems := _unknown(names, tuple(known), run):
-        raise ModelError(problems)
+    _refuse_unknown(names, tuple(known), runs)
     extra = tuple(_called(function, run)) if function is not None else ()
     clash = [name for name in extra if name in names]
     if clash:

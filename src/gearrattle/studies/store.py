@@ -19,6 +19,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.metadata import version
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -150,6 +151,9 @@ class Store:
                 array.attrs["long_name"] = path_label(output.name, plan.model).words
             if len(output.applies_to) < len(output.subjects):
                 array.attrs["applies_to"] = " ".join(map(str, output.applies_to))
+            if output.lacking:
+                array.attrs["lacking"] = output.lacking
+                array.attrs["absent"] = "no value" if isnan(output.absent) else output.absent
             if output.words:
                 array.attrs["flag_values"] = list(range(len(output.words)))
                 array.attrs["flag_meanings"] = " ".join(output.words)

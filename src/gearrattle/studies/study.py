@@ -31,6 +31,7 @@ from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
 from gearrattle.studies.schedulers import opened
+from gearrattle.studies.structures import structures_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,11 +84,12 @@ def prepare(
     plan = Plan(base, given, points, 1)
     if not plan.dimensions:
         raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
-    check_outputs(outputs, plan, function)
+    structures = structures_of(plan)
+    check_names(outputs, structures, function)
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
-    found = outputs_of(outputs, run, function)
+    found = outputs_of(outputs, run, function, structures)
     if can_batch(found, plan):
         seconds = seconds_together(plan, found, seconds)
     else:
@@ -196,15 +198,6 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     cost = span(plan.count * took)
     rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
-
-
-def check_outputs(outputs: Sequence[str], plan: Plan, function: Function | None = None) -> None:
-    """Refuse unknown outputs before a case is simulated (``outputs.check_names``); no case is no reason to refuse."""
-    try:
-        first = plan.model.with_(plan.changes((0,) * len(plan.shape)))
-    except ModelError:
-        first = plan.model
-    check_names(outputs, first, function)
 
 
 def first_run(plan: Plan) -> tuple[Run, float]:

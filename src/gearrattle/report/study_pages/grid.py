@@ -26,6 +26,7 @@ from gearrattle.report.study_tables import (
     code_counts,
     count_table,
     failure_table,
+    lacking_said,
     probability_table,
 )
 from gearrattle.studies.cases import DONE, MISSING
@@ -74,6 +75,7 @@ def summary_of(data: xr.Dataset) -> str:
         failed = cases - done - missing
         kinds = [f"{failed} failed"] * bool(failed) + [f"{missing} are not computed yet"] * bool(missing)
         told.append(f"Of {cases} cases {' and '.join(kinds)}; they are counted nowhere.")
+    told += lacking_said(data, "case")
     if not output:
         return " ".join([f"{counted(int(done), 'case')} {'was' if done == 1 else 'were'} computed.", *told])
     if has_probabilities(data) and not axes_in(data):

@@ -16,7 +16,7 @@ from gearrattle.plots.numerals import numeral, quantity
 from gearrattle.report.answers import Answer, json_value
 from gearrattle.report.comparison import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
-from gearrattle.report.study_tables import failure_table
+from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table
 from gearrattle.studies.fronts import in_order, told_of
 
@@ -41,7 +41,8 @@ def summary_of(data: xr.Dataset) -> str:
     word = "The best design" if len(_objectives(data)) == 1 else "Nearest to the best of every objective"
     sure = int(data["certified"][best]) == 1
     told = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
-    return f"{word}: {reached}, with {values}. {told}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+    found = f"{word}: {reached}, with {values}. {told}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+    return " ".join([found, *lacking_said(data, "design")])
 
 
 def _values(data: xr.Dataset, i: int) -> str:
@@ -153,6 +154,7 @@ def answer_of(data: xr.Dataset) -> Answer:
         rows.append((measure.words, here, measure.said(float(values[0])) if own else "–", ends))
     head = ("", "best" if best >= 0 else "nearest to the limits", "the model", "sought, or range")
     content: dict[str, Any] = {"feasible": int((data["violation"].values == 0.0).sum())}
+    content["lacking"] = lacking_values(data)
     if chosen >= 0:
         content["optimum" if best >= 0 else "nearest to the limits"] = _design(data, chosen)
     if own:
