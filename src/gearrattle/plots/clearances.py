@@ -10,6 +10,7 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Band, Chart, Line, Panel, Rule
+from gearrattle.plots.chosen import chosen_clearances
 from gearrattle.plots.corners import SIDES, reach, shading, units
 from gearrattle.plots.palette import COAST, DRIVE, INK, MUTED
 from gearrattle.plots.view import Scale, coarse, cycles, detail, history, scale
@@ -24,7 +25,7 @@ def deflections(findings: Findings) -> Chart:
     window = detail(findings.run.trajectory)
     caption = (
         "Deflection of every element with a corner, in detail. Shaded: in contact, beyond the dotted corners. "
-        "Dots: impacts, at the exact time of the crossing."
+        f"Dots: impacts, at the exact time of the crossing.{chosen_clearances(findings)[1]}"
     )
     panels = _deflection_panels(findings, window)
     return Chart(
@@ -37,7 +38,7 @@ def overview(findings: Findings) -> Chart:
     """Draw the deflection of every clearance over the whole run, thinned with its extremes kept."""
     caption = (
         "The whole run, start-up included; thinned for the screen with every extreme kept. "
-        "Grey: cycles left out of the criteria."
+        f"Grey: cycles left out of the criteria.{chosen_clearances(findings)[1]}"
     )
     panels = _deflection_panels(findings, None)
     return Chart(
@@ -50,8 +51,10 @@ def forces(findings: Findings) -> Chart:
     """Draw the force or torque of every element with a corner over the last cycles."""
     trajectory = findings.run.trajectory
     window = detail(trajectory)
+    chosen, left_out = chosen_clearances(findings)
     panels = []
-    for k, name in enumerate(trajectory.layout.clearance_names):
+    for k in chosen:
+        name = trajectory.layout.clearance_names[k]
         x, y = history(trajectory, trajectory.force[:, k], window)
         in_unit = scale(y, units(findings, k)["force"])
         line = Line(x, y * in_unit.factor, name, INK, mark="points" if coarse(trajectory) else "line")
@@ -60,7 +63,7 @@ def forces(findings: Findings) -> Chart:
         panels.append(Panel(name, in_unit.unit, "time / T  [cycles]", lines=(line,), rules=(zero,), x_range=span))
     caption = (
         "Force in every element with a corner, elastic and damping: torque in couplings, force along the line of "
-        "action in meshes; positive on the drive side."
+        f"action in meshes; positive on the drive side.{left_out}"
     )
     return Chart(
         "force", "Clearances", caption, tuple(panels), panel_height=128, group="clearances", tab="Force"
@@ -72,7 +75,8 @@ def _deflection_panels(findings: Findings, window: Window | None) -> tuple[Panel
     layout = trajectory.layout
     impacts = find_impacts(trajectory)
     panels = []
-    for k, name in enumerate(layout.clearance_names):
+    for k in chosen_clearances(findings)[0]:
+        name = layout.clearance_names[k]
         x, y = history(trajectory, trajectory.deflection[:, k], window)
         in_unit = scale(np.concatenate([y, layout.corners[k]]), units(findings, k)["deflection"])
         bands, rules = shading(layout, k, in_unit.factor)

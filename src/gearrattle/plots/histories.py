@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart, Line, Panel
+from gearrattle.plots.chosen import chosen_bodies
 from gearrattle.plots.view import coarse, detail, history, scale
 from gearrattle.trajectory import Array
 
@@ -36,8 +37,10 @@ def angles(findings: Findings) -> Chart:
 def _chart(findings: Findings, key: str, what: str, unit: str, values: Array) -> Chart:
     trajectory = findings.run.trajectory
     window = detail(trajectory)
+    chosen, left_out = chosen_bodies(findings)
     panels = []
-    for i, name in enumerate(trajectory.layout.inertia_names):
+    for i in chosen:
+        name = trajectory.layout.inertia_names[i]
         x, y = history(trajectory, values[:, i], window)
         in_unit = scale(y, unit if findings.model.units == "SI" else "")
         line = Line(x, y * in_unit.factor, name, mark="points" if coarse(trajectory) else "line")
@@ -47,7 +50,7 @@ def _chart(findings: Findings, key: str, what: str, unit: str, values: Array) ->
     return Chart(
         key=key,
         title="Time histories",
-        caption=_CAPTION.format(what=what, count=count),
+        caption=_CAPTION.format(what=what, count=count) + left_out,
         panels=tuple(panels),
         panel_height=104,
         group="histories",

@@ -10,6 +10,7 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Bars, Chart, Line, Panel
+from gearrattle.plots.chosen import chosen_clearances
 from gearrattle.plots.corners import SIDES, units
 from gearrattle.plots.palette import COAST, DRIVE
 from gearrattle.plots.view import scale
@@ -26,7 +27,9 @@ def impacts(findings: Findings) -> Chart | None:
     layout = trajectory.layout
     found = find_impacts(trajectory).within(steady(trajectory))
     panels: list[Panel] = []
-    for k, name in enumerate(layout.clearance_names):
+    chosen, left_out = chosen_clearances(findings)
+    for k in chosen:
+        name = layout.clearance_names[k]
         mine = found.of(k)
         if not len(mine):
             continue
@@ -43,7 +46,7 @@ def impacts(findings: Findings) -> Chart | None:
     caption = (
         "Every impact of the steady part. Left: its phase within the cycle, cycle over cycle; stripes mean a rattle "
         "that repeats, scatter one that does not. Middle and right: how many, by approach speed v and by impact energy "
-        "m_eff v²/2."
+        f"m_eff v²/2.{left_out}"
     )
     return Chart(
         key="impacts",

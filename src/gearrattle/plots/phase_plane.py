@@ -10,6 +10,7 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Band, Chart, Line, Mark, Panel, Rule
+from gearrattle.plots.chosen import chosen_clearances
 from gearrattle.plots.corners import SIDES, reach, shading, units
 from gearrattle.plots.palette import INK
 from gearrattle.plots.view import coarse, scale
@@ -28,8 +29,10 @@ def phase_plane(findings: Findings) -> Chart:
     whole = max(1, _POINTS // trajectory.samples_per_cycle)
     first = max(window.first, window.last - whole * trajectory.samples_per_cycle)
     part = slice(first, window.last + 1, max(1, (window.last - first) // _POINTS))
+    chosen, left_out = chosen_clearances(findings)
     panels = []
-    for k, name in enumerate(layout.clearance_names):
+    for k in chosen:
+        name = layout.clearance_names[k]
         unit = units(findings, k)
         delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
         across = scale(np.concatenate([delta, layout.corners[k]]), unit["deflection"])
@@ -56,6 +59,7 @@ def phase_plane(findings: Findings) -> Chart:
     caption = (
         f"Deflection rate against deflection over the last {_count(window.last - first, trajectory)}. "
         "Dotted: corners; shaded: in contact. Passages right across the white middle are rattle."
+        f"{left_out}"
     )
     return Chart(
         key="phase_plane",

@@ -10,6 +10,7 @@ import numpy as np
 
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart, Line, Panel, Rule
+from gearrattle.plots.chosen import chosen_bodies
 from gearrattle.plots.palette import MUTED
 from gearrattle.signals import Spectrum
 
@@ -34,23 +35,24 @@ def spectra(findings: Findings) -> Chart | None:
         if value < highest
     )
     si = findings.model.units == "SI"
+    chosen, left_out = chosen_bodies(findings)
     panels = tuple(
         Panel(
-            title=name,
+            title=layout.inertia_names[i],
             unit="(rad/s²)²/Hz" if si else "",
             x_title=_order_title(findings),
-            lines=(Line(order[1:], spectrum.density[1:, i], name, width=1.0),),
+            lines=(Line(order[1:], spectrum.density[1:, i], layout.inertia_names[i], width=1.0),),
             rules=rules,
             x_range=(0.0, highest),
             y_range=_limits(spectrum, i),
             y_log=True,
         )
-        for i, name in enumerate(layout.inertia_names)
+        for i in chosen
     )
     caption = (
         f"Power spectral density of the angular accelerations, steady part ({spectrum.window}). Lines stand at the "
         "excited orders; a raised floor between them is broadband rattle. Dotted: natural frequencies with every "
-        "clearance closed, f1 the lowest above zero."
+        f"clearance closed, f1 the lowest above zero.{left_out}"
     )
     return Chart("spectrum", "Spectra", caption, panels, panel_height=116)
 

@@ -20,6 +20,8 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     from gearrattle.calls.statics import Modes
 
+_MOST_NAMED = 16  # bodies in a mode shape
+_THIN = 0.03  # of a mode shape: drawn as a bar of this height, so that it is seen
 _RIGID = 1e-6
 """Below this share of the highest frequency a mode counts as rigid: no energy is stored."""
 
@@ -82,22 +84,26 @@ def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Tab
                 _shape(shape, modes.inertia_names),
             )
         )
-    head = ("frequency [Hz]" if si else "frequency", "order", "damping", "shape: " + ", ".join(modes.inertia_names))
+    bodies = ", ".join(modes.inertia_names) if len(modes.inertia_names) <= _MOST_NAMED else "bodies in file order"
+    head = ("frequency [Hz]" if si else "frequency", "order", "damping", f"shape: {bodies}")
     return Table(head, tuple(rows), frozenset({3}), title, note)
 
 
 def _shape(shape: Array, names: tuple[str, ...]) -> str:
-    """Draw a mode shape as upright bars, one a body in file order."""
+    """Draw a mode shape as upright bars, one a body in file order; of many bodies name those that move most."""
     largest = float(np.max(np.abs(shape))) or 1.0
-    step = 18
+    values = (shape / largest).tolist()
+    step = 18 if len(names) <= _MOST_NAMED else 6
     bars = "".join(
-        f'<rect x="{3 + step * i}" y="{13 - 11 * max(v, 0.0):.1f}" width="11" height="{max(11 * abs(v), 0.6):.1f}"/>'
-        for i, v in enumerate((shape / largest).tolist())
+        f"M{(i + 0.5) * step:g} {13.3 if abs(v) < _THIN else 13}v{-11 * v if abs(v) >= _THIN else -0.6:.1f}"
+        for i, v in enumerate(values)
     )
     width = step * len(names)
-    told = escape(", ".join(f"{n} {numeral(v, 2)}" for n, v in zip(names, (shape / largest).tolist(), strict=True)))
+    most = sorted(np.argsort(-np.abs(shape), kind="stable")[:_MOST_NAMED].tolist())
+    left = len(names) - len(most)
+    told = escape(", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else ""))
     return Markup(
         f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" aria-label="{told}">'
         f"<title>{told}</title>"
-        f'<path d="M0 13 H{width}"/>{bars}</svg>'
+        f'<path d="M0 13 H{width}"/><path class="bars" stroke-width="{0.6 * step:g}" d="{bars}"/></svg>'
     )

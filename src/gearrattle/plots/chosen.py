@@ -1,0 +1,42 @@
+"""Which bodies and clearances a figure shows of a large driveline.
+
+A report draws a panel each for at most ``MOST`` of them: a hundred panels nobody reads would make a page of tens of
+megabytes. The clearances are the worst ones of the verdict; the bodies the driven one, those at these clearances, then
+those of the largest acceleration. Captions say how many are left out and where they stand.
+
+Takes Findings; gives indices and a sentence.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+
+MOST = 12
+
+
+def chosen_clearances(findings: Findings) -> tuple[list[int], str]:
+    """Return which clearances are shown, in element order, and a sentence on those that are not; empty for all."""
+    names = findings.run.trajectory.layout.clearance_names
+    worst = [names.index(part.name) for part in findings.verdict.parts if part.name in names]
+    return sorted(worst[:MOST]), _left_out("clearances", len(worst), "the worst of the verdict")
+
+
+def chosen_bodies(findings: Findings) -> tuple[list[int], str]:
+    """Return which bodies are shown, in file order, and a sentence on those that are not; empty for all."""
+    trajectory = findings.run.trajectory
+    layout = trajectory.layout
+    elements = [layout.element_names.index(part.name) for part in findings.verdict.parts if part.rattles]
+    ends = [body for element in elements for body in layout.between[element].tolist() if body >= 0]
+    loudest = np.argsort(-np.std(trajectory.acceleration, axis=0), kind="stable").tolist()
+    order = list(dict.fromkeys([layout.reference, *ends, *loudest]))
+    words = "the driven one, those at the parts that rattle worst, then those of the largest acceleration"
+    return sorted(order[:MOST]), _left_out("bodies", len(order), words)
+
+
+def _left_out(what: str, count: int, words: str) -> str:
+    """Say which of many are shown, and where the others are."""
+    if count <= MOST:
+        return ""
+    return f" Shown are {MOST} of {count} {what}: {words}. results.nc holds all of them (gr.open_run)."
