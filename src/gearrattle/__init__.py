@@ -2,7 +2,7 @@
 
 The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Rook, Singh, ASME J. Mech. Des. 117, 185):
 
-    model   = gr.load("case3.toml")          a driveline in words: inertias, clutches, meshes, torques, units
+    model   = gr.example("case3")            a driveline in words: inertias, clutches, meshes, torques, units
     rest    = gr.equilibrium(model)          where it rests under its mean loads
     modes   = gr.modes(model)                how it would vibrate without clearances
     small   = gr.reduce(model, "75 Hz")      a smaller model that is as good up to 75 Hz, and how good
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from gearrattle.identification.fitted import Fit
     from gearrattle.identification.loop_fit import fit_loop
     from gearrattle.identification.loop_result import LoopFit
-    from gearrattle.model import Model, json_schema, load, loads
+    from gearrattle.model import Model, example, json_schema, load, loads
     from gearrattle.readers import write
     from gearrattle.recording import Channel, Recording
     from gearrattle.report.figures import Figures, figures
@@ -77,6 +77,7 @@ _HOME = {
     "load": "model",
     "loads": "model",
     "json_schema": "model",
+    "example": "model",
     "simulate": "calls.simulate",
     "equilibrium": "calls.statics",
     "Equilibrium": "calls.statics",
@@ -188,6 +189,7 @@ __all__ = [
     "cross_psd",
     "drive",
     "equilibrium",
+    "example",
     "figures",
     "fit",
     "fit_loop",

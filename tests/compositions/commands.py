@@ -71,7 +71,7 @@ COMMAND_LINES: Mapping[str, Words] = {
 }  # fmt: skip
 """By command, with a word where one command is typed in several ways."""
 
-WITHOUT_MODEL = frozenset({"loop", "reproduce", "schema"})
+WITHOUT_MODEL = frozenset({"examples", "loop", "reproduce", "schema"})
 """Commands that take neither a model nor anything made of one."""
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import gearrattle as gr
 from gearrattle.model import Model, load, loads
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -48,6 +49,20 @@ def test_examples_load_round_trip_and_balance(path: Path) -> None:
     held = any("ground" in c.between for c in model.couplings) or model.motions  # then something takes what is left
     assert held or abs(_rigid_motion(model) @ np.array(list(means.values()))) < 1e-13 * total
     assert (*model.motions, *model.torques)[0].on == model.inertias[0].name
+
+
+def test_example_returns_every_model_by_the_name_of_its_file() -> None:
+    assert {path.stem: gr.example(path.stem) for path in FILES} == {path.stem: load(path) for path in FILES}
+    assert len({path.stem for path in FILES}) == len(FILES)
+
+
+def test_a_wrong_name_of_an_example_is_answered_with_all_names_and_the_closest() -> None:
+    with pytest.raises(gr.ModelError, match=r'case1, .*, run_up.*did you mean "case3_loaded"') as refused:
+        gr.example("case3_load")
+    assert all(path.stem in str(refused.value) for path in FILES)
+    for wrong in ("studies/tolerances", "../paper/case3", "", None, 3):
+        with pytest.raises(gr.ModelError, match="there is no such example"):
+            gr.example(wrong)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("case", CASES)

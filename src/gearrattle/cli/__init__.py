@@ -47,6 +47,7 @@ COMMANDS = {
     "criteria": ("gearrattle.cli.criteria:criteria", "The verdict on a saved motion."),
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
+    "examples": ("gearrattle.cli.examples:examples", "Models that come with the package; copies all examples."),
     "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
 }
 """Every command: where its function is, and what it does."""

@@ -1,9 +1,11 @@
 """Words: the driveline as an engineer writes it, validated and in SI.
 
-``load`` and ``loads`` read model files; ``Model`` and its parts are frozen; ``json_schema`` describes the format.
+``load`` and ``loads`` read model files, ``example`` one that comes with the package; ``Model`` and its parts are
+frozen; ``json_schema`` describes the format.
 """
 
 from gearrattle.model.engine import Engine
+from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
 from gearrattle.model.model import SCHEMA_VERSION, Model, check_model
@@ -38,6 +40,7 @@ __all__ = [
     "Torque",
     "TorqueHarmonic",
     "check_model",
+    "example",
     "json_schema",
     "load",
     "loads",
