@@ -260,8 +260,9 @@ def _symbol(name: str) -> _Measure:
     """Look one unit symbol up in pint's registry."""
     from pint.errors import PintError
 
+    registry = _registry()
     try:
-        factor, base = _registry().get_base_units(name)
+        factor, base = registry.get_base_units(name)
         powers: Iterable[tuple[str, Any]] = base._units.items()  # unit and power; pint has no public view of them
         exponents = [0, 0, 0, 0]
         for unit, power in powers:
