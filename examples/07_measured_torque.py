@@ -12,7 +12,6 @@ from scipy.io import savemat
 
 import gearrattle as gr
 
-root = next(p for p in Path(__file__).resolve().parents if (p / "examples").is_dir())
 folder = Path(tempfile.mkdtemp())
 
 t = np.arange(0.0, 2.0, 1.0 / 51_200.0)
@@ -52,6 +51,6 @@ print(f"mean {speed.mean() * 30.0 / np.pi:.2f} rpm, order 2 {swing:.4f} rad/s of
 assert abs(swing / (0.02 * 50.0 * np.pi) - 1.0) < 5e-3
 
 gr.write(record, folder / "record.h5")
-model = gr.load(root / "examples" / "paper" / "case3.toml")
+model = gr.example("case3")
 driven = gr.drive(model, gr.read(folder / "record.h5"), "n_engine")
 print(gr.criteria(gr.simulate(driven, cycles=20, discard=10)).verdict)

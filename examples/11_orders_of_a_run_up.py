@@ -4,14 +4,11 @@ The five-speed transmission runs up from 800 to 3000 rpm. Its flywheel sees torq
 orders are known in advance: J times the acceleration's amplitude is nearly the torque's, as the damper is soft.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 import gearrattle as gr
 
-root = next(p for p in Path(__file__).resolve().parents if (p / "examples").is_dir())
-model = gr.load(root / "examples" / "run_up.toml")
+model = gr.example("run_up")
 run = gr.simulate(model)
 
 cuts = gr.order_cuts(run, "acceleration.flywheel", [2, 4, 6], turns=4, over="speed")

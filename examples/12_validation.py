@@ -17,8 +17,7 @@ for case, quantity, measured, simulated, text in TABLE_5:
     print(f"{case:4}  {quantity:9}  {measured:8}  {simulated:9}  {text:>7}   {found.sigma:.2f}")
 assert round(of_printed(1510, 1540).sigma, 2) == -1.99  # -1.95 is printed: the integers in print are rounded
 
-root = next(p for p in Path(__file__).resolve().parents if (p / "examples").is_dir())
-model = gr.load(root / "examples" / "paper" / "case3.toml")
+model = gr.example("case3")
 settings = {"cycles": 100, "discard": 20, "samples_per_cycle": 512}
 rig = gr.simulate(model, **settings, initial="zero")
 
