@@ -24,6 +24,7 @@ from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.assembly.statistics import exact_between
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
+from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, Points, loads
 from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-FORMAT = "gearrattle run 1"
 _SAMPLED = {
     "angle": ("inertia", "rad"),
     "velocity": ("inertia", "rad/s"),
@@ -240,7 +240,7 @@ class Run:
             "algorithm": t.cost.algorithm,
         }
         return {
-            "format": FORMAT,
+            "format": format_name("run"),
             "title": self.model.name,
             "period": t.layout.period,
             "units": self.model.units,
@@ -397,7 +397,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     rule = "must be a netCDF file written by Run.save"
     try:
         with opened_hdf5(path) as stored:
-            return _read(stored, path, rule)
+            return _read(stored, path)
     except FileNotFoundError:
         raise ModelError(Problem(str(path), "", "there is no such file")) from None
     except ModelError:
@@ -412,21 +412,12 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
 
 
-def _other_format(file: Any) -> str:
-    """Return what to do with a file of another format."""
-    name = str(file.attrs.get("format", ""))
-    if name.startswith("gearrattle run"):
-        return "a later version of gearrattle wrote it: upgrade" if name > FORMAT else "simulate it again"
-    return ""
-
-
-def _read(stored: Any, path: str | os.PathLike[str], rule: str) -> Run:
+def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
     """Read a run from an open file that may be damaged in any way."""
     import h5netcdf
 
     with h5netcdf.File(stored, "r") as file:
-        if file.attrs.get("format") != FORMAT:
-            raise ModelError(Problem(str(path), str(file.attrs.get("format", "")), rule, _other_format(file)))
+        check_format(file.attrs.get("format", ""), path, "run")
         model = loads(str(file.attrs["model"]), str(path), _read_points(file))
         group = file.groups["events"]
         logged: dict[str, Any] = {

@@ -27,12 +27,12 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, check_archive
+from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
 from gearrattle.writing import PREFIX, Lock, put, sweep
 
-FORMAT = "gearrattle stream 1"
 STATE = "state.npz"
 _CHUNK = "chunk-{:06d}.nc"
 Arrays = Mapping[str, NDArray[Any]]
@@ -158,7 +158,9 @@ def read_state(folder: Path) -> State | None:
     try:
         check_archive(path)
         with np.load(path, allow_pickle=False) as file:
-            owner, (chunks, done) = str(file["owner"]), file["counts"].tolist()
+            owner = str(file["owner"])
+            check_format(owner.partition("\n")[0], path, "stream")
+            chunks, done = file["counts"].tolist()
             parts: dict[str, dict[str, NDArray[Any]]] = {"march": {}, "gathered": {}}
             for name in set(file.files) - {"owner", "counts"}:
                 part, _, key = name.partition("/")
@@ -214,7 +216,9 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     """Everything that decides the bits, as lines of text."""
     versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     told = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
-    return "\n".join([FORMAT, *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_stored()[0]])
+    return "\n".join(
+        [format_name("stream"), *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_stored()[0]]
+    )
 
 
 def _others(folder: Path) -> list[str]:

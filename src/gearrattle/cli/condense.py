@@ -93,11 +93,13 @@ def _save(condensed: Condensed, output: Path) -> None:
     import numpy as np
     from scipy.io import savemat
 
+    from gearrattle.formats import format_name
     from gearrattle.writing import Staging
 
     names = {
         key: np.array(getattr(condensed, key), dtype=np.str_) for key in ("inertia_names", "coordinates", "clearances")
     }
+    names["format"] = np.array([format_name("matrices")])
     with Staging(output.parent) as staging:
         target = staging.path / output.name
         if output.suffix == ".npz":

@@ -44,7 +44,7 @@ def _copy(output: Path) -> None:
 
     from gearrattle.errors import ModelError, Problem
     from gearrattle.model.examples import examples_folder
-    from gearrattle.report.staging import Staging
+    from gearrattle.writing import Staging
 
     if output.is_dir() and any(output.iterdir()):
         raise ModelError(Problem("-o", f'"{output}"', "is not empty", "give a new or an empty folder"))

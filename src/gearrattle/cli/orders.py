@@ -188,13 +188,14 @@ def _si(signal: Run | Recording) -> bool:
 def _write(found: xr.Dataset, chart: Chart, output: Path) -> None:
     """Write a map, whole or not at all."""
     from gearrattle.plots.static import draw
+    from gearrattle.report.saved import write_netcdf
     from gearrattle.writing import Staging
 
     with Staging(output.parent) as staging:
         if output.suffix == ".svg":
             (staging.path / output.name).write_bytes(draw(chart, legend=True))
         else:
-            found.to_netcdf(staging.path / output.name, engine="h5netcdf")
+            write_netcdf(found, staging.path / output.name, "orders")
         staging.commit()
 
 

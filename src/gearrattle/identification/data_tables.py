@@ -16,7 +16,7 @@ from pydantic import Field
 
 from gearrattle.identification.measured import QUANTITIES
 from gearrattle.model import units
-from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Reader, Text
+from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.model.table import Breach, Table, breach
 
 FREQUENCY_EXAMPLE = 'such as "55 Hz" or "346 rad/s"'
@@ -182,7 +182,7 @@ class ResponseTable(StateTable):
 class DataTables(Table):
     """A data file."""
 
-    schema_version: Annotated[int, Field(alias="schema"), Count(1, 1)] = 1
+    schema_version: Annotated[int, Field(alias="schema"), SchemaVersion()] = 1
     """Version of the file format."""
     modes: Annotated[tuple[ModeTable, ...], Field(alias="mode")] = ()
     """Measured modes."""

@@ -8,9 +8,9 @@ from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
-from gearrattle.model.model import SCHEMA_VERSION, Model, check_model
+from gearrattle.model.model import Model, check_model
 from gearrattle.model.parts import Alternation, Coupling, Inertia, Mesh, Piece, Stage
-from gearrattle.model.quantity import GROUND
+from gearrattle.model.quantity import GROUND, SCHEMA_VERSION
 from gearrattle.model.schema import json_schema
 from gearrattle.model.signal import Points, Signal
 from gearrattle.model.simulation import ALGORITHMS, DEFAULTS, Defaults, Initial, Simulation

@@ -20,8 +20,10 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, allowed_root, opened, reachable
 from gearrattle.model.model import Model
 from gearrattle.model.positions import NestingError, key_lines
-from gearrattle.model.problems import Positions
+from gearrattle.model.problems import Positions, place
+from gearrattle.model.quantity import NEWER_SCHEMA, is_newer_schema
 from gearrattle.model.signal import Points
+from gearrattle.model.table import shown
 
 LARGEST = 1_000_000
 
@@ -126,7 +128,10 @@ def read_tables(text: str, name: str, kind: str = "model file") -> tuple[dict[st
         raise ModelError(Problem(f"{name}:{error.line}", "", "arrays, tables or keys are nested too deeply")) from None
     tables = _parse(text, name)
     _check_kind(tables, name, kind)
-    return tables, Positions(name, lines)
+    positions = Positions(name, lines)
+    if is_newer_schema(tables.get("schema")):
+        raise ModelError(Problem(place(("schema",), {}, positions), shown(tables["schema"]), *NEWER_SCHEMA))
+    return tables, positions
 
 
 _MARKS = {"inertia": "model file", "model": "study file", "channel": "mapping file", "response": "data file"}

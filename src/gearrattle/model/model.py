@@ -21,37 +21,11 @@ from gearrattle.model.parts import Coupling, Inertia, Mesh
 from gearrattle.model.paths import changed, path_names
 from gearrattle.model.prescribed import prescribed_rules
 from gearrattle.model.problems import Positions, model_error
-from gearrattle.model.quantity import GROUND, Choice, Reader, Text
+from gearrattle.model.quantity import GROUND, Choice, SchemaVersion, Text, is_newer_schema
 from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
-from gearrattle.model.table import Breach, Table, breach, did_you_mean, listed, shown
+from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.writing import toml_text
-
-SCHEMA_VERSION = 1
-
-
-def _is_newer(version: Any) -> bool:
-    """Tell whether a file was written for a later version of the format: then nothing else in it can be judged."""
-    return isinstance(version, int) and version > SCHEMA_VERSION
-
-
-class _Version(Reader):
-    """Reads ``schema``: the version of the file format."""
-
-    def read(self, value: Any, _dimensionless: bool, /) -> int:
-        """Return the version."""
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise breach(f"must be the version of the file format: {SCHEMA_VERSION}")
-        if _is_newer(value):
-            raise breach(
-                f"this version of gearrattle reads schema {SCHEMA_VERSION} only",
-                "the file was written for a newer gearrattle: update it",
-            )
-        return value
-
-    def describe(self) -> dict[str, Any]:
-        """Return the JSON Schema of the version."""
-        return {"const": SCHEMA_VERSION}
 
 
 class Model(Table):
@@ -61,7 +35,7 @@ class Model(Table):
     ``Model.from_tables``; changed by ``with_``, which returns a new one.
     """
 
-    schema_version: Annotated[int, Field(alias="schema"), _Version()]
+    schema_version: Annotated[int, Field(alias="schema"), SchemaVersion()]
     """Version of the file format."""
     name: Annotated[str, Text()] = ""
     """What the model is, in words."""
@@ -104,7 +78,7 @@ class Model(Table):
         try:
             return cls.model_validate(tables, context=context)
         except ValidationError as error:
-            only = ("schema",) if _is_newer(tables.get("schema")) else ()
+            only = ("schema",) if is_newer_schema(tables.get("schema")) else ()
             raise model_error(error, tables, positions or Positions(), only) from None
 
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:

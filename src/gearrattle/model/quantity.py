@@ -24,6 +24,13 @@ from gearrattle.model.units import Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
+SCHEMA_VERSION = 1
+"""Of every file that people write: models, studies, mappings, data."""
+NEWER_SCHEMA = (
+    f"this version of gearrattle reads schema {SCHEMA_VERSION} only",
+    "the file was written for a newer gearrattle: update it",
+)
+"""Rule and remedy."""
 GROUND = "ground"
 
 
@@ -145,6 +152,27 @@ class Count(Reader):
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the whole number."""
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
+
+
+class SchemaVersion(Reader):
+    """Reads ``schema``: the version of the format of a TOML file."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> int:
+        """Return the version."""
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise breach(f"must be the version of the file format: {SCHEMA_VERSION}")
+        if is_newer_schema(value):
+            raise breach(*NEWER_SCHEMA)
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the version."""
+        return {"const": SCHEMA_VERSION}
+
+
+def is_newer_schema(version: object) -> bool:
+    """Tell whether a file was written for a later version of its format: then nothing else in it can be judged."""
+    return isinstance(version, int) and version > SCHEMA_VERSION
 
 
 @dataclass(frozen=True)

@@ -21,17 +21,17 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, check_archive
+from gearrattle.formats import check_format, format_name
 from gearrattle.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
 from gearrattle.trajectory import Array
 
-FORMAT = 1
 _NOUNS = {noun.__name__: noun for noun in (Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule)}
 
 
 def packed_charts(charts: Sequence[Chart]) -> bytes:
     """Return charts as an archive; the same charts give the same bytes."""
     arrays: list[Array] = []
-    told = {"format": FORMAT, "charts": [_told(chart, arrays) for chart in charts]}
+    told = {"format": format_name("charts"), "charts": [_told(chart, arrays) for chart in charts]}
     words = np.frombuffer(json.dumps(told, ensure_ascii=False).encode("utf-8"), np.uint8)
     content = BytesIO()
     entries: dict[str, Any] = {"charts": words, **{str(k): each for k, each in enumerate(arrays)}}
@@ -51,10 +51,8 @@ def read_charts(path: Path) -> list[Chart]:
         with np.load(path, allow_pickle=False) as archive:
             told = json.loads(archive["charts"].tobytes().decode("utf-8"))
             arrays = {int(name): archive[name] for name in archive.files if name != "charts"}
-        if told["format"] > FORMAT:
-            raise ModelError(
-                Problem(str(path), f"format {told['format']}", "was written by a later version", "upgrade")
-            )
+        name = told["format"]
+        check_format(f"gearrattle charts {name}" if isinstance(name, int) else name, path, "charts")
         made = [_made(each, arrays) for each in told["charts"]]
         if not all(isinstance(each, Chart) for each in made):
             raise TypeError("not a chart")

@@ -17,6 +17,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import datasets, opened_hdf5
+from gearrattle.formats import check_format, format_name
 from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, is_time, split_columns, unfit, with_times
 from gearrattle.recording import Recording
 
@@ -36,6 +37,7 @@ def read(path: Path, request: Request) -> Raw:
     columns: list[Column] = []
     scales: dict[str, Column] = {}
     with opened_hdf5(path) as file:
+        _check_origin(_text(file.attrs.get("format", "")), path)
         for name, item in datasets(file):
             if (
                 "/#" in f"/{name}"  # MATLAB's references
@@ -65,6 +67,7 @@ def write(recording: Recording, path: Path) -> None:
         time = file.create_dataset("time", data=recording.time)
         time.attrs["units"] = np.bytes_("s")
         time.make_scale("time")
+        file.attrs["format"] = np.bytes_(format_name("recording").encode())
         file.attrs["source"] = np.bytes_(recording.source.encode())
         for channel in recording.channels:
             if channel.name in file or not channel.name.strip("/. "):
@@ -89,6 +92,12 @@ def _with_axes(columns: list[Column], scales: dict[str, Column]) -> list[Column]
         names = [] if column.name in scales else fitting.get(column.values.size, [])
         found.append(replace(column, axis=names[0]) if len(names) == 1 else column)
     return found
+
+
+def _check_origin(name: str, path: Path) -> None:
+    """Refuse a recording that a later version of ``write`` wrote; a file from elsewhere may have any ``format``."""
+    if name.startswith("gearrattle recording "):
+        check_format(name, path, "recording")
 
 
 def _text(value: Any) -> str:

@@ -1,7 +1,8 @@
 """MAT files of version 5, as MATLAB's ``save`` writes them without further words, and of version 4.
 
 A vector is a signal; a matrix is one signal a column; fields of structures are read through their dots. Units are not
-in such files; ``write`` puts names, units and quantities beside the signals, as JSON in the text ``gearrattle``.
+in such files; ``write`` puts names, units and quantities beside the signals, as JSON in the text ``gearrattle``, and
+the format in ``gearrattle_format``.
 Format: The MathWorks, MAT-File Format (R2023a). Version 7.3 is HDF5, and read there. The elements of version 5 are
 parsed here, every length checked against what is there: SciPy 1.17 ends the process on some damaged files.
 
@@ -22,12 +23,14 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import read_bytes, within_limit
+from gearrattle.formats import check_format, format_name
 from gearrattle.readers.base import Column, Raw, Request, split_columns, unfit, with_times
 from gearrattle.recording import Recording
 
 NAME = "mat"
 SUFFIXES = (".mat",)
 _TOLD = "gearrattle"
+_FORMAT = "gearrattle_format"
 _LONGEST_NAME = 63
 _DEEPEST = 20
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -56,11 +59,12 @@ def read(path: Path, request: Request) -> Raw:
     content = read_bytes(path)
     found = list(_version_5(content) if knows(path, content[:128]) else _version_4(content))
     told = next((_told(value) for name, value in found if name == _TOLD), {})
+    check_format(next((value for name, value in found if name == _FORMAT), ""), path, "recording")
     columns: list[Column] = []
     skipped: list[str] = []
     for name, value in found:
         vectors = list(split_columns(name, value)) if isinstance(value, np.ndarray) else []
-        skipped += [] if vectors or name == _TOLD else [name]
+        skipped += [] if vectors or name in (_TOLD, _FORMAT) else [name]
         for full, array in vectors:
             row = told.get(full, {})
             said = [str(row.get(key, "")) for key in ("unit", "quantity", "subject")]
@@ -81,12 +85,13 @@ def write(recording: Recording, path: Path) -> None:
     for channel in recording.channels:
         variable = re.sub(r"\W", "_", channel.name, flags=re.ASCII)
         variable = variable if variable[:1].isalpha() else f"x{variable}"
-        if variable in (*variables, _TOLD) or len(variable) > _LONGEST_NAME:
+        if variable in (*variables, _TOLD, _FORMAT) or len(variable) > _LONGEST_NAME:
             rule = f"as a variable of MATLAB its name would be {variable}, which is taken or too long"
             raise unfit(path, channel.name, rule, "rename the channel")
         variables[variable] = channel.values
         rows[variable] = {k: getattr(channel, k) for k in ("name", "unit", "quantity", "subject")}
-    savemat(path, {**variables, _TOLD: json.dumps(rows)}, oned_as="column", appendmat=False, long_field_names=True)
+    about = {_FORMAT: format_name("recording"), _TOLD: json.dumps(rows)}
+    savemat(path, {**variables, **about}, oned_as="column", appendmat=False, long_field_names=True)
 
 
 def _told(value: Any) -> dict[str, dict[str, str]]:

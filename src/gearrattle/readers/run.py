@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from gearrattle.files import opened_hdf5
+from gearrattle.formats import check_format
 from gearrattle.readers.base import HDF5_SIGNATURE, Column, Raw, Request, unfit
 from gearrattle.recording import Recording
 
@@ -30,7 +31,7 @@ def knows(path: Path, head: bytes) -> bool:
         return False
     try:
         with h5py.File(path, "r") as file:
-            return str(file.attrs.get("format", "")).startswith("gearrattle run")
+            return str(file.attrs.get("format", "")).startswith("gearrattle run ")
     except (OSError, KeyError, RuntimeError, ValueError):  # damaged: the reader of HDF5 will say so
         return False
 
@@ -39,6 +40,7 @@ def read(path: Path, request: Request) -> Raw:
     """Return its motions, deflections, forces and torques."""
     columns = []
     with opened_hdf5(path) as file:
+        check_format(file.attrs["format"], path, "run")
         time = np.array(file["time"][...])
         tables = tomllib.loads(str(file.attrs["model"]))
         meshes = {row["name"] for row in tables.get("mesh", ())}

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from gearrattle.model import units
-from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Reader, Text
+from gearrattle.model.quantity import Choice, Count, Label, Plain, Quantity, Reader, SchemaVersion, Text
 from gearrattle.model.table import Breach, Table, breach
 from gearrattle.model.units import UnitError
 from gearrattle.readers.quantities import factor
@@ -185,7 +185,7 @@ class ChannelTable(Table):
 class MeasurementTables(Table):
     """A mapping file."""
 
-    schema_version: Annotated[int, Field(alias="schema"), Count(1, 1)] = 1
+    schema_version: Annotated[int, Field(alias="schema"), SchemaVersion()] = 1
     """Version of the format."""
     file: Annotated[str, Text()]
     """The record, relative to the mapping."""

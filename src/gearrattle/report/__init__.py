@@ -12,11 +12,11 @@ all of it or nothing. Takes Findings from the pipeline.
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
 from gearrattle.pipeline import Findings
+from gearrattle.report.saved import write_json
 from gearrattle.report.summary import summary
 from gearrattle.writing import Staging
 
@@ -46,6 +46,5 @@ def fill(findings: Findings, folder: Path) -> None:
 
     drawn = fill_figures(charts_of(findings), folder, legend=False)
     (folder / "report.html").write_text(page(findings, drawn), encoding="utf-8")
-    text = json.dumps(summary(findings), indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    write_json(summary(findings), folder / "summary.json", "run summary")
     findings.run.save(folder / "results.nc")

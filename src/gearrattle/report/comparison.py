@@ -8,7 +8,6 @@ Takes a Comparison and, if there is one, a WorkPrecision.
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +30,7 @@ from gearrattle.report.comparison_tables import (
 )
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
@@ -72,8 +72,7 @@ def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, fol
     )
     (folder / "compare.html").write_text(page, encoding="utf-8")
     content = {**comparison.to_dict(), "work_precision": None if precision is None else precision.to_dict()}
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
+    write_json(content, folder / "compare.json", "comparison summary")
 
 
 def _setting(comparison: Comparison) -> str:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.calls.campbell import Campbell
 from gearrattle.comparison.rows import Comparison
 from gearrattle.errors import ModelError, Problem
+from gearrattle.formats import check_format
 from gearrattle.identification.loop_result import LoopFit
 from gearrattle.pipeline import Findings, judged
 from gearrattle.plots import charts
@@ -135,6 +136,7 @@ def _of_netcdf(path: Path) -> list[Chart]:
             data = opened.load()
     except (ValueError, KeyError) as error:
         raise ModelError(Problem(str(path), " ".join(str(error).split()), rule)) from None
+    check_format(data.attrs.pop("format", ""), path, "orders", "spectra", "screening")
     if _of_data(data) is None:
         raise ModelError(Problem(str(path), ", ".join(map(str, data.data_vars)) or "empty", "has no figures", _REMEDY))
     return charts_of(data)

@@ -7,7 +7,6 @@ Takes a model, its Modes and a Campbell.
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +25,7 @@ from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json
 from gearrattle.report.summary import modes_dict, plain
 from gearrattle.wording import counted
 
@@ -92,8 +92,7 @@ def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
     )
     (folder / "modes.html").write_text(page, encoding="utf-8")
-    text = json.dumps(modes_content(model, modes, found), indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "modes.json").write_text(text + "\n", encoding="utf-8")
+    write_json(modes_content(model, modes, found), folder / "modes.json", "modes summary")
 
 
 def _shapes(model: Model, modes: Modes, si: bool) -> list[Drawing]:

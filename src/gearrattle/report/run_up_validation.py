@@ -7,7 +7,6 @@ Takes a RunUp.
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from gearrattle.report.comparison import Section
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
 from gearrattle.validation import RunUp
 
@@ -73,5 +73,4 @@ def fill_run_up(found: RunUp, folder: Path) -> None:
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
     )
     (folder / "report.html").write_text(page, encoding="utf-8")
-    text = json.dumps(run_up_content(found), indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    write_json(run_up_content(found), folder / "summary.json", "run-up validation summary")

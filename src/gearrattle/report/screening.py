@@ -8,7 +8,6 @@ Takes the Dataset of ``gearrattle.screen``.
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import figure_of, page_script, plotly_script
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.screening_tables import (
     gears_of,
     gears_table,
@@ -88,6 +88,5 @@ def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
         plotly=plotly_script(),
     )
     (folder / "report.html").write_text(page, encoding="utf-8")
-    text = json.dumps(screening_content(data), indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    data.to_netcdf(folder / "results.nc", engine="h5netcdf")
+    write_json(screening_content(data), folder / "summary.json", "screening summary")
+    write_netcdf(data, folder / "results.nc", "screening")

@@ -8,7 +8,6 @@ Takes the Dataset of ``gearrattle.spectra``.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from gearrattle.report.comparison import Section
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import figure_of, page_script, plotly_script
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
 from gearrattle.report.summary import plain
 from gearrattle.report.tables import Table
@@ -83,9 +83,8 @@ def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[
         plotly=plotly_script(),
     )
     (folder / "report.html").write_text(page, encoding="utf-8")
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    data.to_netcdf(folder / "results.nc", engine="h5netcdf")
+    write_json(content, folder / "summary.json", "spectra summary")
+    write_netcdf(data, folder / "results.nc", "spectra")
     _write_csv(data, folder / "results.csv", si=si)
 
 

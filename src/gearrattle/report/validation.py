@@ -8,7 +8,6 @@ Takes a Validation.
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from markupsafe import Markup
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json
 from gearrattle.report.validation_tables import (
     budget_table,
     impacts_table,
@@ -64,5 +64,4 @@ def fill_validation(found: Validation, folder: Path) -> None:
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
     )
     (folder / "report.html").write_text(page, encoding="utf-8")
-    text = json.dumps(validation_content(found), indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    write_json(validation_content(found), folder / "summary.json", "validation summary")

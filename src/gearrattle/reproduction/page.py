@@ -8,7 +8,6 @@ Takes a Reproduction.
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from markupsafe import Markup
 from gearrattle import report
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.record import Reproduction, Section
 
@@ -43,8 +43,7 @@ def fill(found: Reproduction, folder: Path) -> None:
     )
     (folder / "reproduction.html").write_text(page, encoding="utf-8")
     content = {**found.to_dict(), "created": now(), "versions": versions()}
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "reproduction.json").write_text(text + "\n", encoding="utf-8")
+    write_json(content, folder / "reproduction.json", "reproduction summary")
 
 
 def rows_table(section: Section) -> Table:

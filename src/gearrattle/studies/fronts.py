@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import GearRattleError
+from gearrattle.formats import format_name
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.results import Run
@@ -183,7 +184,11 @@ def written(data: xr.Dataset, place: Place) -> None:
     words = {str(name): each for name, each in data.coords.items() if each.dtype.kind in "OUT"}
     texts = {name: (each.dims, each.values.astype(_WORDS)) for name, each in words.items()}
     order = [str(name) for name in data]
-    whole = data.drop_encoding().assign_coords(texts).assign_attrs(other_coordinates=names, order=order)
+    whole = (
+        data.drop_encoding()
+        .assign_coords(texts)
+        .assign_attrs(format=format_name("optimization"), other_coordinates=names, order=order)
+    )
     whole.to_zarr(place.zarr(_RESULTS), mode="w", consolidated=False)
 
 

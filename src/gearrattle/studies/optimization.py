@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, check_model
 from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
-_FORMAT = "gearrattle optimization 1"
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 
@@ -193,6 +193,7 @@ class Optimization:
         owner = self._owner()
         if place.exists(ABOUT):
             kept = json.loads(place.read(ABOUT)).get("owner", {})
+            check_format(kept.get("format", ""), f"{place.address}/{ABOUT}", "optimization")
             if kept != owner:
                 changed = [key for key, value in owner.items() if kept.get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
@@ -206,7 +207,7 @@ class Optimization:
         function = self.outputs.function
         objectives, constraints = self.goals
         return {
-            "format": _FORMAT, "model": self.model.to_toml(), "variables": repr(self.ranges),
+            "format": format_name("optimization"), "model": self.model.to_toml(), "variables": repr(self.ranges),
             "objectives": repr([(each.quantity.label, each.sense) for each in objectives]),
             "constraints": repr([(each.quantity.label, each.below, each.above) for each in constraints]),
             "seed": str(self.seed), "population": str(self.size[0]),

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.formats import check_format, format_name
 from gearrattle.model.path_labels import path_label
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.claims import ABOUT, check_place, holds_one
@@ -36,7 +37,6 @@ from gearrattle.studies.plan import SAMPLE, Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "gearrattle study 2"
 OUTCOME = "outcome"
 _RESULTS, _DONE = "results.zarr", "done"
 Told = Callable[[float], None]
@@ -88,6 +88,7 @@ class Store:
         check_place(place, resume=resume)
         if place.exists(ABOUT):
             kept = json.loads(place.read(ABOUT))
+            check_format(kept["owner"].get("format", ""), f"{place.address}/{ABOUT}", "study")
             if kept["owner"] != store._owner():
                 changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
                 rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
@@ -111,7 +112,8 @@ class Store:
         function = self.outputs.function
         named = f"{function.__module__}.{getattr(function, '__qualname__', '')}" if function is not None else ""
         return {
-            "format": FORMAT, "cases and model": self.plan.fingerprint, "outputs": json.dumps(names), "function": named,
+            "format": format_name("study"), "cases and model": self.plan.fingerprint, "outputs": json.dumps(names),
+            "function": named,
             **{name: version(name) for name in ("gearrattle", "numpy", "numba")},
         }  # fmt: skip
 
@@ -162,6 +164,7 @@ class Store:
         outcome = _array(group, OUTCOME, grid, "int8", MISSING)
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
         outcome.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in OUTCOMES)
+        group.attrs["format"] = format_name("study")
         group.attrs["source"] = f"gearrattle {version('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
         group.attrs.update({"kind": plan.kind, **plan.attributes})
@@ -349,6 +352,8 @@ def open_study(folder: Address) -> xr.Dataset:
         raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
     with xr.open_zarr(place.zarr(_RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
+    if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
+        check_format(name, place.address, "study", "optimization")
     grid = loaded[OUTCOME].shape
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))

@@ -1,0 +1,89 @@
+"""Formats of saved files: each file names its kind and a version, and a reader refuses what it cannot read.
+
+The name is ``gearrattle KIND VERSION``: the attribute ``format`` of netCDF, HDF5 and Zarr, the key ``format`` of JSON,
+the entry ``format`` of .npz and .mat. A version rises when an earlier gearrattle would misread the file. Files that
+people write (models, studies, mappings, data) have the number ``schema`` in its place, checked where TOML is read.
+docs/reference/formats.md tells what each kind holds.
+
+Takes names of formats; raises.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from gearrattle.errors import ModelError, Problem
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of saved file.
+
+    Attributes:
+        version: that is written.
+        again: how such a file is made anew.
+        oldest: the earliest version that can be read; 0 if files of the first versions name no format.
+    """
+
+    version: int
+    again: str
+    oldest: int = 1
+
+
+FORMATS = {
+    "run": Format(1, "simulate the model again"),
+    "stream": Format(1, "compute the motion again in another folder"),
+    "study": Format(2, "compute the study again in another folder", oldest=2),
+    "optimization": Format(1, "optimise again in another folder"),
+    "charts": Format(1, "run the command that wrote the folder again"),
+    "orders": Format(1, "run gearrattle orders again", oldest=0),
+    "spectra": Format(1, "run gearrattle spectra again", oldest=0),
+    "screening": Format(1, "run gearrattle screen again", oldest=0),
+    "recording": Format(1, "write the recording again", oldest=0),
+    "matrices": Format(1, "run gearrattle condense again", oldest=0),
+    "run summary": Format(1, "run gearrattle run again", oldest=0),
+    "modes summary": Format(1, "run gearrattle modes again", oldest=0),
+    "comparison summary": Format(1, "run gearrattle compare again", oldest=0),
+    "validation summary": Format(1, "run gearrattle validate again", oldest=0),
+    "run-up validation summary": Format(1, "run gearrattle validate again", oldest=0),
+    "spectra summary": Format(1, "run gearrattle spectra again", oldest=0),
+    "screening summary": Format(1, "run gearrattle screen again", oldest=0),
+    "reproduction summary": Format(1, "run gearrattle reproduce again", oldest=0),
+}
+"""Every kind of file that gearrattle writes in a format of its own."""
+
+
+def format_name(kind: str) -> str:
+    """Return the name of the format that is written: ``"gearrattle run 1"``."""
+    return f"gearrattle {kind} {FORMATS[kind].version}"
+
+
+def check_format(name: object, place: object, *kinds: str) -> None:
+    """Refuse a file whose format cannot be read.
+
+    Args:
+        name: of its format, as the file tells it; empty if it tells none.
+        place: the file, for the message.
+        kinds: that are wanted, any of them.
+
+    Raises:
+        ModelError: a file of another kind or origin, or of a version that is not read; the remedy says what to do.
+    """
+    text = str(name)
+    if not text and any(FORMATS[kind].oldest == 0 for kind in kinds):
+        return
+    parts = re.fullmatch(r"gearrattle ([a-z -]+) (\d{1,9})", text)
+    kind = parts[1] if parts else ""
+    if parts is None or kind not in kinds:
+        wanted = " or ".join(f'"gearrattle {each}"' for each in kinds)
+        found = f'"{text[:60]}"' if text.isprintable() and text else "no format of gearrattle"
+        rule = f"a file of the format {wanted} is needed"
+        raise ModelError(Problem(f"{place}", found, rule, FORMATS[kinds[0]].again))
+    version, known = int(parts[2]), FORMATS[kind]
+    if version > known.version:
+        rule = f'was written by a later version of gearrattle; this one reads "{format_name(kind)}"'
+        raise ModelError(Problem(f"{place}", f'"{text}"', rule, f"upgrade gearrattle, or {known.again}"))
+    if version < known.oldest:
+        rule = f'was written by an earlier version of gearrattle; this one reads "{format_name(kind)}"'
+        raise ModelError(Problem(f"{place}", f'"{text}"', rule, known.again))
