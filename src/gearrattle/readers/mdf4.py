@@ -101,7 +101,8 @@ def write(recording: Recording, path: Path) -> None:
     ]  # fmt: skip
     with mdf(version="4.10") as file:
         file.append(signals, comment=recording.source)
-        file.save(path, overwrite=True)
+        saved = Path(file.save(path, overwrite=True))
+    saved.replace(path)  # the library gives a file its own ending
 
 
 def _opened(mdf: Any, path: Path) -> Any:
