@@ -46,17 +46,26 @@ class ModelError(GearRattleError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
+LARGEST_WHOLE = 2**63 - 1
+"""The largest whole number that an argument may be."""
+
+
 def not_whole(arguments: Mapping[str, tuple[object, int]]) -> list[Problem]:
-    """Return the problems of arguments that must be whole numbers: 3.5 is refused, and so are 3.0 and True.
+    """Return the problems of arguments that must be whole numbers: 3.5 is refused, and so are 3.0, True and 2**63.
 
     Args:
         arguments: name to value and smallest allowed.
     """
-    return [
-        Problem(name, f"{value}", f"must be a whole number from {least}")
-        for name, (value, least) in arguments.items()
-        if isinstance(value, bool) or not isinstance(value, Integral) or value < least
-    ]
+    problems = []
+    for name, (value, least) in arguments.items():
+        if isinstance(value, bool) or not isinstance(value, Integral):
+            problems.append(Problem(name, f"{value}", f"must be a whole number from {least}"))
+        elif int(value) > LARGEST_WHOLE:
+            problems.append(Problem(name, "", f"must be a whole number from {least} to {LARGEST_WHOLE}"))
+        elif int(value) < least:
+            text = f"{value}" if int(value) >= -LARGEST_WHOLE else ""
+            problems.append(Problem(name, text, f"must be a whole number from {least}"))
+    return problems
 
 
 class NotInstalled(ModelError):

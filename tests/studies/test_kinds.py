@@ -8,6 +8,7 @@ import pytest
 
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
+from gearrattle.model.quantity import AnyTable
 from gearrattle.report.study_pages import PAGES
 from gearrattle.studies.file import read_study
 from gearrattle.studies.kinds import KINDS
@@ -31,7 +32,7 @@ def test_every_kind_has_its_page() -> None:
 def test_needed_keys_and_tables_are_keys_of_the_file(kind: object) -> None:
     found = KINDS[kind.name]  # type: ignore[attr-defined]
     assert set(found.needed) <= set(found.keys)
-    assert all(found.keys[name] is dict for name in found.tables)
+    assert all(isinstance(found.keys[name], AnyTable) for name in found.tables)
     assert not set(found.keys) & {"schema", "name", "kind", "model"}
 
 

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.table import did_you_mean, listed
+from gearrattle.model.quantity import AnyTable, checked
+from gearrattle.model.table import did_you_mean, listed, shown
 
 _NAMED = ("inertia", "coupling", "mesh")
 _LISTS = (*_NAMED, "torque")
@@ -38,7 +39,10 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     """
     fresh: dict[str, Any] = _thawed(tables)
     problems: list[Problem] = []
-    for path, value in changes.items():
+    for path, value in checked(AnyTable(), changes, "changes").items():
+        if not isinstance(path, str):
+            problems.append(Problem("path", shown(path), "must be a text", 'such as "mesh.gear.backlash"'))
+            continue
         try:
             _set(fresh, path, _thawed(value))
         except _NoPathError as error:

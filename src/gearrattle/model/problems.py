@@ -60,7 +60,7 @@ def model_error(
 
 def place(location: Location, names: Mapping[Location, str], positions: Positions) -> str:
     """Return ``"case3.toml:12: coupling.clutch.stiffness"``, or as much of it as is known."""
-    parts = [_printable(names.get(location[: depth + 1], part)) for depth, part in enumerate(location)]
+    parts = [printable(names.get(location[: depth + 1], part)) for depth, part in enumerate(location)]
     path = ".".join(parts)
     if not positions.name:
         return path or "model"
@@ -86,7 +86,7 @@ def _names(tables: Mapping[str, Any]) -> dict[Location, str]:
     return found
 
 
-def _printable(part: int | str) -> str:
+def printable(part: int | str) -> str:
     """Return a key as it may be printed: odd ones in quotes, long ones cut."""
     text = str(part)
     return text if text.replace("_", "").replace("-", "").isalnum() and len(text) <= 60 else shown(text)

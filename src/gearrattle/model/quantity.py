@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.table import breach, did_you_mean, listed
+from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
@@ -226,6 +227,51 @@ class Text(Reader):
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the text."""
         return {"type": "string"}
+
+
+@dataclass(frozen=True)
+class Texts(Reader):
+    """A list of texts."""
+
+    example: str
+
+    def read(self, value: Any, _dimensionless: bool, /) -> list[str]:
+        """Return the list."""
+        if not isinstance(value, (list, tuple)) or not all(isinstance(item, str) for item in value):
+            raise breach(f"must be a list of texts in quotes, such as {self.example}")
+        return list(value)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the list."""
+        return {"type": "array", "items": {"type": "string"}}
+
+
+@dataclass(frozen=True)
+class AnyTable(Reader):
+    """A table of keys and values, whatever they are."""
+
+    def read(self, value: Any, _dimensionless: bool, /) -> Mapping[str, Any]:
+        """Return the table."""
+        if not isinstance(value, Mapping):
+            raise breach("must be a table of keys and values")
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the table."""
+        return {"type": "object"}
+
+
+def checked(reader: Reader, value: Any, place: str) -> Any:
+    """Return a value that obeys a rule; plain numbers only, without units.
+
+    Raises:
+        ModelError: it breaks the rule.
+    """
+    try:
+        return reader.read(value, True)
+    except PydanticCustomError as error:
+        told = error.context or {}
+        raise ModelError(Problem(place, shown(value), told["rule"], told["remedy"])) from None
 
 
 def two(rule: str) -> BeforeValidator:

@@ -20,6 +20,7 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
+from gearrattle.model.table import shown
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
 from gearrattle.studies.designs import METHODS
@@ -110,7 +111,7 @@ def prepare(
     _check(samples, method, tolerance, same)
     if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
         raise ModelError(problems)
-    base = model.with_(dict(fixed)) if fixed else model
+    base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
@@ -203,15 +204,17 @@ def basins(
 
 def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:
     """Refuse what is wrong by itself."""
-    problems = []
-    if isinstance(samples, bool) or not isinstance(samples, int) or not 0 <= samples <= 100 * MOST:
-        problems.append(Problem("samples", str(samples), "must be a whole number"))
-    if method not in METHODS:
-        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(METHODS)}"))
+    problems = not_whole({"samples": (samples, 0)})
+    if not problems and samples > 100 * MOST:
+        problems.append(Problem("samples", shown(samples), f"more than {100 * MOST} cases cannot be held"))
+    if not isinstance(method, str) or method not in METHODS:
+        problems.append(Problem("method", shown(method), f"must be one of {', '.join(METHODS)}"))
     numbers = {"tolerance": tolerance, "same": same}
     for name, value in numbers.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 0.1:
-            problems.append(Problem(name, str(value), "must be above 0 and below 0.1, in units of half the clearance"))
+            problems.append(
+                Problem(name, shown(value), "must be above 0 and below 0.1, in units of half the clearance")
+            )
     if not problems and not tolerance < same:
         rule = f"must be above tolerance, {tolerance:g}: a motion settles to no better than that"
         problems.append(Problem("same", f"{same:g}", rule))

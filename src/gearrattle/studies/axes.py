@@ -4,11 +4,15 @@ An axis takes one path through its values, or several paths together, value by v
 range: from, to, count, spacing "linear" or "log". Each is read as the model file reads it, units and all; what the
 model refuses an axis refuses, before anything runs.
 
+Values may be an array of NumPy, a Series of pandas or a DataArray of xarray; the attribute ``units`` of the latter two
+counts.
+
 Takes mappings; gives frozen axes.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,10 +23,19 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
+from gearrattle.model.quantity import AnyTable, Choice, Count, checked
 from gearrattle.model.table import did_you_mean, shown
 
 _RANGE = ("from", "to", "count", "spacing")
+SPACING = Choice(("linear", "log"))
 _MOST_VALUES = 10_000_000
+_NAME = re.compile(r"[\w-]+( [\w-]+)*")
+_LONGEST_NAME = 60
+_TAKEN = frozenset((
+    "sample", "part", "inertia", "cycle", "direction", "design", "objective", "generation", "attractor", "multiplier",
+    "outcome", "verdict", "regime", "motion", "motions", "period", "basin", "share",
+))  # fmt: skip
+"""Dimensions and variables of the Datasets of studies."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +75,9 @@ def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """
     problems: list[Problem] = []
     found = []
-    for name, values in given.items():
+    for name, values in checked(AnyTable(), given, "axes").items():
         several = isinstance(values, Mapping) and not set(values) & set(_RANGE)
+        problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[str, tuple[Any, ...]] = {}
         for path, each in by_path.items():
@@ -80,6 +94,16 @@ def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     if problems:
         raise ModelError(problems)
     return tuple(found)
+
+
+def _wrong_name(name: object) -> list[Problem]:
+    """Return the problem of a name for several paths; it becomes a dimension, and a file where the study is kept."""
+    if not isinstance(name, str) or _NAME.fullmatch(name) is None or len(name) > _LONGEST_NAME:
+        rule = f"the name of several paths has letters, digits, _, - and single blanks, {_LONGEST_NAME} at most"
+        return [Problem(f"axis {shown(name)}", "", rule, "or give one path and its values")]
+    if name in _TAKEN:
+        return [Problem(f"axis {name}", "", "the results of studies use this name", "choose another")]
+    return []
 
 
 def _read(path: str, model: Model, value: Any) -> Any:
@@ -99,9 +123,26 @@ def values_of(path: str, given: Any, read: Callable[[Any], Any]) -> tuple[Any, .
     """
     if isinstance(given, Mapping):
         return _ranged(path, given, read)
-    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or not len(given):
+    values = listed_values(given)
+    if not values:
         raise ModelError(Problem(path, shown(given), "must be a list of values, or a range with from, to and count"))
-    return tuple(read(value) for value in (given.tolist() if isinstance(given, np.ndarray) else given))
+    return tuple(read(value) for value in values)
+
+
+def listed_values(given: Any) -> list[Any]:
+    """Return the values of a list or of an array in one dimension, numbers with the unit it names; else nothing."""
+    if isinstance(given, Sequence) and not isinstance(given, str | bytes):
+        return list(given)
+    if not hasattr(given, "__array__"):
+        return []
+    array = np.asarray(given)
+    if array.ndim != 1 or array.dtype.kind not in "iufOUT":
+        return []
+    values: list[Any] = array.tolist()
+    unit = str(getattr(given, "attrs", {}).get("units", "")).replace(" ", "*")
+    if unit in ("", "1"):
+        return values
+    return [value if isinstance(value, str) else f"{value!r} {unit}" for value in values]
 
 
 def _ranged(path: str, given: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
@@ -112,18 +153,18 @@ def _ranged(path: str, given: Mapping[str, Any], read: Callable[[Any], Any]) -> 
     missing = [key for key in ("from", "to", "count") if key not in given]
     if missing:
         raise ModelError(Problem(path, shown(dict(given)), f"a range needs {', '.join(missing)}"))
-    count, spacing = given["count"], given.get("spacing", "linear")
-    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= _MOST_VALUES:
-        raise ModelError(Problem(f"{path}.count", shown(count), f"must be a whole number from 2 to {_MOST_VALUES}"))
-    if spacing not in ("linear", "log"):
-        raise ModelError(Problem(f"{path}.spacing", shown(spacing), 'must be "linear" or "log"'))
+    count = checked(Count(2, _MOST_VALUES), given["count"], f"{path}.count")
+    spacing = checked(SPACING, given.get("spacing", "linear"), f"{path}.spacing")
     ends = [read(given[key]) for key in ("from", "to")]
     if not all(isinstance(end, float | int) and not isinstance(end, bool) for end in ends):
         raise ModelError(Problem(path, shown(ends), "a range is of numbers"))
     if spacing == "log" and not min(ends) > 0.0:
         raise ModelError(Problem(path, shown(ends), 'spacing "log" needs positive ends'))
     low, high = map(float, ends)
-    spaced = np.geomspace(low, high, count) if spacing == "log" else np.linspace(low, high, count)
+    with np.errstate(over="ignore", invalid="ignore"):
+        spaced = np.geomspace(low, high, count) if spacing == "log" else np.linspace(low, high, count)
+    if not np.isfinite(spaced).all():
+        raise ModelError(Problem(path, shown(ends), "the ends of a range lie too far apart for floating-point numbers"))
     return tuple(spaced.tolist())
 
 

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, NotInstalled, Problem
+from gearrattle.errors import ModelError, NotInstalled, Problem, not_whole
+from gearrattle.model.table import shown
 
 Array = NDArray[np.float64]
 
@@ -122,24 +123,22 @@ def design_of(method: str, samples: int, varied: int) -> Design:
     Raises:
         ModelError: there is no such method, or the number does not suit; all that is wrong.
     """
-    problems = []
-    whole = not isinstance(samples, bool) and isinstance(samples, int) and samples >= 0
-    design = DESIGNS.get(method)
-    if not whole:
-        problems.append(Problem("samples", str(samples), "must be a whole number"))
+    problems = not_whole({"samples": (samples, 0)})
+    whole = not problems
+    design = DESIGNS.get(method) if isinstance(method, str) else None
     if design is None:
-        problems.append(Problem("method", f'"{method}"', f"must be one of {', '.join(DESIGNS)}"))
+        problems.append(Problem("method", shown(method), f"must be one of {', '.join(DESIGNS)}"))
         design = DESIGNS["random"]
     if design.counted and bool(varied) != bool(samples):
         rule = "what scatters needs a number of samples, and samples something that scatters"
-        problems.append(Problem("samples", str(samples), rule))
+        problems.append(Problem("samples", shown(samples), rule))
     elif not design.counted and (samples or not varied):
         rule = f"{method} takes no number: it has the model and two cases for every value that scatters"
-        problems.append(Problem("samples", str(samples), rule, "leave it out" if samples else "let values scatter"))
+        problems.append(Problem("samples", shown(samples), rule, "leave it out" if samples else "let values scatter"))
     elif design.paired and whole and samples & (samples - 1):
         lower = 1 << (samples.bit_length() - 1)
         rule = "must be a power of two, so that Sobol's sequence is balanced"
-        problems.append(Problem("samples", str(samples), rule, f"{lower} or {2 * lower}"))
+        problems.append(Problem("samples", shown(samples), rule, f"{lower} or {2 * lower}"))
     if problems:
         raise ModelError(problems)
     return design

@@ -31,6 +31,7 @@ from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.model.table import shown
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
@@ -127,14 +128,14 @@ def prepare(
     """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
     refuse_unsteady(model, "a bifurcation diagram")
     problems = []
-    if direction not in WAYS:
-        problems.append(Problem("direction", f'"{direction}"', f"must be one of {', '.join(WAYS)}"))
+    if not isinstance(direction, str) or direction not in WAYS:
+        problems.append(Problem("direction", shown(direction), f"must be one of {', '.join(WAYS)}"))
     if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 0.0 < tolerance < 0.1:
         rule = "must be above 0 and below 0.1: the largest difference of two points that are called the same"
-        problems.append(Problem("tolerance", str(tolerance), rule, f"for example {TOLERANCE:g}"))
+        problems.append(Problem("tolerance", shown(tolerance), rule, f"for example {TOLERANCE:g}"))
     if problems:
         raise ModelError(problems)
-    base = model.with_(dict(fixed)) if fixed else model
+    base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
@@ -231,7 +232,7 @@ def bifurcation(
 def _check_order(axis: Axis) -> None:
     values = axis.coordinate
     if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        raise ModelError(Problem(axis.name, str(values[0]), "what is swept must be a number"))
+        raise ModelError(Problem(axis.name, shown(values[0]), "what is swept must be a number"))
     if len(values) < 2 or np.any(np.diff(np.array(values, dtype=float)) <= 0.0):
         remedy = 'sort them; direction = "down" goes backward'
         raise ModelError(Problem(axis.name, "", "a sweep needs two values at least, and they must ascend", remedy))

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.quantity import AnyTable, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.studies.axes import in_si
 from gearrattle.studies.designs import DESIGNS
@@ -78,7 +79,7 @@ def distributions_of(given: Mapping[str, Any], model: Model) -> tuple[Distributi
     """
     problems: list[Problem] = []
     found = []
-    for path, table in given.items():
+    for path, table in checked(AnyTable(), given, "vary").items():
         try:
             found.append(_distribution(path, table, model))
         except ModelError as error:
@@ -89,11 +90,10 @@ def distributions_of(given: Mapping[str, Any], model: Model) -> tuple[Distributi
 
 
 def _distribution(path: str, table: Any, model: Model) -> Distribution:
-    if not isinstance(table, Mapping) or table.get("distribution") not in KINDS:
-        kind = table.get("distribution") if isinstance(table, Mapping) else table
+    kind = table.get("distribution") if isinstance(table, Mapping) else table
+    if not isinstance(table, Mapping) or not isinstance(kind, str) or kind not in KINDS:
         rule = f"distribution must be one of {', '.join(KINDS)}"
         raise ModelError(Problem("distribution", shown(kind), rule, did_you_mean(str(kind), tuple(KINDS))))
-    kind = table["distribution"]
     allowed = (*KINDS[kind], *(("cut",) if kind in ("normal", "log-normal") else ()), "distribution")
     problems = [
         Problem(key, "", f"is no parameter of {kind}; it has {', '.join(KINDS[kind])}", did_you_mean(key, allowed))
@@ -105,14 +105,10 @@ def _distribution(path: str, table: Any, model: Model) -> Distribution:
     ]
     if problems:
         raise ModelError(problems)
-    plain = {"factor": table.get("factor"), "cut": table.get("cut", CUT)}
-    p = {key: plain[key] if key in plain else _si(path, key, table[key], model) for key in KINDS[kind]}
+    p = {key: table[key] if key == "factor" else _si(path, key, table[key], model) for key in KINDS[kind]}
     if kind in ("normal", "log-normal"):
-        p["cut"] = plain["cut"]
-    bad = [key for key, value in p.items() if isinstance(value, bool) or not isinstance(value, int | float)]
-    if bad:
-        raise ModelError(Problem(bad[0], shown(p[bad[0]]), "must be a number"))
-    numbers = {key: float(value) for key, value in p.items()}
+        p["cut"] = table.get("cut", CUT)
+    numbers = {key: checked(Plain(), value, key) for key, value in p.items()}
     _check(kind, numbers)
     found = Distribution(path, kind, numbers)
     for end in found.quantile(np.array([0.0, 1.0])).tolist():
@@ -122,7 +118,7 @@ def _distribution(path: str, table: Any, model: Model) -> Distribution:
 
 def _si(path: str, key: str, value: Any, model: Model) -> Any:
     """A deviation is a difference: it has the unit of the value, but need not be one."""
-    if key == "deviation" and isinstance(value, int | float):
+    if key == "deviation" and not isinstance(value, str):
         return value
     return in_si(path, value, model)
 

@@ -13,6 +13,7 @@ Takes a path; gives the kind and what to prepare it with.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,14 +22,14 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import load
 from gearrattle.model.file import read_tables, read_text
-from gearrattle.model.problems import Positions, place
-from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.model.problems import Positions, place, printable
+from gearrattle.model.quantity import AnyTable, Count, Reader, Text, checked
+from gearrattle.model.table import Location, did_you_mean, listed, shown
 from gearrattle.studies.kinds import KINDS, Kind, Study
 
-_EVERY: Mapping[str, type] = {"schema": int, "name": str, "kind": str, "model": str}
+_EVERY: Mapping[str, Reader] = {"schema": Count(1), "name": Text(), "kind": Text(), "model": Text()}
 _DEFAULT = "grid"
 _MEANT = 'did you mean "%s"?'
-_WORDS = {int: "a whole number", float: "a number", str: "a text", list: "a list", dict: "a table"}
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
         if key not in {*tables, *meant}:
             problems.append(Problem(name, "", f'a study of the kind "{kind.name}" needs {key}', f"add {key}"))
     if tables.get("schema", 1) != 1:
-        problems.append(Problem(name, shown(tables["schema"]), "schema must be 1"))
+        problems.append(Problem(place(("schema",), {}, positions), shown(tables["schema"]), "schema must be 1"))
     if problems:
         raise ModelError(problems)
     model = load(Path(name).parent / _model_file(tables["model"], place(("model",), {}, positions)))
@@ -98,13 +99,26 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
 
 
 def _placed(problem: Problem, positions: Positions) -> Problem:
-    """Say file and line of the longest key that a problem's place names; as it is where it names none."""
-    named = [key for key in positions.lines if isinstance(key[-1], str) and key[-1] in problem.place]
-    if not named or problem.place.startswith(positions.name):
+    """Say file and line of the key most of whose parts a problem's place names; the file where it names none."""
+    named = [key for key in positions.lines if _is_named(key[-1], problem.place)]
+    if problem.place.startswith(positions.name):
         return problem
-    key = max(named, key=lambda each: (len(str(each[-1])), len(each)))
+    if not named:
+        return replace(problem, place=f"{positions.name}: {problem.place}")
+
+    def parts_named(key: Location) -> int:
+        return sum(_is_named(part, problem.place) for part in key)
+
+    key = max(named, key=lambda key: (parts_named(key), len(str(key[-1]))))
     at = f"{positions.name}:{positions.lines[key]}: {problem.place}"
     return replace(problem, place=at)
+
+
+def _is_named(key: int | str, where: str) -> bool:
+    """Tell whether a problem's place names a key, not a longer word that it is a part of."""
+    if not isinstance(key, str) or not key:
+        return False
+    return any(re.search(rf"(?<![\w-]){re.escape(text)}(?![\w-])", where) for text in (key, printable(key)))
 
 
 def _model_file(path: str, where: str) -> str:
@@ -128,23 +142,21 @@ def _kind(tables: Mapping[str, Any], positions: Positions) -> Kind:
     return KINDS[asked]
 
 
-def _form(table: Any, known: Mapping[str, type], positions: Positions, under: str = "") -> list[Problem]:
-    """Problems of keys that do not exist or hold the wrong kind of value."""
+def _form(table: Any, known: Mapping[str, Reader], positions: Positions, under: str = "") -> list[Problem]:
+    """Problems of keys that do not exist or break their rule."""
     if not isinstance(table, Mapping):
         return []
-    found = []
+    found: list[Problem] = []
     for key, value in table.items():
         at = place((under, key) if under else (key,), {}, positions)
         if key not in known:
             rule = f"there is no such key; there are {', '.join(known)}"
             found.append(Problem(at, "", rule, did_you_mean(key, known)))
-        elif not _is_a(value, known[key]):
-            remedy = f"begin it with [{key}], not [[{key}]]" if known[key] is dict and isinstance(value, list) else ""
-            found.append(Problem(at, shown(value), f"must be {_WORDS[known[key]]}", remedy))
+            continue
+        try:
+            checked(known[key], value, at)
+        except ModelError as error:
+            is_array = isinstance(value, list) and value and isinstance(known[key], AnyTable)
+            remedy = f"begin it with [{key}], not [[{key}]]" if is_array else ""
+            found += [replace(problem, remedy=problem.remedy or remedy) for problem in error.problems]
     return found
-
-
-def _is_a(value: Any, wanted: type) -> bool:
-    if isinstance(value, bool):
-        return wanted is bool
-    return isinstance(value, int | float) if wanted is float else isinstance(value, wanted)

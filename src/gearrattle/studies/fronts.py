@@ -39,6 +39,10 @@ _WORDS = np.dtypes.StringDType()
 DESIGN, _RESULTS = "design", "results.zarr"
 _SAME, _ENERGY = 1e-6, 1e-6
 
+VARIABLES = ("value", "violation", "front", "exact", "certified", "born", "best", "hypervolume", "design", "objective",
+             "generation")  # fmt: skip
+"""What the Dataset of an optimisation has besides outputs and variables."""
+
 
 def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:
     """Return what designs are worth: (n, objectives), all to be small, and (n,) the sum of their violations."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.model.quantity import AnyTable, Choice, Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.studies.layout import numbers_of
 from gearrattle.studies.outputs import Output, Outputs
@@ -98,14 +99,12 @@ def objectives_of(given: Mapping[str, Any], outputs: Outputs) -> tuple[Objective
         ModelError: everything that is wrong with them.
     """
     problems, found = [], []
-    if not given:
+    if not checked(AnyTable(), given, "objectives"):
         problems.append(Problem("objectives", "none", "an optimisation needs one at least", 'for example {...: "min"}'))
     for label, sense in given.items():
         try:
             quantity = _quantity(f"objective {label}", label, outputs, small=sense == "min")
-            if sense not in SENSES:
-                raise ModelError(Problem(f"objective {label}", shown(sense), 'must be "min" or "max"'))
-            found.append(Objective(quantity, sense))
+            found.append(Objective(quantity, checked(Choice(tuple(SENSES)), sense, f"objective {label}")))
         except ModelError as error:
             problems += error.problems
     if problems:
@@ -126,7 +125,7 @@ def constraints_of(given: Mapping[str, Any], outputs: Outputs, model: Model) -> 
     """
     problems: list[Problem] = []
     found = []
-    for label, table in given.items():
+    for label, table in checked(AnyTable(), given, "constraints").items():
         try:
             found.append(_constraint(label, table, outputs, model))
         except ModelError as error:
@@ -144,11 +143,8 @@ def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Const
     if unknown:
         remedy = did_you_mean(unknown[0], ("below", "above", "of"))
         raise ModelError(Problem(place, unknown[0], "a constraint has below, above, of", remedy))
-    limits = {key: table.get(key) for key in ("below", "above")}
-    bad = [v for v in limits.values() if v is not None and (isinstance(v, bool) or not isinstance(v, int | float))]
-    if bad:
-        raise ModelError(Problem(place, shown(bad[0]), "a limit must be a number, in SI"))
-    below, above = (None if value is None else float(value) for value in limits.values())
+    limits = (table.get("below"), table.get("above"))
+    below, above = (None if value is None else checked(Plain(), value, place) for value in limits)
     if below is not None and above is not None and not above < below:
         raise ModelError(Problem(place, f"above {above:g}, below {below:g}", "leaves nothing between"))
     if "of" not in table:
@@ -207,4 +203,4 @@ def labels_of(outputs: Outputs) -> dict[str, tuple[Output, str]]:
 
 def named_outputs(labels: list[str]) -> list[str]:
     """Return the outputs that labels ask for."""
-    return list(dict.fromkeys(label.rpartition(": ")[2] for label in labels))
+    return list(dict.fromkeys(label.rpartition(": ")[2] if isinstance(label, str) else label for label in labels))

@@ -13,7 +13,7 @@ import json
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -25,20 +25,21 @@ from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.claims import ABOUT, check_place
 from gearrattle.studies.evolution import Evolution
-from gearrattle.studies.fronts import finished, front_files, told_of, valued, written
+from gearrattle.studies.fronts import VARIABLES, finished, front_files, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
-from gearrattle.studies.outputs import Function, Outputs, check_names, outputs_of
+from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened, unreachable
-from gearrattle.studies.store import Store, failures_of, is_whole
+from gearrattle.studies.store import Store, check_array_names, failures_of, is_whole
 from gearrattle.studies.structures import structures_of
 
 if TYPE_CHECKING:
@@ -234,23 +235,29 @@ def prepare(
     function: Function | None = None,
 ) -> Optimization:
     """Look for everything that can be wrong with an optimisation, and run the model once. As ``optimize``."""
-    base = settled(model.with_(dict(fixed)) if fixed else model, {})
-    limits = constraints or {}
     _check_sizes(population, generations, seed)
+    limits = constraints or {}
+    for name, table in (("objectives", objectives), ("constraints", limits)):
+        checked(AnyTable(), table, name)
+    base = settled(model.with_(fixed) if fixed else model, {})
     ranges = ranges_of(variables, base)
     first_points(ranges, base, 2, seed)
     labels = [
         *objectives,
         *(label for label, table in limits.items() if not (isinstance(table, Mapping) and "of" in table)),
     ]
+    if outputs:
+        check_list(outputs)
     wanted = [*outputs, *named_outputs(labels)]
     structures = structures_of(_corners(base, ranges))
     if wanted and function is None:  # a function may return any of them
-        check_names(wanted, structures)
+        _check_labels(outputs, labels, structures)
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
     found = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
+    samples = Samples(tuple(each.path for each in ranges), np.zeros((1, len(ranges))))
+    check_array_names(Plan(base, (), samples, 1), found, VARIABLES)
     seconds = _design_seconds(base, ranges, found, (run, population, seed))
     goals = objectives_of(objectives, found), constraints_of(limits, found, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
@@ -311,6 +318,19 @@ def optimize(
                 folder, compute, resume=resume, progress=progress, workers=workers or found.sensible()
             )
             return done.data
+
+
+def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequence[Model]) -> None:
+    """Refuse outputs, objectives and constraints that name no output, each by the label that names it."""
+    problems = []
+    for label in dict.fromkeys([*outputs, *labels]):
+        try:
+            check_names([label] if label in outputs else named_outputs([label]), models)
+        except ModelError as error:
+            place = "outputs" if label in outputs else f"goal {label}"
+            problems += [replace(problem, place=place) for problem in error.problems]
+    if problems:
+        raise ModelError(problems)
 
 
 def _run_twice(model: Model) -> tuple[Run, float]:

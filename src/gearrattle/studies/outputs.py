@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -188,6 +189,8 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
     found = function(run)
     if not isinstance(found, Mapping):
         raise ModelError(Problem("function", type(found).__name__, "must return a mapping from names to numbers"))
+    if bad := [name for name, value in found.items() if not isinstance(value, Real | np.generic)]:
+        raise ModelError(Problem("function", shown(bad[0]), "must return numbers", "float(...) makes one"))
     return found
 
 
@@ -254,7 +257,7 @@ def _refuse_unknown(names: Sequence[str], known: Sequence[str], runs: Sequence[R
     rule += f"; there are {', '.join(known)}"
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise ModelError([Problem("outputs", f'"{name}"', rule, did_you_mean(name, known)) for name in unknown])
+        raise ModelError([Problem("outputs", shown(name), rule, did_you_mean(name, known)) for name in unknown])
 
 
 def check_names(names: Sequence[str], models: Sequence[Model], function: Function | None = None) -> None:
@@ -271,18 +274,26 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
     Raises:
         ModelError: names there are not, all of them; what is no list of names.
     """
-    if names is DEFAULT:
-        return
-    if not names and function is None:
-        raise ModelError(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
-    words = [names] if isinstance(names, str) else [name for name in names if not isinstance(name, str)]
-    if words:
-        rule = "outputs must be a list of names"
-        raise ModelError([Problem("outputs", shown(word), rule, f'for example ["{VERDICT}"]') for word in words])
-    if all(name == VERDICT or name in RUN_OUTPUTS for name in names):
+    check_list(names, function)
+    if names is DEFAULT or all(name == VERDICT or name in RUN_OUTPUTS for name in names):
         return
     if runs := short_runs(models):
         _refuse_unknown(names, tuple(_known(names, runs)), runs)
+
+
+def check_list(names: Sequence[str], function: Function | None = None) -> None:
+    """Refuse what is no list of names; without a function giving further outputs one name is needed at least.
+
+    Raises:
+        ModelError: everything in it that is no name.
+    """
+    no_list = isinstance(names, str) or not isinstance(names, Sequence)
+    words = [names] if no_list else [name for name in names if not isinstance(name, str)]
+    if words:
+        rule = "outputs must be a list of names"
+        raise ModelError([Problem("outputs", shown(word), rule, f'for example ["{VERDICT}"]') for word in words])
+    if not names and function is None:
+        raise ModelError(Problem("outputs", "none", "a study needs one at least", f"for example {', '.join(DEFAULT)}"))
 
 
 def short_runs(models: Sequence[Model]) -> list[Run]:

@@ -25,7 +25,7 @@ from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
-from gearrattle.studies.store import Store, Work, case_by_case, kept_in
+from gearrattle.studies.store import Store, Work, case_by_case, check_array_names, kept_in
 from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
@@ -72,6 +72,10 @@ class Prepared:
     outputs: Outputs
     seconds: float
     work: Work = case_by_case
+
+    def __post_init__(self) -> None:
+        """Refuse names that results cannot be kept by. Errors as of ``check_array_names``."""
+        check_array_names(self.plan, self.outputs)
 
     @property
     def scheduler(self) -> str:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import shown
 from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of
 from gearrattle.studies.plan import SAMPLE
 
@@ -64,11 +65,11 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     """
     from scipy.stats import norm
 
-    given = {"half_width": (half_width, 0.5), "probability": (probability, 1.0), "level": (level, 1.0)}
+    given = {"half_width": (half_width, 1e-9, 0.5), "probability": (probability, 0.0, 1.0), "level": (level, 0.0, 1.0)}
     problems = [
-        Problem(name, str(value), f"must lie between 0 and {top:g}", "for example 0.05")
-        for name, (value, top) in given.items()
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < top
+        Problem(name, shown(value), f"must lie between {least:g} and {most:g}", "for example 0.05")
+        for name, (value, least, most) in given.items()
+        if isinstance(value, bool) or not isinstance(value, int | float) or not least < value < most
     ]
     if problems:
         raise ModelError(problems)

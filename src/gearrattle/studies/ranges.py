@@ -8,7 +8,7 @@ Takes mappings; gives frozen ranges and points of the unit cube.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
+from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.studies.axes import in_si
+from gearrattle.studies.axes import SPACING, in_si, listed_values
 
 Array = NDArray[np.float64]
 _KEYS = ("from", "to", "spacing")
@@ -64,7 +65,7 @@ def ranges_of(given: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
         ModelError: everything that is wrong with them.
     """
     problems, found = [], []
-    if not given:
+    if not checked(AnyTable(), given, "variables"):
         problems.append(Problem("variables", "none", "an optimisation needs one at least"))
     for path, table in given.items():
         try:
@@ -77,16 +78,14 @@ def ranges_of(given: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
 
 
 def _range(path: str, given: Any, model: Model) -> Range:
-    if isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2:
-        given = {"from": given[0], "to": given[1]}
+    if not isinstance(given, Mapping) and len(pair := listed_values(given)) == 2:
+        given = {"from": pair[0], "to": pair[1]}
     if not isinstance(given, Mapping) or not {"from", "to"} <= set(given):
         raise ModelError(Problem("range", shown(given), "must be a pair, or have from and to"))
     unknown = [key for key in given if key not in _KEYS]
     if unknown:
         raise ModelError(Problem(unknown[0], "", f"a range has {', '.join(_KEYS)}", did_you_mean(unknown[0], _KEYS)))
-    spacing = given.get("spacing", "linear")
-    if spacing not in ("linear", "log"):
-        raise ModelError(Problem("spacing", shown(spacing), 'must be "linear" or "log"'))
+    spacing = checked(SPACING, given.get("spacing", "linear"), "spacing")
     low, high = (in_si(path, given[key], model) for key in ("from", "to"))
     if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
         raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "a range is of numbers"))
@@ -94,6 +93,9 @@ def _range(path: str, given: Any, model: Model) -> Range:
         raise ModelError(Problem("from", f"{low:g}", f"must lie below to, {high:g}"))
     if spacing == "log" and not low > 0.0:
         raise ModelError(Problem("from", f"{low:g}", 'spacing "log" needs positive ends'))
+    if not np.isfinite(float(high) - float(low)):
+        rule = "the ends of a range lie too far apart for floating-point numbers"
+        raise ModelError(Problem("range", f"{low:g} to {high:g}", rule))
     return Range(path, float(low), float(high), spacing == "log")
 
 

@@ -37,7 +37,7 @@ from gearrattle.assembly import assemble, elements_of, period_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.table import did_you_mean
+from gearrattle.model.table import did_you_mean, shown
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
 from gearrattle.studies.outputs import Output, Outputs, unit_in
@@ -118,7 +118,7 @@ def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Secti
 def _wrong_phase(phase: Any) -> Problem | None:
     rule = f"must be a fraction of the period from 0 to below 1, with a denominator up to {_FINEST}"
     if isinstance(phase, bool) or not isinstance(phase, int | float) or not 0.0 <= phase < 1.0:
-        return Problem("phase", str(phase), rule, "for example 0.25")
+        return Problem("phase", shown(phase), rule, "for example 0.25")
     near = Fraction(phase).limit_denominator(_FINEST)
     if abs(float(near) - phase) > 1e-9 or near >= 1:
         return Problem("phase", f"{phase:g}", rule, f"the nearest is {near}")

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from gearrattle.assembly import assemble, elements_of
 from gearrattle.calls.simulate import prepare
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Mesh, Model, units
+from gearrattle.model.quantity import Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.system.piecewise import PiecewiseSystem
 
@@ -140,8 +142,8 @@ def read_value(name: str, value: Any, model: Model) -> float:
     """
     kind, _, subject = name.partition(".")
     length = any(e.name == subject and isinstance(e, Mesh) for e in elements_of(model))
-    if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
-        return float(value)
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return float(checked(Plain(), value, name))
     on_a_line = length and kind in ("deflection", "rate")
     dimension = {"deflection": units.LENGTH if on_a_line else units.ANGLE, "angle": units.ANGLE}.get(
         kind, None if on_a_line else units.ANGULAR_VELOCITY

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from importlib.metadata import version
 from math import isnan
@@ -26,8 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, within_limit
 from gearrattle.formats import check_format, format_name
 from gearrattle.model.path_labels import path_label
+from gearrattle.model.table import shown
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.claims import ABOUT, check_place, holds_one
 from gearrattle.studies.outputs import Outputs
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
 
 OUTCOME = "outcome"
 _RESULTS, _DONE = "results.zarr", "done"
+_LONGEST_NAME = 200
 Told = Callable[[float], None]
 
 
@@ -279,7 +282,45 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""
-        return open_study(self.place)
+        return _loaded(self.place)
+
+
+def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
+    """Refuse what cannot be kept by its name: arrays are folders, and there is one of each name.
+
+    Args:
+        plan, outputs: what is computed, and what is kept.
+        taken: names of further variables that the results have.
+
+    Raises:
+        ModelError: names that no file can have, and names of two arrays; all of them.
+    """
+    axes = {name for axis in plan.axes for name in (axis.name, *axis.values)} | {*plan.dimensions}
+    names = [("axis", name) for name in sorted(axes | set(plan.samples.paths if plan.samples else ()))]
+    names += [("dimension", name) for name in {output.dimension for output in outputs.all} - {""}]
+    names += [("output", output.name) for output in outputs.all]
+    used, problems = dict.fromkeys((OUTCOME, *taken), "variable"), []
+    for kind, name in names:
+        if rule := _wrong_name(name):
+            problems.append(Problem(f"{kind} {name}" if isinstance(name, str) else kind, shown(name), rule))
+        elif name in used:
+            problems.append(
+                Problem(f"{kind} {name}", "", f"this is the name of another {used[name]}", "choose another")
+            )
+        used.setdefault(name, kind)
+    if problems:
+        raise ModelError(problems)
+
+
+def _wrong_name(name: object) -> str:
+    """Return what is wrong with the name of an array; empty if nothing is."""
+    if not isinstance(name, str) or not name.isprintable() or not name.strip() or set(name) & {"/", "\\"}:
+        return "must be a text that can be the name of a file"
+    if name.startswith((".", "__")) or name == "zarr.json":
+        return "is a name that Zarr keeps for itself"
+    if len(name.encode()) > _LONGEST_NAME:
+        return f"is too long for the name of a file: {_LONGEST_NAME} bytes at most"
+    return ""
 
 
 def markers_in(place: Place) -> set[int]:
@@ -343,14 +384,30 @@ def open_study(folder: Address) -> xr.Dataset:
         says why cases failed.
 
     Raises:
-        ModelError: there is no study.
+        ModelError: there is no study, or it is damaged.
     """
-    import xarray as xr
-
     place = place_of(folder)
     if not place.exists(f"{_RESULTS}/zarr.json"):
         raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
+    try:
+        return _loaded(place, limited=True)
+    except Refused as error:
+        raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
+    except (ModelError, MemoryError, PermissionError):
+        raise
+    except Exception as error:  # what reads the parts of a damaged study complains as it likes
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        rule = "must be the folder of a study: it is damaged, or something else"
+        raise ModelError(Problem(place.address, words, rule, "compute the study again")) from None
+
+
+def _loaded(place: Place, *, limited: bool = False) -> xr.Dataset:
+    """Return the results in a place; ``limited``: refuse more than is read of a file."""
+    import xarray as xr
+
     with xr.open_zarr(place.zarr(_RESULTS), consolidated=False, chunks=None) as opened:
+        if limited:
+            within_limit(opened.nbytes)
         loaded = opened.load()
     if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
         check_format(name, place.address, "study", "optimization")

@@ -26,7 +26,7 @@ from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
-from gearrattle.studies.outputs import DEFAULT, Function, check_names, outputs_of
+from gearrattle.studies.outputs import DEFAULT, Function, check_list, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
@@ -72,11 +72,12 @@ def prepare(
     if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
         raise ModelError(problems)
     refused = _Refused()
-    base = refused.by(lambda: settled(model.with_(dict(fixed)) if fixed else model, {}), settled(model, {}))
+    base = refused.by(lambda: settled(model.with_(fixed) if fixed else model, {}), settled(model, {}))
     none: tuple[Axis, ...] = ()
     given = refused.by(lambda: axes_of(axes or {}, base), none)
     refused.by(lambda: len(distributions_of(vary or {}, base)), 0)
     refused.by(lambda: design_of(method, samples, len(vary or {})), None)
+    refused.by(lambda: check_list(outputs, function), None)
     if refused.problems:
         raise ModelError(refused.problems)
     points = _points(vary or {}, samples, method, seed, base)
@@ -168,7 +169,7 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
     if not distributions:
         return None
     if design.cases(len(vary), samples) > MOST * 100:
-        raise ModelError(Problem("samples", str(samples), f"more than {MOST * 100} cases cannot be held"))
+        raise ModelError(Problem("samples", shown(samples), f"more than {MOST * 100} cases cannot be held"))
     paths = tuple(each.path for each in distributions)
     base = None if design.counted else np.array([_own_value(path, model) for path in paths])
     return Samples(paths, sampled(distributions, samples, method, seed, base), method)

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from gearrattle.model.quantity import Reader
 from gearrattle.studies.pace import Cost
 from gearrattle.studies.places import Address
 from gearrattle.studies.prepared import Done, Progress
@@ -68,8 +69,8 @@ class Kind:
         name: in the file.
         prepare: takes the model as ``model``, what ``arguments`` gives and the options; refuses with ModelError.
         arguments: from the tables of a file, whose form has been looked at, to arguments of ``prepare``.
-        keys: of the file, besides schema, name, kind and model: the type of each.
-        tables: keys and types of those tables that have a fixed form.
+        keys: of the file, besides schema, name, kind and model: the rule of each.
+        tables: keys and rules of those tables that have a fixed form.
         needed: keys that a file must have.
         options: of the command line that ``prepare`` takes as well: "function".
     """
@@ -77,7 +78,7 @@ class Kind:
     name: str
     prepare: Callable[..., Study]
     arguments: Callable[[Mapping[str, Any]], dict[str, Any]]
-    keys: Mapping[str, type]
-    tables: Mapping[str, Mapping[str, type]] = field(default_factory=dict)
+    keys: Mapping[str, Reader]
+    tables: Mapping[str, Mapping[str, Reader]] = field(default_factory=dict)
     needed: tuple[str, ...] = ()
     options: frozenset[str] = frozenset()

@@ -29,6 +29,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gearrattle.errors import LARGEST_WHOLE
+from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
 from gearrattle.studies.attraction import prepare
 from gearrattle.studies.kinds.base import Kind
 
@@ -46,9 +48,10 @@ BASINS = Kind(
     prepare=prepare,
     arguments=_arguments,
     keys={
-        "cycles": int, "discard": int, "phase": float, "section": list, "tolerance": float, "same": float,
-        "outputs": list, "most": int, "over": dict, "sample": dict, "fixed": dict,
+        "cycles": Count(1), "discard": Count(), "phase": Plain(), "section": Texts('["deflection.gear"]'),
+        "tolerance": Plain("positive"), "same": Plain("positive"), "outputs": Texts('["verdict"]'),
+        "most": Count(1, LARGEST_WHOLE), "over": AnyTable(), "sample": AnyTable(), "fixed": AnyTable(),
     },
-    tables={"sample": {"count": int, "method": str, "seed": int}},
+    tables={"sample": {"count": Count(), "method": Text(), "seed": Count(0, LARGEST_WHOLE)}},
     needed=("over",),
 )  # fmt: skip

@@ -26,6 +26,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
 from gearrattle.model.table import listed
 from gearrattle.studies.diagram import prepare
 from gearrattle.studies.kinds.base import Kind
@@ -50,8 +51,9 @@ BIFURCATION = Kind(
     prepare=prepare,
     arguments=_arguments,
     keys={
-        "direction": str, "cycles": int, "discard": int, "phase": float, "section": list, "tolerance": float,
-        "outputs": list, "fixed": dict, "axis": dict, "sweep": dict,
+        "direction": Text(), "cycles": Count(1), "discard": Count(), "phase": Plain(),
+        "section": Texts('["deflection.gear"]'), "tolerance": Plain("positive"), "outputs": Texts('["verdict"]'),
+        "fixed": AnyTable(), "axis": AnyTable(), "sweep": AnyTable(),
     },
     needed=("sweep",),
 )  # fmt: skip

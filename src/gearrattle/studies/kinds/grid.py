@@ -26,7 +26,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import LARGEST_WHOLE, ModelError, Problem
+from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
 from gearrattle.studies.kinds.base import Kind
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.study import prepare
@@ -46,7 +47,14 @@ GRID = Kind(
     name="grid",
     prepare=prepare,
     arguments=_arguments,
-    keys={"outputs": list, "most": int, "fixed": dict, "axis": dict, "vary": dict, "sample": dict},
-    tables={"sample": {"count": int, "half_width": float, "method": str, "seed": int}},
+    keys={
+        "outputs": Texts('["verdict"]'), "most": Count(1, LARGEST_WHOLE), "fixed": AnyTable(), "axis": AnyTable(),
+        "vary": AnyTable(), "sample": AnyTable(),
+    },
+    tables={
+        "sample": {
+            "count": Count(), "half_width": Plain("positive"), "method": Text(), "seed": Count(0, LARGEST_WHOLE),
+        },
+    },
     options=frozenset({"function"}),
-)
+)  # fmt: skip

@@ -25,8 +25,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gearrattle.errors import LARGEST_WHOLE
+from gearrattle.model.quantity import AnyTable, Count, Texts
 from gearrattle.studies.kinds.base import Kind
-from gearrattle.studies.optimization import prepare
+from gearrattle.studies.optimization import MOST, prepare
 
 _PLAIN = ("population", "generations", "seed", "outputs", "fixed")
 
@@ -42,8 +44,9 @@ OPTIMIZATION = Kind(
     prepare=prepare,
     arguments=_arguments,
     keys={
-        "population": int, "generations": int, "seed": int, "outputs": list, "variable": dict, "objective": dict,
-        "constraint": dict, "fixed": dict,
+        "population": Count(4, MOST), "generations": Count(1, MOST), "seed": Count(0, LARGEST_WHOLE),
+        "outputs": Texts('["verdict"]'), "variable": AnyTable(), "objective": AnyTable(), "constraint": AnyTable(),
+        "fixed": AnyTable(),
     },
     needed=("variable", "objective"),
     options=frozenset({"function"}),
