@@ -67,14 +67,14 @@ def compare(
     import gearrattle
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     driveline, names = gearrattle.load(model), _names(algorithms)
     page = contest, work_precision
     if output is None:
         comparison = watched(lambda watch: _work(watch, driveline, names, page, None))
     else:
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             comparison = watched(lambda watch: _work(watch, driveline, names, page, staging.path))
             staging.commit()
     if json:

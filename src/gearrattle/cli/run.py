@@ -38,7 +38,7 @@ def run(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     driveline = gearrattle.load(model)
     folder = output if output is not None else Path(f"{model.stem}-results")
@@ -51,7 +51,7 @@ def run(
         report.fill(findings, staging.path)
         return findings
 
-    with Staging(folder) as staging:
+    with page_folder(folder) as staging:
         findings = watched(work)
         text = (staging.path / "summary.json").read_text(encoding="utf-8") if json else ""
         staging.commit()

@@ -66,11 +66,11 @@ def spectra(
     from dataclasses import asdict
 
     import gearrattle
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     driveline = None if model is None else gearrattle.load(model)
     if output is not None:
-        with Staging(output):  # refuses a place that cannot be written, before anything is simulated
+        with page_folder(output):  # refuses a place that cannot be written, before anything is simulated
             pass
     signal = _signal(source, settings, [channel] if against is None else [channel, against])
     found = gearrattle.spectra(signal, channel, against, **asdict(how))
@@ -78,7 +78,7 @@ def spectra(
     if output is not None:
         from gearrattle.report.spectra import fill_spectra
 
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             fill_spectra(found, staging.path, si=si, natural=_natural(signal, driveline))
             staging.commit()
     _tell(found, output, si=si, json=json)

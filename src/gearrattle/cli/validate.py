@@ -102,7 +102,7 @@ def validate(
     """
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up
@@ -114,7 +114,7 @@ def validate(
     if output is None:
         found = watched(lambda watch: _work(watch, model, measurement, arguments, None))
     else:
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             found = watched(lambda watch: _work(watch, model, measurement, arguments, staging.path))
             staging.commit()
     for note in found.notes:

@@ -53,14 +53,14 @@ def validate_run_up(
     """Compare a run-up, and print or write what was found."""
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
+    from gearrattle.cli.page_folder import page_folder
     from gearrattle.report.run_up_validation import run_up_content
-    from gearrattle.writing import Staging
 
     asked = how, match, settings
     if output is None:
         found = watched(lambda watch: _work(watch, files, asked, None))
     else:
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             found = watched(lambda watch: _work(watch, files, asked, staging.path))
             staging.commit()
     for note in found.notes:
