@@ -12,7 +12,6 @@ from base64 import b64encode
 from dataclasses import dataclass
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.comparison.peers import MANY
@@ -32,6 +31,7 @@ from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
+from gearrattle.report.templates import templates
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
@@ -54,9 +54,7 @@ def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, fol
     if precision is not None:
         charts.append(work_precision_chart(precision, labels))
     drawn = fill_figures(charts, folder, legend=False)
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("compare.html.j2").render(
         title=comparison.model or "driveline",
         recommendation=comparison.recommendation,

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.assembly import assemble, name_plate
@@ -27,6 +26,7 @@ from gearrattle.report.modes_tables import crossings_table, energy_tables, modes
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
 from gearrattle.report.summary import modes_dict, plain
+from gearrattle.report.templates import templates
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
@@ -72,9 +72,7 @@ def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder
     shapes = _shapes(model, modes, si)
     for drawing in shapes:
         (folder / "figures" / f"{drawing.key}.svg").write_bytes(drawing.svg)
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("modes.html.j2").render(
         title=model.name or "driveline",
         lead=_lead(modes, found, si),
@@ -84,6 +82,7 @@ def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder
         diagram=diagram,
         crossings=crossings_table(found, si=si),
         shapes=shapes,
+        counted=counted,
         omitted=len(modes.frequencies) - len(shapes),
         wide=len(modes.inertia_names) > 12,
         energies=energy_tables(modes, si=si),

@@ -12,8 +12,7 @@ from __future__ import annotations
 from itertools import groupby
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
@@ -27,8 +26,10 @@ from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.summary import notes
+from gearrattle.report.templates import templates
 from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
+from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
 _LONGEST_TEXT = 200_000
@@ -50,13 +51,12 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
     Returns:
         A complete HTML document.
     """
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     figures = [figure_of(chart, svg) for chart, svg in drawn]
     sections = [list(group) for _, group in groupby(figures, key=lambda figure: figure.chart.group or figure.chart.key)]
+    environment = templates()
     return environment.get_template("page.html.j2").render(
         findings=findings,
+        counted=counted,
         headline=_HEADLINES[findings.verdict.verdict],
         tiles=tiles(findings),
         parts=parts_table(findings),
@@ -69,7 +69,7 @@ def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
         criteria=criteria_tables(findings),
         metrics=metric_tables(findings),
         model_tables=model_tables(findings),
-        model_text=_model_text(findings.run.model),
+        model_text=escape(_model_text(findings.run.model)),  # to be copied as it is
         cost=cost_table(findings),
         energy=energy_table(findings),
         versions=versions_table(),

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.plots.numerals import numeral
@@ -22,7 +21,9 @@ from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
+from gearrattle.report.templates import templates
 from gearrattle.validation import RunUp
+from gearrattle.wording import noun_of
 
 _HERE = Path(__file__).parent
 
@@ -56,15 +57,14 @@ def tracks_table(found: RunUp) -> Table:
 def fill_run_up(found: RunUp, folder: Path) -> None:
     """Write all files into an existing empty folder."""
     drawn = fill_figures(charts_of(found), folder)
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     notes = Table(("",), tuple((note,) for note in found.notes))
+    environment = templates()
     page = environment.get_template("study.html.j2").render(
         brand="validation of a run-up",
         title=f"{found.model} against {', '.join(Path(source).name for source in found.sources)}",
         summary=found.verdict,
-        setting=f"Simulated by {found.algorithm}; orders fitted over blocks of {found.turns:g} turns.",
+        setting=f"Simulated by {found.algorithm}; orders fitted over blocks of {found.turns:g} "
+        f"{noun_of(found.turns, 'turn')}.",
         counts=tracks_table(found),
         figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
         sections=[Section("notes", "Notes", "What the reader must know.", (notes,))] if found.notes else [],

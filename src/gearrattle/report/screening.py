@@ -12,7 +12,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.report.comparison import Section
@@ -30,6 +29,7 @@ from gearrattle.report.screening_tables import (
     thresholds_table,
 )
 from gearrattle.report.summary import plain
+from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,9 +69,7 @@ def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
     """
     drawn = fill_figures(charts_of(data), folder)
     thresholds = thresholds_table(data)
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("live.html.j2").render(
         brand="screening",
         title=title,

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.plots.densities import spectra_charts
@@ -27,6 +26,7 @@ from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
 from gearrattle.report.summary import plain
 from gearrattle.report.tables import Table
+from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,9 +64,7 @@ def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[
     table = peaks_table(content, si=si)
     drawn = fill_figures(spectra_charts(data, si=si, natural=natural), folder)
     notes = Table(("",), tuple((note,) for note in content["notes"]))
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("live.html.j2").render(
         brand="spectra",
         title=_title(data),

@@ -13,13 +13,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.plots.numerals import unbroken
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.study_pages import page_of
+from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,9 +41,7 @@ def fill_study(
     """
     kind = page_of(data)
     drawn = fill_figures(kind.charts(data), folder)
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("study.html.j2").render(
         brand="study",
         title=title,

@@ -12,13 +12,13 @@ from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
+from gearrattle.report.templates import templates
 from gearrattle.report.validation_tables import (
     budget_table,
     impacts_table,
@@ -49,9 +49,7 @@ def fill_validation(found: Validation, folder: Path) -> None:
         "budget": [budget_table(found), ways_table(found), *parameter_tables(found)],
         "orders": [orders_table(pair) for pair in found.pairs if pair.orders],
     }
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = templates()
     page = environment.get_template("validation.html.j2").render(
         title=f"{found.model} against {Path(found.source).name}",
         found=found,

@@ -11,7 +11,6 @@ from __future__ import annotations
 from base64 import b64encode
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle import report
@@ -19,6 +18,7 @@ from gearrattle.report.ink import fill_figures
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
+from gearrattle.report.templates import templates
 from gearrattle.reproduction.record import Reproduction, Section
 
 _HERE, _REPORT = Path(__file__).parent, Path(report.__file__).parent
@@ -28,10 +28,7 @@ def fill(found: Reproduction, folder: Path) -> None:
     """Write all files of a reproduction into an existing folder."""
     charts = [chart for section in found.sections for chart in section.charts]
     drawn = {chart.key: svg for chart, svg in fill_figures(charts, folder, legend=False)}
-    environment = Environment(
-        loader=FileSystemLoader([_HERE, _REPORT]), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
+    environment = templates(_HERE)
     page = environment.get_template("reproduction.html.j2").render(
         found=found,
         counts=found.counts(),

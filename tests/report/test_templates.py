@@ -1,0 +1,39 @@
+"""Text of pages: powers of ten stay on one line, and what is to be copied is left as it is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from markupsafe import Markup
+
+from gearrattle import report
+from gearrattle.report.templates import unbroken
+from tests import synthetic
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("up to 1e-14 of it", "up to 1e-\u206014 of it"), ("3.2e-07", "3.2e-\u206007"), ("one-sided", "one-sided"),
+        ("one-1", "one-1"), (3, 3),
+    ],
+)  # fmt: skip
+def test_a_power_of_ten_is_not_broken_at_its_hyphen(text: object, shown: object) -> None:
+    assert unbroken(text) == shown
+
+
+def test_markup_is_left_as_it_is() -> None:
+    assert unbroken(Markup("1e-14")) == "1e-14"
+
+
+def test_the_report_breaks_no_power_of_ten_and_its_model_file_can_be_copied(tmp_path: Path) -> None:
+    report.write(synthetic.findings("double-sided"), tmp_path / "o")
+    page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    model = re.search(r"<pre>(.*?)</pre>", page, re.DOTALL)
+    assert model is not None
+    assert "\u2060" not in model[1]
+    shown = re.sub(r"<(script|style|pre|svg)\b.*?</\1>|<[^>]*>", " ", page, flags=re.DOTALL)
+    assert re.search(r"\de-\u2060\d", shown)
+    assert not re.search(r"\de-\d", shown)
