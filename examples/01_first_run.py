@@ -13,7 +13,7 @@ verdict = gr.criteria(run)
 
 print(verdict)
 for part in verdict.parts:
-    print(f"{part.name:10} {part.regime:13} {part.impacts_per_cycle:7.2f} impacts a cycle")
+    print(f"{part.name:10} {part.regime:13} {part.impacts_per_cycle:7.2f} impacts per cycle")
 
 gear = next(part for part in verdict.parts if part.name == "gear")
 assert verdict.verdict == "double-sided"

@@ -45,7 +45,7 @@ def main() -> None:
     axes.set(xlim=(FIRST, LAST), ylim=(-1.35, 1.35), xlabel="cycles", ylabel="mesh deflection / half backlash")
     axes.set_xticks(range(FIRST, LAST + 1))
     axes.spines[["top", "right"]].set_visible(False)
-    title = f"Loose gear of case 3: {part.regime} rattle, {part.impacts_per_cycle:.0f} impacts a cycle"
+    title = f"Loose gear of case 3: {part.regime} rattle, {part.impacts_per_cycle:.0f} impacts per cycle"
     axes.set_title(title, loc="left", fontsize=12, fontweight="bold")
     figure.savefig(HERE / "case3.svg", metadata={"Date": None, "Creator": None})
 

@@ -86,6 +86,7 @@ def test_words_and_numbers_are_the_same_range() -> None:
     words = gr.campbell(geared(), "300 rpm:3000 rpm")
     assert words.speeds == pytest.approx((10 * pi, 100 * pi), rel=1e-15)
     assert gr.campbell(geared(), ("300 rpm", "3000 rpm")).speeds == words.speeds
+    assert gr.campbell(geared(), "300:3000 rpm").speeds == words.speeds
     assert gr.campbell(geared(), "10:20").speeds == gr.campbell(geared(), (10, 20)).speeds == (10.0, 20.0)
 
 

@@ -40,9 +40,12 @@ def test_crossings_are_printed_for_a_range(model: Path, capsys: pytest.CaptureFi
     assert main(["modes", EIGHT, "--speeds", "800 rpm:3000 rpm"]) == 0
     lines = capsys.readouterr().out.split("\n\n")[2].splitlines()
     found = gr.campbell(gr.load(EIGHT), "800 rpm:3000 rpm")
-    assert [float(line.split()[0]) for line in lines[1:]] == pytest.approx(
+    assert lines[0] == "speeds from 800 rpm to 3000 rpm (83.78 to 314.2 rad/s):"
+    assert [float(line.split()[0]) for line in lines[2:]] == pytest.approx(
         [crossing.speed * 30.0 / pi for crossing in found.crossings], rel=1e-3
     )
+    assert main(["modes", EIGHT, "--speeds", "800:3000"]) == 0
+    assert "speeds from 7639 rpm to 28650 rpm (800 to 3000 rad/s):" in capsys.readouterr().out
     assert main(["modes", EIGHT, "--speeds", "1 rpm:2 rpm"]) == 0
     assert capsys.readouterr().out.endswith("no order meets a mode in this range\n")
 
@@ -82,6 +85,7 @@ def test_json_is_the_file_of_the_page(model: Path, capsys: pytest.CaptureFixture
 def test_a_page_replaces_the_one_before_and_leaves_the_rest(model: Path) -> None:
     Path("out/figures").mkdir(parents=True)
     Path("out/figures/mode-9.svg").write_text("old", encoding="utf-8")
+    Path("out/modes.html").write_text("old", encoding="utf-8")
     Path("out/mine.txt").write_text("mine", encoding="utf-8")
     assert main(["modes", str(model), "-o", "out"]) == 0
     assert Path("out/mine.txt").read_text(encoding="utf-8") == "mine"

@@ -159,5 +159,5 @@ def test_whatever_a_long_motion_has_is_accepted(path: Path, cycles: list[int]) -
     table = gr.metrics(run)
     names = sorted(quantities | set(table.quantity[table.subject != ""]))
     before = len(cycles)
-    check_names(names, example)
+    check_names(names, [example])
     assert cycles[before:] == [1]

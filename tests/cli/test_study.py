@@ -49,7 +49,7 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     codes = gr.open_study("gaps-study")["regime"].values
     assert [int(word) for word in counts[1:]] == [int((codes == code).sum()) for code in range(3)]
     assert "coupling.joint" not in out.replace(str(folder), "")
-    assert "6 cases of about" in err
+    assert "6 cases, about" in err
     assert dict(gr.open_study("gaps-study").sizes) == {"coupling.joint.clearance": 3, "torque.0.mean": 2, "part": 1}
     assert main(["study", str(study)]) == 2
     assert "holds a study already" in capsys.readouterr().err
@@ -82,7 +82,7 @@ def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytes
 def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sorted(Path().iterdir())
     assert main(["study", str(study), "--estimate"]) == 0
-    assert "6 cases of about" in capsys.readouterr().out
+    assert "6 cases, about" in capsys.readouterr().out
     assert main(["study", str(study), "--estimate", "--json", "--workers", "2"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["cases"], told["workers"]) == (6, 2)

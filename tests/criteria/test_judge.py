@@ -113,7 +113,8 @@ def test_sentence_of_rattle() -> None:
     ]
     verdict = judge(trajectory(rows=rows, accelerations=(sine(4.0), still)))
     assert str(verdict) == (
-        "double-sided: Rattle over the 4 cycles judged: gear hits both flanks, 0.5 impacts a cycle, approach speed up "
+        "double-sided: Rattle over the 4 cycles judged: gear hits both flanks, 0.5 impacts per cycle, approach speed "
+        "up "
         "to 1 m/s, impact energy up to 192 J, in contact 25 % of the time (loose-gear margin +6.0 dB)."
     )
 
@@ -121,7 +122,7 @@ def test_sentence_of_rattle() -> None:
 @pytest.mark.parametrize(
     ("plate", "regions", "words"),
     [
-        (layout(), [0, -1, 0], "gear hits its coast flank only, 0.25 impacts a cycle"),
+        (layout(), [0, -1, 0], "gear hits its coast flank only, 0.25 impacts per cycle"),
         (layout(), [1, 0], "gear leaves contact and does not hit again"),
         (layout(), [0], "Quiet over the 4 cycles judged: gear floats free in its gap"),
         (

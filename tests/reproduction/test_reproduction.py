@@ -155,9 +155,18 @@ def test_the_command_line_knows_one_paper(capsys, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_terminal_says_the_status_and_the_reason(found, capsys):
+def test_the_terminal_counts_the_rows_and_says_which_differ_and_why(found, capsys):
     _tell(found)
     lines = capsys.readouterr().out.splitlines()
+    counts = found.counts()
+    table = [line.split(maxsplit=1) for line in lines[: len(counts) + 2]]
+    assert table == [
+        ["rows", "status"],
+        *([f"{n}", status] for status, n in counts.items()),
+        [f"{len(found.rows)}", "in all"],
+    ]
+    assert f"{counts['differs']} rows differ:" in lines
     at = next(k for k, line in enumerate(lines) if line.startswith("Sec. 3, the first mode in Hz"))
-    assert lines[at].endswith("differs, because")
-    assert lines[at + 1] == "    the printed 346 rad/s are 55.1 Hz, not 22"
+    assert lines[at + 1] == "    because the printed 346 rad/s are 55.1 Hz, not 22"
+    reproduced = next(row.item for row in found.rows if row.status == "reproduced")
+    assert reproduced not in lines

@@ -224,5 +224,5 @@ def test_a_running_share_counts_what_was_computed() -> None:
 
 def test_an_estimate_tells_what_the_samples_are_worth() -> None:
     told = prepare(model(), vary=VARY, samples=64, method="sobol", fixed=SHORT).estimate(1).words
-    assert "64 samples tell a probability to ±12 % or better (95 %), ±5.9 % take " in told
+    assert "95 % interval of a probability from 64 samples is at most ±12 percentage points; for ±5.9 take " in told
     assert "samples" not in prepare(model(), vary=VARY, method="one-at-a-time", fixed=SHORT).estimate(1).words

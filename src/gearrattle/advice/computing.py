@@ -59,7 +59,7 @@ def cost_line(pilot: Pilot) -> Line:
         "cost",
         f"About {_rounded(calls)} function calls and {seconds:.1g} s for {counted(pilot.planned, 'cycle')} by exact.",
         (
-            f"{pilot.name}: {cost.function_calls} calls, {counted(len(t.events), 'crossing')}, "
+            f"{pilot.name}: {counted(cost.function_calls, 'call')}, {counted(len(t.events), 'crossing')}, "
             f"{crossings:.3g} a cycle at its end",
         ),
     )

@@ -15,6 +15,7 @@ from gearrattle.calls.reduce import band_end, reduce
 from gearrattle.calls.reduction import Reduction
 from gearrattle.errors import ModelError
 from gearrattle.model import Model
+from gearrattle.wording import counted
 
 TOPIC = "lumping"
 _COMPARED = 0.1  # difference of mean slopes that counts
@@ -34,7 +35,7 @@ def lumping_line(
     if not found.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
     merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in found.groups.items())
-    bodies = f"{len(plate.inertia_names)} bodies become {len(found.model.inertias)}"
+    bodies = f"{counted(len(plate.inertia_names), 'body', 'bodies')} become {len(found.model.inertias)}"
     off = found.error
     why = (
         *why,

@@ -31,6 +31,7 @@ from gearrattle.system.phase import Ramp
 from gearrattle.system.run_up import Sound, Tone, TooLong, channels
 from gearrattle.system.signals import Signals, Specified
 from gearrattle.system.specified import NotKept, Swept, checked
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 _MOST_NUMBERS = 200_000_000
@@ -136,7 +137,7 @@ def check_length(model: Model, end: float) -> None:
         last = float(signal.time[-1]) - signal.start
         if end > last * (1.0 + 1e-9):
             most = int(last / period_of(model).period * (1.0 + 1e-9))
-            remedy = f"simulate {most} cycles at most, or record longer" if most else "record longer"
+            remedy = f"simulate {counted(most, 'cycle')} at most, or record longer" if most else "record longer"
             rule = f"the run takes {end:.6g} s, and nothing is known of the {kind} after that"
             problems.append(Problem(path, f"a record that ends after {last:.6g} s", rule, remedy))
     if problems:

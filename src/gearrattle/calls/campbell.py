@@ -123,8 +123,8 @@ def campbell(
 
     Args:
         model: the driveline.
-        speeds: lowest and highest speed of the reference shaft: ``"800 rpm:3000 rpm"``, or a pair of such words or of
-            plain numbers [rad/s]; default: from 0 to twice the model's.
+        speeds: lowest and highest speed of the reference shaft: ``"800:3000 rpm"``, ``"800 rpm:3000 rpm"``, or a pair
+            of such words; plain numbers are in rad/s; default: from 0 to twice the model's.
         contact_ratio: Gamma by element name, or a list of them: every combination is a state.
         region: region label by element name, the same in all states.
 
@@ -154,8 +154,8 @@ def campbell(
 
 def _range(model: Model, speeds: str | Sequence[float | str]) -> tuple[float, float]:
     """Read the range of speeds [rad/s]."""
-    rule, example = 'must be a lowest and a highest speed, such as "800 rpm:3000 rpm"', "the first below the second"
-    ends = speeds.split(":") if isinstance(speeds, str) else list(speeds)
+    rule, example = 'must be a lowest and a highest speed, such as "800:3000 rpm"', "the first below the second"
+    ends = units.with_last_unit(speeds.split(":")) if isinstance(speeds, str) else list(speeds)
     if len(ends) != 2:
         raise ModelError(Problem("speeds", shown(speeds), rule, example))
     low, high = (_speed(model, end) for end in ends)

@@ -64,7 +64,10 @@ class Condensed:
     def report(self) -> str:
         """The whole in words."""
         names = [name or "a shape" for name in self.coordinates]
-        size = f"{len(self.inertia_names)} bodies become {counted(len(names), 'coordinate')} by {self.method}"
+        size = (
+            f"{counted(len(self.inertia_names), 'body', 'bodies')} become "
+            f"{counted(len(names), 'coordinate')} by {self.method}"
+        )
         kept = f"clearances kept: {', '.join(self.clearances) or 'none'}"
         lines = [size, f"  {', '.join(names)}", kept, *self.error.lines(self.units)]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])

@@ -74,7 +74,8 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     if bad[0] or bad[-1] or count > bad.size - _FEWEST:
         raise channel.wrong("gaps", found, "only what lies between numbers can be bridged", "cut with start and end")
     values, longest = bridged(channel.time, channel.values)
-    note = f"{channel.table.name}: {count} samples were no numbers; straight lines bridge them, {longest:.6g} s at most"
+    missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
+    note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
     return replace(channel, values=values), [note]
 
 
@@ -93,7 +94,7 @@ def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]
         low, high = float(channel.values.min()), float(channel.values.max())
         rule = f"needs {_FEWEST} pulses or more; the signal lies between {low:.6g} and {high:.6g}"
         remedy = "choose threshold and hysteresis within the signal"
-        raise channel.wrong("tacho", f"{times.size} pulses at the threshold {threshold:.6g}", rule, remedy)
+        raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
     try:
         angles = pulse_angles(times, tacho.pulses_per_turn, tacho.missing)
     except PulseError as error:

@@ -21,6 +21,7 @@ from gearrattle.signals.confidence import (
     response_radius,
 )
 from gearrattle.signals.cross_spectra import WINDOWS, CrossSpectra, Segments, cross_spectra, cut, power_density
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,7 +179,7 @@ def segments_of(signal: Sampled, resolution: str | float | None, overlap: float,
         rule = f"needs {1.0 / width:.6g} s of a record, and {signal.place} has {count * signal.interval:.6g} s"
         raise ModelError(Problem("resolution", f"{width:.6g} Hz", rule, "coarsen it, or take a longer record"))
     if length < _SHORTEST:
-        rule = f"leaves {length} samples a segment at {signal.rate:.6g} Hz; {_SHORTEST} are needed"
+        rule = f"leaves {counted(length, 'sample')} a segment at {signal.rate:.6g} Hz; {_SHORTEST} are needed"
         raise ModelError(Problem("resolution", f"{width:.6g} Hz", rule, "refine it"))
     return cut(count, length, overlap, window)
 
@@ -189,7 +190,7 @@ def described(signal: Sampled, segments: Segments) -> dict[str, Any]:
         "source": signal.source,
         "channel": signal.name,
         "units": signal.unit,
-        "window": f"{segments.length} samples, {segments.step} apart, mean removed",
+        "window": f"{counted(segments.length, 'sample')}, {segments.step} apart, mean removed",
         "segments": segments.count,
         "averages": segments.averages,
         "resolution": signal.rate / segments.length,

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from gearrattle.criteria import Gathered, Verdict, gather, judge, tell
 from gearrattle.errors import ModelError, Problem
 from gearrattle.results import Run, check_run
+from gearrattle.wording import counted
 
 
 def criteria(run: Run | Iterable[Run]) -> Verdict:
@@ -35,5 +36,7 @@ def criteria(run: Run | Iterable[Run]) -> Verdict:
         if chunk.discard < chunk.cycles:
             gathered = gather(chunk, gathered)
     if gathered is None:
-        raise ModelError(Problem("discard", f"all of {end or 0} cycles", "at least one cycle must remain to be judged"))
+        raise ModelError(
+            Problem("discard", f"all of {counted(end or 0, 'cycle')}", "at least one cycle must remain to be judged")
+        )
     return tell(gathered, units=units)

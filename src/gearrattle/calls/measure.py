@@ -32,6 +32,7 @@ from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
 from gearrattle.results import Run, check_run
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -129,7 +130,7 @@ def _heard_in_chunks(chunks: Iterable[Run], orders: Sequence[float] | None) -> t
         tally = gather_motion(chunk, engine, tally)
     if last is None or tally is None or tally.moments is None:
         raise ModelError(
-            Problem("discard", f"all of {end or 0} cycles", "at least one cycle must remain to be measured")
+            Problem("discard", f"all of {counted(end or 0, 'cycle')}", "at least one cycle must remain to be measured")
         )
     steady = last.model.excitation.sweep is None
     return hear_chunks(tally, last.trajectory.cost.algorithm, engine, one_speed=steady), last.model.units

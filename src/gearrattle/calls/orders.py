@@ -18,6 +18,7 @@ from gearrattle.signals.conditioning import PASSED
 from gearrattle.signals.cross_spectra import WINDOWS
 from gearrattle.signals.order_tracking import TURN, Array, Orders, fitted_orders, order_spectra, turned
 from gearrattle.signals.waterfall import Waterfall, by_steps
+from gearrattle.wording import counted, noun_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +77,9 @@ def order_map(
     blocks = float(shaft.angle[-1] - shaft.angle[0]) / TURN / (turns * (1.0 - overlap))
     if blocks * turns * shown_orders > _MOST:
         rule = f"{blocks:.3g} blocks of {turns * shown_orders:.3g} orders make a map larger than {_MOST:.3g} values"
-        raise ModelError(Problem(signal.place, f"overlap {overlap:g}, {turns} turns", rule, "lower the overlap"))
+        raise ModelError(
+            Problem(signal.place, f"overlap {overlap:g}, {counted(turns, 'turn')}", rule, "lower the overlap")
+        )
     read = turned(signal.values, signal.interval, shaft.angle, shaft.speed, per_turn)
     if read.values.size < turns * per_turn:
         _long_enough(signal, shaft, turns + 2.0 / per_turn)
@@ -126,7 +129,10 @@ def order_cuts(
         raise ModelError(Problem("turns", shown(turns), "must be positive"))
     apart = float(np.diff(wanted, prepend=0.0).min())
     if apart * turns < 0.5:
-        rule = f"orders {apart:.6g} apart, or from zero, cannot be told from each other within {turns:g} turns"
+        rule = (
+            f"orders {apart:.6g} apart, or from zero, cannot be told from each other within {turns:g} "
+            f"{noun_of(turns, 'turn')}"
+        )
         remedy = f"take turns={np.ceil(1.0 / apart - 1e-6):.0f} or more"
         raise ModelError(Problem("orders", shown(wanted.tolist()), rule, remedy))
     _long_enough(signal, shaft, turns)
@@ -151,7 +157,7 @@ def _long_enough(signal: Sampled, shaft: Shaft, turns: float) -> None:
     """Refuse a record of fewer turns than a block."""
     there = float(shaft.angle[-1] - shaft.angle[0]) / TURN
     if there < turns * (1.0 - 1e-12):
-        rule = f"a block takes {turns:g} turns of the shaft"
+        rule = f"a block takes {turns:g} {noun_of(turns, 'turn')} of the shaft"
         remedy = "take fewer with turns=..., or a longer record"
         raise ModelError(Problem(signal.place, f"{there:.6g} turns", rule, remedy))
 

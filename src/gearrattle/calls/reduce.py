@@ -29,6 +29,7 @@ from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import Accuracy, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT, REASONS, Lumps, Refused, lump
 from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.wording import counted
 
 MARGIN = 2.0
 """Modes up to this multiple of the band's end decide what is merged."""
@@ -156,7 +157,7 @@ def _reduction(
     names = [element.name for element in elements_of(model)]
     bodies = [body.name for body in model.inertias]
     grouping, size = lumps.grouping, len(lumps.grouping.kept)
-    title = f"{model.name or 'driveline'}: {size} of {len(bodies)} bodies"
+    title = f"{model.name or 'driveline'}: {size} of {counted(len(bodies), 'body', 'bodies')}"
     removed = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     smaller = lumped_model(model, grouping.owner, grouping.ratio, removed, title)
     groups: dict[str, dict[str, float]] = {}
@@ -202,7 +203,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     end = request.up_to * request.system.inputs.period / (2.0 * np.pi)
     beyond = int(np.count_nonzero(request.system.inputs.cycles > end * (1.0 + 1e-9)))
     if beyond:
-        orders = f"{beyond} of {request.system.inputs.count} orders"
+        orders = f"{beyond} of {counted(request.system.inputs.count, 'order')}"
         notes.append(f"{orders} excite above the band, and impacts do: no error is stated there.")
     return notes
 

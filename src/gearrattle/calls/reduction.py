@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.model import Model
 from gearrattle.reductions import Accuracy
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -246,7 +247,10 @@ class Reduction:
     def _groups(self) -> list[str]:
         merged = sum(len(members) for members in self.groups.values())
         left = len(self.model.inertias)
-        lines = [f"{left + merged} bodies become {left}, for up to {frequency_text(self.up_to, self.model.units)}"]
+        lines = [
+            f"{counted(left + merged, 'body', 'bodies')} become {left}, for up to "
+            f"{frequency_text(self.up_to, self.model.units)}"
+        ]
         for kept, members in self.groups.items():
             words = ", ".join(f"{body} (x {ratio:.6g})" if ratio != 1.0 else body for body, ratio in members.items())
             lines.append(f"  {kept} takes {words}")

@@ -25,6 +25,7 @@ from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run, check_run
 from gearrattle.signals.order_tracking import TURN, angle_of, speed_of
 from gearrattle.trajectory import Layout
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 Source = Run | Recording
@@ -100,7 +101,7 @@ def sampled(source: Source, channel: str) -> Sampled:
     found = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
     if found.values.size < FEWEST:
         rule = f"a spectrum needs {FEWEST} samples at least"
-        raise ModelError(Problem(found.place, f"{found.values.size} samples", rule, "take a longer record"))
+        raise ModelError(Problem(found.place, counted(found.values.size, "sample"), rule, "take a longer record"))
     _finite(found.place, found.values)
     return found
 

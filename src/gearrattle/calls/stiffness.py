@@ -21,6 +21,7 @@ from gearrattle.signals import dwell_of_regions
 from gearrattle.system.characteristic import characteristic
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Layout
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -182,7 +183,7 @@ class Visited:
         """Which regions these are."""
         known = len(self.regions)
         if known == self.count:
-            return f"{known} region{'s' * (known != 1)} visited"
+            return f"{counted(known, 'region')} visited"
         share = 100.0 * sum(region.share for region in self.regions)
         return f"the {known} regions visited longest, {share:.3g} % of the time, of {self.count} visited"
 

@@ -31,6 +31,7 @@ from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.results import Run, open_run
+from gearrattle.wording import counted
 from gearrattle.writing import PREFIX, Lock, put, sweep
 
 STATE = "state.npz"
@@ -91,7 +92,7 @@ class Store:
             rule = f"is not empty and holds no stored motion: {listed(others)}"
             raise ModelError(Problem(str(path), "", rule, "give a new or an empty folder"))
         if state is not None and not resume:
-            rule = f"holds {state.done} cycles of a run already"
+            rule = f"holds {counted(state.done, 'cycle')} of a run already"
             raise ModelError(Problem(str(path), "", rule, "resume to go on with it, or choose another folder"))
         if state is not None and state.owner != owner:
             raise ModelError(_difference(path, state.owner, owner))
@@ -134,7 +135,7 @@ class Store:
         if self._lock is None:
             self._hold()
             if (state := read_state(self.folder)) is not None:
-                rule = f"holds {state.done} cycles of a run by now, written by another program"
+                rule = f"holds {counted(state.done, 'cycle')} of a run by now, written by another program"
                 raise ModelError(Problem(str(self.folder), "", rule, "choose another folder"))
         chunks = 1 if self.state is None else self.state.chunks + 1
         run.save(self.folder / _CHUNK.format(chunks))
@@ -233,7 +234,7 @@ def _difference(path: Path, stored: str, asked: str) -> Problem:
     """Say where a stored motion differs from the one asked for."""
     there, here = stored.splitlines(), asked.splitlines()
     pairs = zip([*there, ""], [*here, ""], strict=False)
-    old, new = next(((a, b) for a, b in pairs if a != b), (f"{len(there)} lines", f"{len(here)} lines"))
+    old, new = next(((a, b) for a, b in pairs if a != b), (counted(len(there), "line"), counted(len(here), "line")))
     rule = (
         f"holds another motion, with {old or 'nothing there'}; only the same model, settings and versions go on with it"
     )

@@ -21,6 +21,7 @@ from gearrattle.criteria import Gathered, Verdict, gather, tell
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
 from gearrattle.results import Run
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.solvers import Extensible
@@ -204,5 +205,7 @@ class Stream:
         """
         if self._gathered is None:
             remedy = "ask for more chunks first, or discard fewer cycles"
-            raise ModelError(Problem("discard", f"{self.done} cycles so far", "nothing is left to judge", remedy))
+            raise ModelError(
+                Problem("discard", f"{counted(self.done, 'cycle')} so far", "nothing is left to judge", remedy)
+            )
         return tell(self._gathered, units=self.model.units)

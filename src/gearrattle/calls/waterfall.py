@@ -19,6 +19,7 @@ from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.signals.order_tracking import TURN
 from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders
 from gearrattle.signals.waterfall import waterfall as spectra
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +76,7 @@ def waterfall(
     size = segments.count * segments.length * min(1.0, top * signal.interval)
     if size > _MOST:
         rule = f"{size:.3g} values make a map larger than {_MOST:.3g}"
-        raise ModelError(Problem(signal.place, f"{segments.count} rows", rule, "lower highest or the overlap"))
+        raise ModelError(Problem(signal.place, counted(segments.count, "row"), rule, "lower highest or the overlap"))
     density = scaling == "density"
     turning = None if shaft is None else shaft.speed
     rows = spectra(signal.values, signal.rate, segments, turning, density=density, highest=top)

@@ -66,8 +66,10 @@ def _content(model: Model) -> dict[str, Any]:
 
 def _records(model: Model) -> list[str]:
     """Say how many points the records have, and how long a run they last."""
+    from gearrattle.wording import counted
+
     signals = [torque.signal for torque in model.torques if torque.signal] + [motion.signal for motion in model.motions]
-    return [f"{s.time.size} points, {s.time[-1] - s.start:.6g} s" for s in signals]
+    return [f"{counted(s.time.size, 'point')}, {s.time[-1] - s.start:.6g} s" for s in signals]
 
 
 def _words(value: Any) -> str:

@@ -43,8 +43,8 @@ def modes(
         NAME=LABEL: the element is in this region: 0 the centre, 1, 2, ... drive side, -1, -2, ... coast. May be
         repeated.
     speeds
-        Range of the Campbell diagram, e.g. "800 rpm:3000 rpm"; default: from 0 to twice the model's speed. Given, the
-        crossings are printed.
+        Range of the Campbell diagram, e.g. "800:3000 rpm"; numbers without a unit are in rad/s. Default: from 0 to
+        twice the model's speed. Given, the crossings are printed.
     over
         NAME=RATIO,RATIO,...: the Campbell diagram has lines for each of these contact ratios. May be repeated.
     output
@@ -53,7 +53,7 @@ def modes(
     import gearrattle
     from gearrattle.cli.assignments import labels, lists, numbers
     from gearrattle.cli.columns import json_text
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
@@ -64,7 +64,7 @@ def modes(
     if output is not None:
         from gearrattle.report.modes import fill_modes
 
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             setting = " ".join([_setting(ratios, regions), *found.notes])
             fill_modes(driveline, found, diagram, setting, staging.path)
             staging.commit()
@@ -90,7 +90,7 @@ def _setting(ratios: dict[str, float], regions: dict[str, int]) -> str:
 def _tell(driveline: Model, found: Modes, diagram: Campbell, *, crossings: bool) -> None:
     """Print the modes, what they are about and, if asked for, where orders meet them."""
     from gearrattle.cli.columns import columns
-    from gearrattle.report.modes_tables import crossings_table, listed
+    from gearrattle.report.modes_tables import crossings_table, listed, turning
 
     hertz = driveline.units == "SI"
     head = ("mode", "frequency [Hz]" if hertz else "frequency", "damping [%]", *found.inertia_names)
@@ -117,4 +117,7 @@ def _tell(driveline: Model, found: Modes, diagram: Campbell, *, crossings: bool)
         print(f"note: {note}", file=sys.stderr)
     if crossings:
         table = crossings_table(diagram, si=hertz)
-        print("\n" + (columns(table.head, table.rows) if table.rows else "no order meets a mode in this range"))
+        low, high = (turning(speed, si=hertz) for speed in diagram.speeds)
+        radians = f" ({diagram.speeds[0]:.4g} to {diagram.speeds[1]:.4g} rad/s)" if hertz else ""
+        print(f"\nspeeds from {low} to {high}{radians}:")
+        print(columns(table.head, table.rows) if table.rows else "no order meets a mode in this range")

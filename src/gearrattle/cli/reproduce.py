@@ -38,12 +38,12 @@ def reproduce(
     """
     from gearrattle.cli.background import watched
     from gearrattle.cli.columns import json_text
+    from gearrattle.cli.page_folder import page_folder
     from gearrattle.reproduction import reproduce as run
     from gearrattle.reproduction.page import fill
-    from gearrattle.writing import Staging
 
     folder = output or Path(f"{what}-reproduction")
-    with Staging(folder) as staging:
+    with page_folder(folder) as staging:
 
         def work(watch: Watch) -> Reproduction:
             found = run(quick, watch)
@@ -57,18 +57,26 @@ def reproduce(
         print(json_text(found.to_dict()))
     else:
         _tell(found)
-        print("; ".join(f"{number} {status}" for status, number in found.counts().items()))
     print(f"page: {folder / 'reproduction.html'}", file=sys.stderr if json else sys.stdout)
 
 
 def _tell(found: Reproduction) -> None:
-    """Print every row with its status and, below it, the reason."""
+    """Print how many rows have each status, then those that differ, each with its reason."""
     import shutil
     import textwrap
 
+    from gearrattle.cli.columns import columns
+    from gearrattle.reproduction.record import DIFFERS
+    from gearrattle.wording import noun_of
+
+    rows = [(f"{number}", status) for status, number in found.counts().items()]
+    print(columns(("rows", "status"), [*rows, (f"{len(found.rows)}", "in all")], {1}))
+    differing = [row for row in found.rows if row.status == DIFFERS]
+    if not differing:
+        return
     width = max(60, min(120, shutil.get_terminal_size().columns))
-    longest = max(len(row.item) for row in found.rows)
-    for row in found.rows:
-        print(f"{row.item:<{longest}}  {row.verdict}")
-        if row.why:
-            print(textwrap.fill(row.why, width, initial_indent="    ", subsequent_indent="    "))
+    print(f"\n{len(differing)} {noun_of(len(differing), 'row differs', 'rows differ')}:")
+    for row in differing:
+        print(textwrap.fill(row.item, width, subsequent_indent="  "))
+        print(textwrap.fill(f"because {row.why}", width, initial_indent="    ", subsequent_indent="    "))
+    print("\nThe page has all rows.")

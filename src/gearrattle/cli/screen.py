@@ -44,7 +44,8 @@ def screen(
     source
         Model file, or a study file of the kind "grid" whose axes are excitation.speed and at most one of loads.
     speeds
-        Of the reference shaft: "600 rpm:2400 rpm", or a list, "800 rpm,1200 rpm". Default: half to twice the model's.
+        Of the reference shaft: "600:2400 rpm", or a list, "800,1200 rpm"; numbers without a unit are in rad/s.
+        Default: half to twice the model's.
     count
         Speeds of a range. Default: 25.
     loads
@@ -59,7 +60,7 @@ def screen(
         Folder for the page; default: the table on the terminal only.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.writing import Staging
+    from gearrattle.cli.page_folder import page_folder
 
     model, asked, title = _asked(source, speeds, count, loads, load)
     model = _settled(model, settings, simulate=simulate, workers=workers)
@@ -67,7 +68,7 @@ def screen(
     if output is None:
         found = watched(lambda watch: _work(watch, model, asked, how, (None, title)))
     else:
-        with Staging(output) as staging:
+        with page_folder(output) as staging:
             found = watched(lambda watch: _work(watch, model, asked, how, (staging.path, title)))
             staging.commit()
     _tell(found, output, json=json)
@@ -106,17 +107,18 @@ def _speeds(model: Model, speeds: str | None, count: int | None) -> Any:
     """Return the speeds as ``screen`` takes them."""
     from gearrattle.cli.options import number_or_text
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.model.units import with_last_unit
 
     if speeds is not None and ":" not in speeds:
         if count is not None:
             rule = "is the number of speeds of a range, and --speeds is a list"
             raise ModelError(Problem("--count", f"{count}", rule, 'leave it out, or give "LOW:HIGH"'))
-        return [number_or_text(each.strip()) for each in speeds.split(",")]
+        return [number_or_text(each) for each in with_last_unit(speeds.split(","))]
     ends: list[Any] = [0.5 * model.excitation.omega, 2.0 * model.excitation.omega]
     if speeds is not None:
-        ends = [number_or_text(end.strip()) for end in speeds.split(":")]
+        ends = [number_or_text(end) for end in with_last_unit(speeds.split(":"))]
     if len(ends) != 2:
-        raise ModelError(Problem("--speeds", f'"{speeds}"', 'must be LOW:HIGH or a list, such as "600 rpm:2400 rpm"'))
+        raise ModelError(Problem("--speeds", f'"{speeds}"', 'must be LOW:HIGH or a list, such as "600:2400 rpm"'))
     return {"from": ends[0], "to": ends[1], "count": _COUNT if count is None else count}
 
 

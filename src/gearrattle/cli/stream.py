@@ -81,7 +81,7 @@ def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Pa
 
     if not under_way or not under_way[0].done:
         return error
-    kept = f"{under_way[0].done} of {under_way[0].cycles} cycles are kept in {folder}; --resume goes on"
+    kept = f"{under_way[0].done} of {counted(under_way[0].cycles, 'cycle')} are kept in {folder}; --resume goes on"
     if isinstance(error, KeyboardInterrupt | Cancelled):
         return Cancelled(kept=f"interrupted: {kept}")
     if disk_is_full(error):

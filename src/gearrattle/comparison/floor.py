@@ -47,7 +47,7 @@ class Floor:
         deflection: (K,) of every clearance's rms [rad or m].
         acceleration: (n,) of every inertia's rms [rad/s^2].
         density: (n, f) power spectral density of the error that counts.
-        rate: (K,) of the impacts a cycle [1/cycle].
+        rate: (K,) of the impacts per cycle [1/cycle].
         impulse: (K,) shift of the impulses [N m s or N s].
         tr_rms, tr_peak: (n,) of the transmissibilities [1]; infinite where the reference inertia is lost in its error.
     """

@@ -10,6 +10,7 @@ import numpy as np
 from gearrattle.errors import ModelError, Problem
 from gearrattle.signals import Window, last_cycles, steady
 from gearrattle.trajectory import Trajectory
+from gearrattle.wording import counted
 
 
 def same_grid(given: Trajectory, reference: Trajectory) -> None:
@@ -28,7 +29,7 @@ def same_grid(given: Trajectory, reference: Trajectory) -> None:
         raise ModelError(Problem("comparison", "other corners", rule, "simulate the same model with both algorithms"))
     spacing = reference.layout.period / reference.samples_per_cycle
     if given.time.size != reference.time.size or np.max(np.abs(given.time - reference.time)) > 1e-6 * spacing:
-        found = f"{given.time.size} samples from {given.time[0]:g} s to {given.end:g} s"
+        found = f"{counted(given.time.size, 'sample')} from {given.time[0]:g} s to {given.end:g} s"
         rule = f"the reference has {reference.time.size} from {reference.time[0]:g} s to {reference.end:g} s"
         remedy = "simulate both with the same cycles and samples_per_cycle"
         raise ModelError(Problem("comparison", found, rule, remedy))

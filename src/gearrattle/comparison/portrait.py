@@ -35,7 +35,7 @@ class Portrait:
         resolution: its bin width [Hz].
         largest_deflection, largest_acceleration: (K,), (n,) rms in the loudest cycle of the whole motion, start-up
             included; for accelerations no less than ``ROUNDING`` times what the elements' torques alone would give.
-        rate: (K,) impacts a cycle.
+        rate: (K,) impacts per cycle.
         impulses: K arrays (I_k,) of every impact that is known whole, ascending [N m s or N s].
         tr_rms, tr_peak: (n,) transmissibilities of the last eight cycles [1]; NaN where the reference inertia rests.
     """

@@ -120,8 +120,10 @@ def _limits(comparison: Comparison) -> str:
         own = ": differences are errors of the algorithms" if comparison.reference == "exact" else ""
         return f"The motion is predictable to its end{own}."
     cycles, away = comparison.horizon / comparison.period, comparison.rows[-1]
-    wrong = float("inf") if away.error is None else float(away.error.passed[-1])
     own = ""
-    if wrong < float("inf") and comparison.reference == "exact":
-        own = f" (even exact, begun 1e-12 half-gaps away, is off by a tenth after {wrong / comparison.period:.3g})"
-    return f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}; beyond, compare statistics{own}."
+    if away.error is not None and away.error.passed[-1] < float("inf") and comparison.reference == "exact":
+        later, unit = float(away.error.passed[-1]) / comparison.period, away.error.unit
+        own = f" Two exact motions that begin 1e-12 {unit} apart are {away.error.thresholds[-1]:g} {unit} apart after "
+        own += f"{later:.3g} {noun_of(later, 'cycle')}."
+    told = f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}"
+    return f"{told}; after that only statistics can be compared.{own}"

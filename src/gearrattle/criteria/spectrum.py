@@ -32,6 +32,7 @@ from gearrattle.signals import (
 from gearrattle.signals.lines import FEWEST_PERIODS
 from gearrattle.signals.spectra import CYCLES_PER_SEGMENT, averaged
 from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.wording import counted
 
 FLUCTUATION = "rms of the fluctuation"
 
@@ -131,7 +132,11 @@ class AccelerationSpectrum(Telling):
         fundamental = 2.0 * np.pi / (layout.omega * layout.period)
         cycles = signal.size // per_cycle
         rule = "lines of at least 1 % of the largest harmonic and 5 x the median around them"
-        of = "" if cycles == scope.window.cycles else f" in the last {cycles} of {scope.window.cycles} cycles only"
+        of = (
+            ""
+            if cycles == scope.window.cycles
+            else f" in the last {cycles} of {counted(scope.window.cycles, 'cycle')} only"
+        )
         entries: list[Entry] = []
         amplitudes: dict[int, Array] = {}
         kinds = (("super-harmonic", super_harmonics, 1), ("sub-harmonic", sub_harmonics, 2))

@@ -50,7 +50,7 @@ def _rattle(part: Part) -> str:
         hits = f"{part.name} hits its {_side(part)}{place} only"
     if part.impacts_per_cycle == 0.0:
         return f"{part.name} leaves contact and does not hit again" + _margin(part)
-    severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} a cycle"]
+    severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]
     if part.max_approach_speed is not None:
         severity.append(f"approach speed up to {part.max_approach_speed:.3g}{_unit(part.speed_unit)}")
     if part.max_impact_energy is not None:
@@ -66,7 +66,7 @@ def _changes_stage(part: Part) -> bool:
 def _stage_changes(part: Part) -> str:
     both = part.drive_impacts_per_cycle > 0.0 and part.coast_impacts_per_cycle > 0.0
     where = "on both sides" if both or part.regime == "double-sided" else f"on its {_side(part)}side only"
-    rate = f"entering an outer stage {counted(float(part.impacts_per_cycle), 'time')} a cycle"
+    rate = f"entering an outer stage {counted(float(part.impacts_per_cycle), 'time')} per cycle"
     return f"{part.name} changes stage {where}, {rate}" + _margin(part)
 
 

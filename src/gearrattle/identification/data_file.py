@@ -32,6 +32,7 @@ from gearrattle.model import Model
 from gearrattle.model.file import check_reachable, read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place
 from gearrattle.model.table import Breach, did_you_mean, listed, shown
+from gearrattle.wording import counted
 
 FREQUENCY_ERROR = 0.01
 SHAPE_ERROR = 0.02
@@ -108,7 +109,9 @@ def _mode_breaches(rows: Sequence[ModeTable], model: Model) -> Iterator[Breach]:
                 rule = f"no inertia has this name; there are {listed(names)}"
                 yield Breach((*at, "shape", name), name, rule, did_you_mean(name, names))
         if row.number is not None and row.number > len(names):
-            yield Breach((*at, "number"), row.number, f"the model has {len(names)} modes, one for each inertia")
+            yield Breach(
+                (*at, "number"), row.number, f"the model has {counted(len(names), 'mode')}, one for each inertia"
+            )
         omega = _omega(row)
         if row.number is not None and omega is not None:
             numbered.setdefault(_state(row, State()), []).append((row.number, omega, index))

@@ -148,7 +148,8 @@ class Fit:
         for label, samples in responses.items():
             squares = np.array([r.residual for r in samples]) ** 2
             lines.append(
-                f"{label}: {len(samples) // 2} samples, residuals {math.sqrt(squares.mean()):.3g} standard errors rms, "
+                f"{label}: {counted(len(samples) // 2, 'sample')}, "
+                f"residuals {math.sqrt(squares.mean()):.3g} standard errors rms, "
                 f"{math.sqrt(squares.max()):.3g} at most ({samples[int(squares.argmax())].label.split(': ')[1]} rad/s)"
             )
         lines.append(f"chi-square {self.chi_square:.4g}, {self.degrees_of_freedom} degrees of freedom")

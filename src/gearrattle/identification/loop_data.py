@@ -197,7 +197,7 @@ def _gathered(deflection: Array, torque: Array, whole: Sequence[tuple[int, int]]
     turn = np.repeat([deflection[first] for first, _ in whole], counts)
     leg = np.repeat(np.arange(len(rows)), counts)
     lost = deflection.size - kept.size
-    words = f"{lost} of {deflection.size} samples belong to no whole leg of the loop and are left out"
+    words = f"{lost} of {counted(deflection.size, 'sample')} belong to no whole leg of the loop and are left out"
     notes = (words,) if lost > 1 else ()
     if kept.size < FEWEST:
         rule = f"too few points for a fit: whole legs need at least {FEWEST}"

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
 from gearrattle.model import loads
 from gearrattle.model.writing import toml_text
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -139,7 +140,7 @@ class LoopFit:
         """The whole in words."""
         counts = f"{len(self.stages)} drive-side and {len(self.coast_stages)} coast-side stages"
         rms = f"{self.residual:.4g} N m rms, {100.0 * self.residual / self.full_scale:.2g} % of full scale"
-        lines = [f"{self.source}: {counts} from {self.measured[0].size} samples; residual {rms}", ""]
+        lines = [f"{self.source}: {counts} from {counted(self.measured[0].size, 'sample')}; residual {rms}", ""]
         head = ["", "value", "+- error", "95 % from", "to", *(["bootstrap"] if self.bootstrap_errors else []), "unit"]
         lines += _aligned([head, *(self._row(name) for name in self.values)])
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])

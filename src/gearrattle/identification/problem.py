@@ -25,6 +25,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.measured import MeasuredMode, MeasuredResponse, Measurements, State
 from gearrattle.identification.parameters import Coefficients
 from gearrattle.identification.sensitivity import Spectrum
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -192,7 +193,7 @@ def check_modes(problem: FitProblem) -> None:
         if mode.number is None:
             waiting[mode.state] += 1
         elif mode.number > omega.size:
-            rule = f"the model has {omega.size} modes in this state"
+            rule = f"the model has {counted(omega.size, 'mode')} in this state"
             problems.append(Problem(mode.label, str(mode.number), rule, "fewer elements may be rigid"))
         elif omega[mode.number - 1] == 0.0:
             rule = "is rigid motion, whatever the parameters: its frequency is zero and its shape kinematic"

@@ -170,7 +170,7 @@ def hear_chunks(tally: Tally, source: str, engine_orders: Array, *, one_speed: b
         source=source,
         time=np.array([tally.start, tally.end]),
         signals={name: tally.moments.summary(column) for column, name in enumerate(names)},
-        window=f"steady part, {tally.cycles} of {tally.cycles + tally.discarded} cycles, in chunks",
+        window=f"steady part, {tally.cycles} of {counted(tally.cycles + tally.discarded, 'cycle')}, in chunks",
         omega=tally.layout.omega if one_speed else None,
         period=tally.layout.period,
         engine_orders=engine_orders,

@@ -28,6 +28,7 @@ from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.quantity import Plain, Quantity
 from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -242,7 +243,7 @@ class OverTime:
         place = f"{file}: {column}" if file else ""
         if signal.time.size < FEWEST:
             rule = f"a signal needs {FEWEST} points or more: a cubic spline goes through them"
-            raise breach(rule, place=place, found=f"{signal.time.size} points")
+            raise breach(rule, place=place, found=f"{counted(signal.time.size, 'point')}")
         first, last = float(signal.time[0]), float(signal.time[-1])
         if signal.key == "time" and not first <= signal.start < last:
             rule = f"the record goes from {first:.9g} s to {last:.9g} s, and a run begins at its {signal.start:.9g} s"

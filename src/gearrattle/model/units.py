@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -86,6 +86,17 @@ _COMMON = (
     *("kg", "g", "m", "mm", "um", "N", "kN", "s", "ms", "us", "rad", "mrad", "deg", "rpm", "Hz", "kHz", "min"),
     *("inch", "ft", "lbf", "lb", "turn", "revolution", "degree", "newton", "meter", "second", "radian"),
 )
+
+
+def with_last_unit(texts: Sequence[str]) -> list[str]:
+    """Return texts of one list or range, stripped; the unit of the last one holds for plain numbers before it.
+
+    "800", "3000 rpm" is "800 rpm", "3000 rpm"; a list whose last text has no unit is left as it is.
+    """
+    stripped = [text.strip() for text in texts]
+    number = _NUMBER.match(stripped[-1]) if stripped else None
+    unit = stripped[-1][number.end() :].strip() if number else ""
+    return [f"{text} {unit}" if unit and _NUMBER.fullmatch(text) else text for text in stripped]
 
 
 class UnitError(ValueError):

@@ -21,6 +21,7 @@ from gearrattle.plots.palette import ACCENT, CENTRE, MUTED, shade
 from gearrattle.plots.raster import largest_along
 from gearrattle.plots.thinning import thin
 from gearrattle.trajectory import Array
+from gearrattle.wording import noun_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,7 +137,8 @@ def cuts_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
         for k, order in enumerate(data.order.values.tolist())
     )
     caption = (
-        f"Amplitudes of orders, fitted over blocks of {data.attrs['turns']:g} turns: {data.attrs['channel']} of "
+        f"Amplitudes of orders, fitted over blocks of {data.attrs['turns']:g} "
+        f"{noun_of(data.attrs['turns'], 'turn')}: {data.attrs['channel']} of "
         f"{data.attrs['source']}."
     )
     panel = cuts_panel(data.amplitude, str(data.attrs["channel"]), si=si)
@@ -195,5 +197,9 @@ def _edges(places: Array, most: int) -> Array:
 
 def _window(data: xr.DataArray) -> str:
     if data.dims[1] == "order":
-        return f"blocks of {data.attrs['turns']:g} turns" if "turns" in data.attrs else "read along orders"
+        return (
+            f"blocks of {data.attrs['turns']:g} {noun_of(data.attrs['turns'], 'turn')}"
+            if "turns" in data.attrs
+            else "read along orders"
+        )
     return f"bins of {numeral(float(data.attrs['resolution']))} Hz"

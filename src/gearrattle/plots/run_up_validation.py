@@ -11,6 +11,7 @@ from gearrattle.plots.chart import Chart, Key, Line, Panel
 from gearrattle.plots.order_maps import raised
 from gearrattle.plots.palette import DRIVE, INK, MUTED
 from gearrattle.validation import RunUp, Track
+from gearrattle.wording import noun_of
 
 MOST = 12
 _HEIGHT = 150
@@ -27,7 +28,8 @@ def run_up_charts(found: RunUp) -> list[Chart]:
         left = f" {len(tracks) - MOST} smaller orders are not drawn." if len(tracks) > MOST else ""
         how = f"the mean of {len(found.sources)} run-ups" if repeats else "one run-up"
         caption = (
-            f"{channel}: amplitudes of orders over speed, fitted over blocks of {found.turns:g} turns; measured: {how}."
+            f"{channel}: amplitudes of orders over speed, fitted over blocks of {found.turns:g} "
+            f"{noun_of(found.turns, 'turn')}; measured: {how}."
         )
         panels = tuple(_panel(track, si=found.units == "SI") for track in drawn)
         charts.append(

@@ -21,6 +21,7 @@ from gearrattle.model.table import did_you_mean, listed
 from gearrattle.readers import csv, hdf5, mat, mdf4, run, uff, wav
 from gearrattle.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
 from gearrattle.recording import Recording
+from gearrattle.wording import counted
 from gearrattle.writing import whole
 
 READERS: dict[str, Reader] = {
@@ -127,7 +128,13 @@ def write(recording: Recording, path: str | os.PathLike[str], format: str = "") 
     reader = able[format] if format else endings[target.suffix.lower()]
     if not recording.channels or recording.time.size < 2:
         rule = "a recording to be written needs a channel, and two samples"
-        raise ModelError(Problem(str(path), f"{len(recording.channels)} channels, {recording.time.size} samples", rule))
+        raise ModelError(
+            Problem(
+                str(path),
+                f"{counted(len(recording.channels), 'channel')}, {counted(recording.time.size, 'sample')}",
+                rule,
+            )
+        )
     try:
         with whole(target) as path_while_written:
             reader.write(recording, path_while_written)

@@ -23,6 +23,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import read_bytes
 from gearrattle.readers.base import Column, Raw, Request, unfit
 from gearrattle.recording import Array, Channel, Recording
+from gearrattle.wording import counted
 
 NAME = "uff"
 SUFFIXES = (".uff", ".unv", ".bunv", ".uf58")
@@ -168,7 +169,7 @@ def _values(block: _Block, kind: int, count: int, place: str, even: bool) -> Arr
         width = len(block.data) // samples if len(block.data) % samples == 0 else 0
         forms = {4: "f4", 8: "f8"} if even else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}  # as many bytes as there are
         if width not in forms:
-            rule = f"its header tells {samples} samples"
+            rule = f"its header tells {counted(samples, 'sample')}"
             raise ModelError(Problem(place, f"{len(block.data)} bytes", rule, "the file is damaged: export it again"))
         form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
         table = np.frombuffer(block.data, form)
@@ -182,7 +183,7 @@ def _values(block: _Block, kind: int, count: int, place: str, even: bool) -> Arr
             words = [w for line in lines for k in range(0, len(line), width) if (w := line[k : k + width].strip())]
         found = np.array([float(word.replace("D", "E")) for word in words])
     if found.size != count:
-        rule = f"its header tells {count} numbers"
+        rule = f"its header tells {counted(count, 'number')}"
         raise ModelError(Problem(place, f"{found.size} numbers", rule, "the file is damaged: export it again"))
     return found
 

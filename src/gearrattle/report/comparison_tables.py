@@ -120,8 +120,10 @@ def coherence_table(comparison: Comparison) -> Table:
     if first is not None:
         chance = first.chance
         note = (
-            f"Mean of gamma^2 over the first {len(first.frequency)} harmonics, {first.ensembles} segments of "
-            f"{first.points} samples at {first.rate:.5g} Hz. Two independent signals give {chance.bias:.2g} on average "
+            f"Mean of gamma^2 over the first {counted(len(first.frequency), 'harmonic')}, "
+            f"{counted(first.ensembles, 'segment')} of {counted(first.points, 'sample')} at "
+            f"{first.rate:.5g} Hz. Two independent signals give "
+            f"{chance.bias:.2g} on average "
             f"(between {chance.mean_low:.2g} and {chance.mean_high:.2g} in 90 of 100 cases; a single bin stays below "
             f"{chance.threshold:.2g} in 95): below that a coherence says nothing."
         )
@@ -161,7 +163,7 @@ def stability_table(comparison: Comparison) -> Table:
     note = (
         "max |R(h lambda)| over the eigenvalues of every region the true motion visits; a region is told by the labels "
         "of its clearances. Above 1 a mode grows in it that in truth dies out. A rigid motion gives exactly 1."
-        + (f" Of {len(largest)} regions the {len(regions)} with the largest are shown." if left else "")
+        + (f" Of {counted(len(largest), 'region')} the {len(regions)} with the largest are shown." if left else "")
     )
     return Table(("algorithm", *regions), rows, frozenset({0}), "", note)
 

@@ -15,6 +15,7 @@ from gearrattle.report.provenance import versions
 from gearrattle.report.summary import switches
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Trajectory
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.model import Coupling, Mesh, Model, Piece
@@ -101,10 +102,12 @@ def _excitation(findings: Findings) -> Table:
         ]
         if (signal := torque.signal) is not None:
             length = engineering(float(signal.time[-1] - signal.time[0]), unit("s"))
-            rows.append(("", f"a record of {signal.time.size} points over {length}", signal.source))
+            rows.append(("", f"a record of {counted(signal.time.size, 'point')} over {length}", signal.source))
     for motion in model.motions:
         kind = "speed" if motion.angle is None else "angle"
-        rows.append((f"motion of {motion.on}", f"a record of its {kind}, {motion.signal.time.size} points", ""))
+        rows.append(
+            (f"motion of {motion.on}", f"a record of its {kind}, {counted(motion.signal.time.size, 'point')}", "")
+        )
     for mesh in model.meshes:
         rows += [
             (

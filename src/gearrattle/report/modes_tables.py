@@ -13,6 +13,7 @@ from gearrattle.calls.statics import Modes
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 MOST_CROSSINGS, MOST_NAMES = 120, 5
 
@@ -115,7 +116,10 @@ def crossings_table(found: Campbell, *, si: bool) -> Table:
     rows = tuple(_crossing(found, crossing, several=several, si=si) for crossing in shown)
     note = "Share: how much of the energy of what turns with the order goes into the mode; not an amplitude."
     if len(shown) < len(found.crossings):
-        note += f" {len(shown)} of {len(found.crossings)} crossings, those of the largest shares; modes.json has all."
+        note += (
+            f" {len(shown)} of {counted(len(found.crossings), 'crossing')}, those of the largest shares; "
+            "modes.json has all."
+        )
     return Table(head, rows, frozenset({5, 7}), "Crossings", note)
 
 

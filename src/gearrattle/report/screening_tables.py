@@ -20,6 +20,7 @@ from gearrattle.plots.screening import loads_of, speeds_of
 from gearrattle.report.tables import Table
 from gearrattle.studies.screening import BY_PATH, LOAD
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,14 +122,14 @@ def summary_of(data: xr.Dataset) -> str:
                         f"{decibels(each.margin)}.")  # fmt: skip
         else:
             where = "in all" if each.lifts == each.cases else f"in {each.lifts} of"
-            told.append(f"{each.gear} lifts off {where} {each.cases} cases, most at "
+            told.append(f"{each.gear} lifts off {where} {counted(each.cases, 'case')}, most at "
                         f"{place(data, each.speed, each.load)} ({decibels(each.margin)}).")  # fmt: skip
     if len(gears) > _MOST_NAMED:
         told.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
     exact = int(inside(data).sum())
     told.append(
-        f"In {exact} of {inside(data).size} cases no clearance leaves its piece, and the linear motion is an exact "
-        "one; elsewhere the margins are estimates."
+        f"In {exact} of {counted(inside(data).size, 'case')} no clearance crosses a corner: there the linear motion is "
+        "exact, and so are the margins. In the others the margins are estimates."
     )
     if "regime" in data:
         judged = sum(each.judged or 0 for each in gears)

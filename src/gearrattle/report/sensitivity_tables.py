@@ -17,6 +17,7 @@ from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
 from gearrattle.studies.layout import axes_in, outputs_in, scattered, subject_names, subject_of, units_of
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +63,8 @@ def _rank_table(found: xr.Dataset, title: str, words: Words) -> Table:
         for name, *row in zip(names, *columns, strict=True)
     ]
     note = (
-        f"{int(found['samples'])} samples; the regression of ranks explains {_percent(float(found['explained']))}. "
+        f"{counted(int(found['samples']), 'sample')}; the regression of ranks explains "
+        f"{_percent(float(found['explained']))}. "
         f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
     )
     return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)

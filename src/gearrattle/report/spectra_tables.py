@@ -12,6 +12,7 @@ import numpy as np
 
 from gearrattle.plots.order_maps import raised
 from gearrattle.report.tables import Table
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ def setting_of(data: xr.Dataset, *, si: bool) -> str:
     """Say how the densities were averaged."""
     return (
         f"Segments of {data.attrs['window']}; {data.attrs['averages']:.3g} independent averages of "
-        f"{data.attrs['segments']} segments, bins of {_with(data.attrs['resolution'], 'Hz' if si else '')}."
+        f"{counted(data.attrs['segments'], 'segment')}, bins of {_with(data.attrs['resolution'], 'Hz' if si else '')}."
     )
 
 

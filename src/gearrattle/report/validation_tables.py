@@ -147,7 +147,7 @@ def impacts_table(found: Validation) -> Table:
         for each in found.impacts
     )  # fmt: skip
     note = (
-        "Impacts a cycle. Exact: from the crossings of the run. Counted: passings of a stated threshold, both in the "
+        "Impacts per cycle. Exact: from the crossings of the run. Counted: passings of a stated threshold, both in the "
         "same band; what counting misses shows against the exact rate."
     )
     return Table(head, rows, frozenset({0, 6}), "", note)

@@ -21,6 +21,7 @@ import numpy as np
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 Taper = Literal["hann", "none"]
 ENSEMBLES, POINTS, HARMONICS = 4, 128, 5  # Padmanabhan et al. 1995, sec. 8
@@ -118,7 +119,7 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
     allowed = [every for every in range(1, max(1, samples // needed) + 1) if highest <= USABLE * rate / every / 2]
     if samples < needed:
         remedy = "take fewer or shorter segments, or simulate more cycles"
-        raise ModelError(Problem("coherence", f"{samples} samples", f"its segments take {needed}", remedy))
+        raise ModelError(Problem("coherence", counted(samples, "sample"), f"its segments take {needed}", remedy))
     if not allowed:
         rule = f"{highest:g} Hz must lie below {USABLE:g} of half the rate"
         raise ModelError(Problem("coherence", f"{rate:g} samples a second", rule, "raise samples_per_cycle"))

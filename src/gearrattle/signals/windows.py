@@ -91,7 +91,7 @@ def steady(trajectory: Trajectory) -> Window:
         raise ModelError(
             Problem(
                 place="trajectory.time",
-                value=f"{trajectory.time.size} samples",
+                value=f"{counted(trajectory.time.size, 'sample')}",
                 rule=f"{counted(trajectory.cycles, 'cycle')} of {trajectory.samples_per_cycle} samples and the end "
                 f"make {expected}",
                 remedy="judge a motion of whole periods",

@@ -29,6 +29,7 @@ from gearrattle.model import units
 from gearrattle.model.csv_columns import read_columns
 from gearrattle.model.csv_layout import RecordError
 from gearrattle.model.units import Dimension
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,7 @@ def sound_path(given: Any, rate: float, scale: float = 1.0) -> SoundPath:
     except (TypeError, ValueError):
         rule = "must be rows of frequency [Hz], damping ratio and gain [Pa/(N s)], or the path of a WAV or CSV file"
         raise ModelError(Problem("path", repr(given)[:60], rule, "such as [(1200, 0.02, 1.0)]")) from None
-    return modal_path(rows, rate, f"{len(rows)} modes given")
+    return modal_path(rows, rate, f"{counted(len(rows), 'mode')} given")
 
 
 def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source: str) -> SoundPath:
@@ -131,5 +132,5 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
     time, values = columns.values["time"], columns.values["response"]
     step = float(time[-1] - time[0]) / max(1, time.size - 1)
     if time.size < 2 or step <= 0.0 or np.abs(np.diff(time) - step).max() > 1e-3 * step:
-        raise ModelError(Problem(str(path), f"{time.size} samples", "the times must rise by equal steps"))
+        raise ModelError(Problem(str(path), counted(time.size, "sample"), "the times must rise by equal steps"))
     return SoundPath(resampled(values, 1.0 / step, rate), rate, 0, str(path))

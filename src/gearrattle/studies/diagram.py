@@ -46,6 +46,7 @@ from gearrattle.studies.store import Store, Told
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import check_paths, first_run
 from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,7 +97,7 @@ class Diagram(Prepared):
     def _counted(self) -> str:
         """How many sweeps and values there are, in words."""
         sweeps = self.plan.chunks
-        return f"{sweeps} sweep{'s' * (sweeps != 1)} of {self.plan.shape[-1]} values"
+        return f"{counted(sweeps, 'sweep')} of {counted(self.plan.shape[-1], 'value')}"
 
     def sensible(self) -> int:
         """Return how many workers pay: never more than there are sweeps."""

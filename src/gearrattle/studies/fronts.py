@@ -29,6 +29,7 @@ from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Place
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.ranges import Range
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -226,6 +227,6 @@ def told_of(data: xr.Dataset) -> str:
     count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
     feasible = int((data["violation"] == 0.0).sum())
     if not front:
-        return f"{count} designs, none of them feasible"
+        return f"{counted(count, 'design')}, none of them feasible"
     sure = int((data["certified"] == 1).sum())
-    return f"{count} designs, {feasible} feasible, {front} on the front, {sure} of them certified"
+    return f"{counted(count, 'design')}, {feasible} feasible, {front} on the front, {sure} of them certified"

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.studies.designs import PAIRS, block
+from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
     """
     step = block(method, d)
     if not step or len(y) % step:
-        rule = f"must be whole blocks of {step} cases" if step else "is no design of Saltelli's"
+        rule = f"must be whole blocks of {counted(step, 'case')}" if step else "is no design of Saltelli's"
         raise ModelError(Problem("data", f"{len(y)} samples", rule, "give all samples of the study"))
     blocks = y.reshape(-1, step)
     blocks = blocks[np.isfinite(blocks).all(axis=1)]

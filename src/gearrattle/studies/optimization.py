@@ -41,6 +41,7 @@ from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened, unreachable
 from gearrattle.studies.store import Store, check_array_names, failures_of, is_whole
 from gearrattle.studies.structures import structures_of
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,8 +85,9 @@ class Optimization:
         each = starting + keeping(self._generation_chunks()) + self._generation_seconds(busy)
         total = generations * each + self._certifying
         words = (
-            f"{population * generations} cases of about {1e3 * self.seconds:.3g} ms, {generations} generations of "
-            f"{population} designs: {span(total)} on {workers_said(busy)}"
+            f"{counted(population * generations, 'case')}, about {1e3 * self.seconds:.3g} ms each, in "
+            f"{counted(generations, 'generation')} of {counted(population, 'design')}: "
+            f"{span(total)} in all on {workers_said(busy)}"
         )
         return Cost(population * generations, self.seconds, busy, total, words)
 
@@ -122,7 +124,7 @@ class Optimization:
         whole = 0
         while whole < self.size[1] and is_whole(_generation(place, whole)):
             whole += 1
-        return f"{whole} of {self.size[1]} generations are kept whole in {place.address}"
+        return f"{whole} of {counted(self.size[1], 'generation')} are kept whole in {place.address}"
 
     def carry_out(
         self,

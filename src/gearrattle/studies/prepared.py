@@ -26,6 +26,7 @@ from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
 from gearrattle.studies.store import Store, Work, case_by_case, check_array_names, kept_in
+from gearrattle.wording import counted
 from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
@@ -93,12 +94,13 @@ class Prepared:
         length = self.plan.count / self.plan.chunks * self.seconds
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
         total = starting + keeping(self.plan.chunks) + rounds(self.plan.chunks, busy) * length
-        words = f"{self._counted()} of about {1e3 * self.seconds:.3g} ms: {span(total)} on {workers_said(busy)}"
+        words = f"{self._counted()}, about {1e3 * self.seconds:.3g} ms each: {span(total)} in all "
+        words += f"on {workers_said(busy)}"
         return Cost(self.plan.count, self.seconds, busy, total, f"{words}{self._width()}")
 
     def _counted(self) -> str:
         """How many cases there are, in words."""
-        return f"{self.plan.count} cases"
+        return counted(self.plan.count, "case")
 
     def _width(self) -> str:
         """How well the samples tell a probability, and what twice as well takes."""
@@ -112,7 +114,8 @@ class Prepared:
         half = 0.5 * (high - low)
         more = samples_needed(0.5 * half)
         return (
-            f"; {n} samples tell a probability to ±{100 * half:.2g} % or better (95 %), ±{50 * half:.2g} % take {more}"
+            f". The 95 % interval of a probability from {counted(n, 'sample')} is at most ±{100 * half:.2g} "
+            f"percentage points; for ±{50 * half:.2g} take {counted(more, 'sample')}"
         )
 
     def sensible(self) -> int:
@@ -177,7 +180,7 @@ class Prepared:
         each, chunks = f"A case takes about {1e3 * self.seconds:.3g} ms", store.plan.chunks
         if before == chunks:
             return f"{each}."
-        left = f" for what was left, {before} of {chunks} chunks were there" if before else ""
+        left = f" for what was left, {before} of {counted(chunks, 'chunk')} were there" if before else ""
         return f"{each}; this run took {seconds:.3g} s{left}."
 
 
@@ -262,7 +265,7 @@ def pays(scheduler: str | None, sensible: int) -> int:
 
 def workers_said(count: int) -> str:
     """Return a number of workers in words."""
-    return f"{count} worker{'s' * (count != 1)}"
+    return counted(count, "worker")
 
 
 def span(seconds: float) -> str:

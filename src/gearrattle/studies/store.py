@@ -35,6 +35,7 @@ from gearrattle.studies.claims import ABOUT, check_place, holds_one
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Address, File, Place, place_of
 from gearrattle.studies.plan import SAMPLE, Plan
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -368,7 +369,7 @@ def kept_in(folder: Address) -> str:
     place = place_of(folder)
     try:
         chunks = json.loads(place.read(ABOUT))["chunks"]
-        return f"{len(markers_in(place))} of {chunks} chunks are kept in {place.address}"
+        return f"{len(markers_in(place))} of {counted(chunks, 'chunk')} are kept in {place.address}"
     except (OSError, ValueError, KeyError):
         return ""
 

@@ -32,6 +32,7 @@ from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
 from gearrattle.studies.schedulers import opened
 from gearrattle.studies.structures import structures_of
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -197,7 +198,7 @@ def _wrong_count(plan: Plan, model: Model, most: int) -> Problem:
     took = time.perf_counter() - begun
     sizes = " x ".join(map(str, plan.shape))
     cost = span(plan.count * took)
-    rule = f"{plan.count} cases ({sizes}), more than the {most} allowed; on one core they would take {cost}"
+    rule = f"{counted(plan.count, 'case')} ({sizes}), more than the {most} allowed; on one core they would take {cost}"
     return Problem("study", "", rule, "make the axes shorter, or allow more with most")
 
 

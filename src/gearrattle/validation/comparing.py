@@ -30,6 +30,7 @@ from gearrattle.validation.scatter import Draws, draws
 from gearrattle.validation.simulated import recorded, to_be_recorded
 from gearrattle.validation.verdict import findings_of, verdict_of
 from gearrattle.validation.wanted import Wanted
+from gearrattle.wording import counted
 
 _ROUNDS = 4
 _AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
@@ -75,7 +76,7 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     repeats = _repeated(matter, errors, progress) if errors else None
     if repeats is not None:
         told_apart = "" if isinstance(wanted.parameters, Mapping) else ", correlated as fitted"
-        words = f"{wanted.draws} runs, seed {wanted.seed}: {listed(errors)}{told_apart}"
+        words = f"{counted(wanted.draws, 'run')}, seed {wanted.seed}: {listed(errors)}{told_apart}"
         known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
     pairs = _pairs(matter, known, told, lines)
     cycles, drawn, found = matter.cycles, matter.drawn, matter.found

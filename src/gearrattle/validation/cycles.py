@@ -18,6 +18,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals.conditioning import PASSED, detrended, evened, filtered, resample
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 FEWEST = 8
 """Cycles: with fewer, scatter cannot be told. The paper's levels are of a span of eight."""
@@ -114,7 +115,7 @@ def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Sour
         ModelError: fewer than four samples.
     """
     if recording.time.size < 4:
-        found = f"{recording.time.size} samples"
+        found = counted(recording.time.size, "sample")
         raise ModelError(Problem(recording.source, found, "is too short: a spectrum takes at least 4 samples"))
     interval, columns = recording.interval, [channel.values for channel in channels]
     notes: tuple[str, ...] = ()

@@ -29,6 +29,7 @@ from gearrattle.validation.levels import MEASURES, mean_squares
 from gearrattle.validation.parameters import Drawn
 from gearrattle.validation.record import Level, Pair
 from gearrattle.validation.scatter import Draws
+from gearrattle.wording import counted
 
 SPARE = 3
 """Runs more than parameters that the effects need."""
@@ -127,7 +128,7 @@ def sentences(found: Explained) -> list[str]:
                 "standard errors away."
             )
     told.append(
-        f"Together the parameters take the squared differences of {len(found.channels)} channels from "
+        f"Together the parameters take the squared differences of {counted(len(found.channels), 'channel')} from "
         f"{found.chi_square[0]:.3g} to {found.chi_square[1]:.3g} standard errors squared, moved by "
         f"{max((abs(p.shift) for p in found.parameters), default=0.0):.2g} of their own at most."
     )

@@ -1,4 +1,4 @@
-"""Impacts a cycle: exactly from the crossings of the run, and counted alike in both records where a channel allows it.
+"""Impacts per cycle: exactly from the run's crossings, and counted alike in both records where a channel allows it.
 
 A measured record shows impacts only where it has the force or the deflection of a clearance, and only by a threshold
 that somebody states: a passing is counted where |x| rises to it after having fallen by a share of it. The simulated

@@ -18,6 +18,7 @@ from gearrattle.comparison.record import Record, plain
 from gearrattle.trajectory import Array
 from gearrattle.validation.record import NEGLIGIBLE
 from gearrattle.validation.sigma import sigma
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,7 +129,8 @@ class RunUp(Record):
         worst = max(self.tracks, key=lambda t: abs(t.levels[0] - t.levels[1]) / self._largest(t.channel))
         low = "low" if worst.sigma > 0.0 else "high"
         return (
-            f"{len(self.tracks)} orders of {len(self.channels)} channels over speed; look first at {worst.channel}, "
+            f"{counted(len(self.tracks), 'order')} of {counted(len(self.channels), 'channel')} over speed; look "
+            f"first at {worst.channel}, "
             f"order {worst.order:g}: over the run-up it is simulated {abs(worst.sigma):.3g} % {low}."
         )
 

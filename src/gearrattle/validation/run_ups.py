@@ -35,6 +35,7 @@ from gearrattle.validation.run_up_record import RunUp, Track
 from gearrattle.validation.scatter import CONFIDENCE
 from gearrattle.validation.simulated import recorded
 from gearrattle.validation.validate import run_of
+from gearrattle.wording import counted
 
 Measured = Recording | str | os.PathLike[str] | Mapping[str, Any]
 MOST = 200
@@ -172,7 +173,7 @@ def _stretch(speed: Array, source: str) -> tuple[Any, str]:
     moving = [(b - a, a) for a, b in pairwise(ends.tolist()) if b > a and turning[a] != 0.0]
     count, first = max(moving, key=lambda each: each[0], default=(0, 0))
     rows = np.arange(first, first + count + 1)
-    span = f"{speed.min():.6g} to {speed.max():.6g} rad/s, {speed.size} blocks"
+    span = f"{speed.min():.6g} to {speed.max():.6g} rad/s, {counted(speed.size, 'block')}"
     if rows.size < _FEWEST or np.ptp(speed[rows]) < 0.5 * np.ptp(speed):
         rule = (
             f"orders over speed need a speed that rises or falls for {_FEWEST} blocks, over half of its range at least"
@@ -181,7 +182,11 @@ def _stretch(speed: Array, source: str) -> tuple[Any, str]:
         raise ModelError(Problem(source, span, rule, f"{remedy}; at one speed use validate"))
     left = speed.size - rows.size
     ends_at = f"{speed[rows].min():.5g} to {speed[rows].max():.5g} rad/s"
-    note = f"{source}: of {speed.size} blocks those of its longest rise or fall count, {ends_at}" if left else ""
+    note = (
+        f"{source}: of {counted(speed.size, 'block')} those of its longest rise or fall count, {ends_at}"
+        if left
+        else ""
+    )
     return (rows if turning[first] > 0.0 else rows[::-1]), note
 
 

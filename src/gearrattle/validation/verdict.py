@@ -89,7 +89,7 @@ def _amplitudes(order: Order, unit: str) -> str:
 
 
 def _of_impacts(each: Impacts) -> str:
-    exact = f"{each.clearance}: {each.exact:.4g} impacts a cycle, exact (standard error {each.exact_error:.2g})"
+    exact = f"{each.clearance}: {each.exact:.4g} impacts per cycle, exact (standard error {each.exact_error:.2g})"
     if not each.channel:
         return f"{exact}; {each.words}."
     verdict = "within chance" if each.low <= 0.0 <= each.high else "more than chance"

@@ -21,6 +21,7 @@ from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
 from gearrattle.studies.attractors import ATTRACTOR, CHAOS, FAR, NOTHING, UNSETTLED, orbit_of, quiet_share
 from gearrattle.studies.plan import SAMPLE
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,9 +42,7 @@ def summary_of(data: xr.Dataset) -> str:
         for n in range(1, min(count, _MOST_SAID) + 1)
     ]
     more = f", and {count - _MOST_SAID} more" if count > _MOST_SAID else ""
-    told = (
-        [f"{count} periodic motion{'s' * (count != 1)}: {joined(shares)} of the initial states{more}."] if count else []
-    )
+    told = [f"{counted(count, 'periodic motion')}: {joined(shares)} of the initial states{more}."] if count else []
     if np.any(data["family"].values):
         told.append("A family is a continuum of motions, as of a body that floats anywhere within its gap.")
     quiet = quiet_share(data)
@@ -57,7 +56,7 @@ def summary_of(data: xr.Dataset) -> str:
             told.append(f"{_percent(share)} {words}.")
     failed = int(np.count_nonzero(data["basin"].values == NOTHING))
     if failed:
-        told.append(f"{failed} of {data['basin'].size} cases failed; they are counted nowhere.")
+        told.append(f"{failed} of {counted(data['basin'].size, 'case')} failed; they are counted nowhere.")
     return " ".join([*told, _apart(data)])
 
 

@@ -23,6 +23,7 @@ from gearrattle.report.tables import Table
 from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +58,7 @@ def summary_of(data: xr.Dataset) -> str:
         found = stretches(one)
         parts = [f"{each.words} {_span(each.low, each.high, shown)}" for each in found[:_MOST_SAID]]
         left = len(found) - _MOST_SAID
-        more = f", and {left} more stretch{'es' * (left > 1)}" if left > 0 else ""
+        more = f", and {counted(left, 'more stretch', 'more stretches')}" if left > 0 else ""
         told.append(f"Going {name}: {'; '.join(parts)}{more}.")
     if "motions" in data:
         first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
@@ -70,7 +71,7 @@ def summary_of(data: xr.Dataset) -> str:
         )
     missing = data["outcome"].size - int((data["outcome"] == DONE).sum())
     if missing:
-        told.append(f"{missing} of {data['outcome'].size} cases failed.")
+        told.append(f"{missing} of {counted(data['outcome'].size, 'case')} failed.")
     return " ".join(told)
 
 
@@ -102,7 +103,7 @@ def setting_of(data: xr.Dataset) -> str:
     tolerance = numeral(float(data.attrs["tolerance"]), 2)
     ways = joined([str(way) for way in data["direction"].values])
     return (
-        f"Swept: {_swept_measure(data).words} ({data.sizes[axis]} values, {ways}){beside}. "
+        f"Swept: {_swept_measure(data).words} ({counted(data.sizes[axis], 'value')}, {ways}){beside}. "
         f"Seen at {float(data.attrs['phase']):g} of every period; points within {tolerance} of "
         f"the clearance are the same; periods up to {int(data.attrs['largest_period'])} T are looked for."
     )

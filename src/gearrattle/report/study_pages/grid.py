@@ -74,7 +74,7 @@ def summary_of(data: xr.Dataset) -> str:
     if done < cases:
         failed = cases - done - missing
         kinds = [f"{failed} failed"] * bool(failed) + [f"{missing} are not computed yet"] * bool(missing)
-        told.append(f"Of {cases} cases {' and '.join(kinds)}; they are counted nowhere.")
+        told.append(f"Of {counted(cases, 'case')} {' and '.join(kinds)}; they are counted nowhere.")
     told += lacking_said(data, "case")
     if not output:
         return " ".join([f"{counted(int(done), 'case')} {'was' if done == 1 else 'were'} computed.", *told])
@@ -92,9 +92,12 @@ def _counted(data: xr.Dataset, output: str) -> list[str]:
         who = name if subject_of(data, output) else "The driveline"
         total = sum(there.values())
         if len(there) == 1:
-            told.append(f"{who} is {next(iter(there))} in all {total} cases.")
+            told.append(f"{who} is {next(iter(there))} in all {counted(total, 'case')}.")
         elif there:
-            told.append(f"{who} is {joined([f'{word} in {count}' for word, count in there.items()])} of {total} cases.")
+            told.append(
+                f"{who} is {joined([f'{word} in {count}' for word, count in there.items()])} of "
+                f"{counted(total, 'case')}."
+            )
     return [*told, *_more(len(counts))]
 
 

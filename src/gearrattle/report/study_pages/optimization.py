@@ -19,6 +19,7 @@ from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table
 from gearrattle.studies.fronts import in_order, told_of
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +86,8 @@ def setting_of(data: xr.Dataset) -> str:
     told = f" within the limits {joined(limits)}" if limits else ""
     return (
         f"Variables: {joined(ranges)}. Sought: {joined(sought)}{told}. NSGA-II, "
-        f"{data.sizes['generation']} generations of {data.attrs['population']} designs, seed {data.attrs['seed']}."
+        f"{counted(data.sizes['generation'], 'generation')} of {counted(data.attrs['population'], 'design')}, "
+        f"seed {data.attrs['seed']}."
     )
 
 
