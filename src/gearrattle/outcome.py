@@ -20,6 +20,7 @@ class Outcome(IntEnum):
     NOTES_FULL = 6
     NO_CONVERGENCE = 7
     NO_PROGRESS = 8
+    AUDIT_TOO_LONG = 9
 
     @property
     def advice(self) -> str:
@@ -32,5 +33,6 @@ _ADVICE = {
     Outcome.NON_FINITE: "a smaller step, or algorithm = 'exact', which has no step to choose",
     Outcome.NO_PROGRESS: "less stiffness or damping in the element named, more inertia beside it, or one inertia in "
     "place of the two that it joins",
+    Outcome.AUDIT_TOO_LONG: "less stiffness or damping in the element named, or audit = False, which leaves it out",
     Outcome.NO_CONVERGENCE: "a larger tolerance, or algorithm = 'exact', which needs none",
 }

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gearrattle.outcome import Outcome
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.system.energy import Auditor, EnergyAudit, stored_energy
 from tests.solvers.tasks import GAP, oscillator, run, task
@@ -137,3 +138,33 @@ def test_the_balance_of_a_clutch_with_friction_closes() -> None:
 )
 def test_a_switch_that_is_missing_or_late_shows(changes: dict[str, object]) -> None:
     assert audited(**changes).relative_residual > 1e-9
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_leaps_and_quadrature_find_the_same_works(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    by_quadrature = motion_of(seed, samples=1).energy
+    monkeypatch.setattr("gearrattle.system.energy.FEW", 0)
+    by_leaps = motion_of(seed, samples=1).energy
+    for name in ("torque_work", "drag_loss", "element_loss", "error_work"):
+        apart = np.abs(getattr(by_leaps, name) - getattr(by_quadrature, name)).max()
+        assert 0.0 < apart + 1e-300 <= 1e-11 * by_quadrature.turnover
+
+
+@pytest.mark.parametrize("damping", [1e6, 1e9, 1e12])
+def test_a_mode_that_dies_out_at_once_does_not_hold_the_audit_up(damping: float) -> None:
+    system = oscillator(clearance(4.0, damping, 0.5), force=3.0)
+    march = ExactMarch(task(system, [1.25], [0.0], cycles=6, samples=4))
+    while march.advance():
+        pass
+    assert march.auditor is not None
+    assert len(march.auditor.powers.leap_step) > 0
+    assert march.motion().energy.relative_residual <= 1e-11
+
+
+def test_an_audit_of_millions_of_steps_an_interval_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.system.leaps.MOST_BYTES", 0)
+    march = ExactMarch(task(oscillator(clearance(4.0, 1e12, 0.5), force=3.0), [1.25], [0.0], cycles=2, samples=4))
+    while (outcome := march.advance()) is Outcome.SLICE_SPENT:
+        pass
+    assert outcome is Outcome.AUDIT_TOO_LONG
+    assert march.place().fastest == 0

@@ -17,7 +17,9 @@ _REACH = np.array([window_norm(4 * n) / window_norm(ORDER + 1) for n in range(1,
 class Powers(NamedTuple):
     """What the quadrature needs of every region; strips as in ``packed``.
 
-    A full step is a short or a long one, which come in this order. Of P and Q nodes they have, P + Q = R.
+    A full step is a short or a long one, which come in this order. Of P and Q nodes they have, P + Q = R. A region
+    whose modes are fast against the intervals has *leaps* as well: steps of twice, four times ... the short one, over
+    which the integral of every power is a quadratic form of the state at the beginning.
     """
 
     step: Any  # (2, regions) their lengths, in periods
@@ -32,6 +34,11 @@ class Powers(NamedTuple):
     nodes: Any  # (3,) where those of a short, of a long step begin, and how many there are
     abscissas: Any  # (R,) in 0 ... 1
     weights: Any  # (R,)
+    leaps: Any  # (regions, 2) where a region's leaps begin, shortest first, and where they end
+    leap_step: Any  # (leaps,) their lengths, in periods
+    leap_advance: Any  # (leaps, strips, Z, 4) increments of z
+    leap_work: Any  # (sums leaps, strips, Z, 4) the quadratic forms, a leap's sums together
+    leap_sums: Any  # (sums,) where they go
 
 
 @inlined
@@ -51,6 +58,21 @@ def _full_step(powers, region, is_long, scratch, width, sums):
         multiply(powers.seen, first + q, powers.seen.shape[1], width, z, values, 0)
         _add_powers(powers, h * powers.weights[q], values, sums)
     multiply(powers.advance, 2 * region + is_long, powers.advance.shape[1], width, z, made, 0)
+    for j in range(width):
+        z[j] += made[j]
+
+
+@inlined
+def _leap(powers, leap, scratch, width, sums):
+    """Add the powers over one leap and move z, scratch[0], to its end."""
+    z, made, count = scratch[0], scratch[2], powers.leap_sums.size
+    for s in range(count):
+        multiply(powers.leap_work, leap * count + s, powers.leap_work.shape[1], width, z, made, 0)
+        total = 0.0
+        for j in range(width):
+            total += z[j] * made[j]
+        sums[powers.leap_sums[s]] += total
+    multiply(powers.leap_advance, leap, powers.leap_advance.shape[1], width, z, made, 0)
     for j in range(width):
         z[j] += made[j]
 
@@ -111,6 +133,10 @@ def integrate_powers(powers, path, durations, samples, scratch, sums):
             if powers.known[region, j] == powers.known[region, j]:  # not NaN
                 scratch[0, powers.first_memory + j] = powers.known[region, j]
         left = durations[i]
+        for leap in range(powers.leaps[region, 1] - 1, powers.leaps[region, 0] - 1, -1):
+            while left >= powers.leap_step[leap]:
+                _leap(powers, leap, scratch, width, sums)
+                left -= powers.leap_step[leap]
         for is_long in range(1, -1, -1):
             while left >= powers.step[is_long, region]:
                 _full_step(powers, region, is_long, scratch, width, sums)

@@ -130,7 +130,7 @@ class ExactMarch:
         outcome = self._march()
         if outcome is Outcome.DONE and self.task.audit:
             self.auditor = self._audit()
-            return Outcome.SLICE_SPENT
+            return Outcome.AUDIT_TOO_LONG if self.auditor.is_endless else Outcome.SLICE_SPENT
         return outcome
 
     def _march(self) -> Outcome:

@@ -5,10 +5,12 @@
 with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
 for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
 lost where the slider is let go. The right side is integrated by Gauss-Legendre quadrature of the power on dense output,
-interval by interval between crossings and samples that are a long step apart or more; the left side is taken from the
-sampled states at both ends. The two share no formula: a wrong table, a missed crossing or a wrong region shows up as a
-residual. Inputs over time, which polynomials stand for in z, count as they are specified: the power of the difference
-is integrated by three more nodes an interval of theirs, so a wrong polynomial shows up as well.
+interval by interval between crossings and samples that are a long step apart or more; where an interval would take many
+steps, as with stiff or strongly damped elements, the integrals over 2, 4, 8 ... steps are made beforehand
+(``system.leaps``). The left side is taken from the sampled states at both ends. The two share no formula: a wrong
+table, a missed crossing or a wrong region shows up as a residual. Inputs over time, which polynomials stand for in z,
+count as they are specified: the power of the difference is integrated by three more nodes an interval of theirs, so a
+wrong polynomial shows up as well.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels.packed import ORDER, step_of
 from gearrattle.system.flow import Flow, Pieces
 from gearrattle.system.law import PiecewiseLaw
+from gearrattle.system.leaps import Leaps
 from gearrattle.system.region import finest_level, strips
 from gearrattle.system.signals import INNER, INNER_WEIGHTS, Signals
 
@@ -33,6 +36,12 @@ NODES = 7
 25.4.30), a = |(h A)^20|^(1/20) <= 1.17 there (``finest_level``)."""
 LONG, LONG_NODES = 4, 12
 """A long step is so many finest ones, and takes so many nodes for the same."""
+FEW = 64
+"""Long steps in an interval; regions in which one takes more have leaps."""
+MOST_STEPS = 1e6
+"""Long steps in an interval; more are refused."""
+SLICE = 5e7
+"""Products a slice: some tenths of a second, so that Ctrl-C is heard."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +133,8 @@ class Auditor:
         """
         self.flow, self.samples = flow, samples
         regions, visited = _visited(flow, initial, watch, upward)
-        self.powers = _powers(flow, regions)
-        apart = max(1, int(per_cycle * self.powers.step.max()))
+        short = [step_of(finest_level(_turning(flow, flow.generator(pieces)))) for pieces in regions]
+        apart = max(1, int(per_cycle * LONG * max(short)))
         restarts = np.append(np.arange(apart, len(samples) - 1, apart), len(samples) - 1)
         knots = flow.knots[1:-1] - first_cycle
         first_knot = int(np.searchsorted(knots, 0.0, side="right"))
@@ -133,6 +142,7 @@ class Auditor:
         at = np.concatenate([restarts / per_cycle, time, knots])
         order = np.argsort(at, kind="stable")
         self.durations = np.diff(np.concatenate([[0.0], at[order]]))
+        self.powers = _powers(flow, regions, np.array(short), float(self.durations.max(initial=0.0)))
         begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
         of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
         self.path = np.stack(
@@ -150,13 +160,26 @@ class Auditor:
         strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
         self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
         self.done = 0
+        self._work = np.cumsum(self._steps() * self.powers.seen[0].size * NODES)
 
-    def advance(self, intervals: int = 10_000) -> bool:
-        """Work through some intervals; whether that was the last of them."""
+    def _steps(self) -> Array:
+        """(I,) how many steps every interval takes, about."""
+        powers, region = self.powers, self.path[:, 0]
+        steps = self.durations / powers.step[1, region] + 2.0
+        return np.where(np.diff(powers.leaps)[region, 0] > 0, 16.0 * len(powers.leap_sums), steps)
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether an interval would take millions of steps: fast modes in a driveline too large for leaps."""
+        return bool(self._steps().max(initial=0.0) > MOST_STEPS)
+
+    def advance(self, products: float = SLICE) -> bool:
+        """Work through the next intervals, of about so many products; whether that was the last of them."""
         from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.quadrature import integrate_powers
 
-        part = slice(self.done, self.done + intervals)
+        spent = self._work[self.done - 1] if self.done else 0.0
+        part = slice(self.done, max(self.done + 1, int(np.searchsorted(self._work, spent + products))))
         vectorised(integrate_powers)(
             self.powers, self.path[part], self.durations[part], self.samples, self.scratch, self.sums
         )
@@ -257,8 +280,14 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
     return lost
 
 
-def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
-    """Pack every region: full steps, their nodes, rates and the rows whose products are powers."""
+def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  # type: ignore[no-untyped-def]
+    """Pack every region: full steps, their nodes, rates, the rows whose products are powers, and leaps.
+
+    Args:
+        flow, regions: the system, and where the motion goes.
+        short: (regions,) length of a short step, in periods.
+        longest: the longest interval, in periods.
+    """
     from gearrattle.kernels.quadrature import Powers
 
     rules = [np.polynomial.legendre.leggauss(count) for count in (NODES, LONG_NODES)]
@@ -269,21 +298,23 @@ def _powers(flow: Flow, regions: list[Pieces]):  # type: ignore[no-untyped-def]
     pairs = pairs[np.all(np.any(rows != 0.0, axis=(0, 2))[pairs[:, :2]], axis=1)]  # the others have no power
     used, places = np.unique(pairs[:, :2], return_inverse=True)
     pairs[:, :2], rows = places.reshape(-1, 2), rows[:, used]
-    steps, advance, seen, generators = [], [], [], []
-    for pieces, forms in zip(regions, rows, strict=True):
+    steps, advance, seen, generators = np.multiply.outer([1.0, LONG], short), [], [], []
+    leaps = Leaps(flow.width, pairs, weights[:NODES], longest)
+    for pieces, forms, own in zip(regions, rows, steps.T, strict=True):
         matrix = flow.generator(pieces)
-        short = step_of(finest_level(_turning(flow, matrix)))
-        steps.append([short, LONG * short])
-        at = abscissas * np.repeat(steps[-1], (NODES, LONG_NODES))
-        moves = _increments(matrix, np.concatenate([steps[-1], at]))
+        at = abscissas * np.repeat(own, (NODES, LONG_NODES))
+        moves = _increments(matrix, np.concatenate([own, at]))
         advance += [strips(move) for move in moves[:2]]
         generators.append(strips(matrix))
-        seen += [strips(forms + forms @ move) for move in moves[2:]]
+        nodes = forms + forms @ moves[2:]
+        seen += [strips(values) for values in nodes]
+        leaps.add(own[0], moves[0], nodes[:NODES], LONG * FEW)
     known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
-        np.ascontiguousarray(np.transpose(steps)), np.array(advance), np.array(seen), np.array(generators),
+        steps, np.array(advance), np.array(seen), np.array(generators),
         np.array([strips(forms) for forms in rows]), pairs, known, flow.states - flow.memory.size,
         np.ascontiguousarray(flow.chains), np.array([0, NODES, NODES + LONG_NODES]), abscissas, weights,
+        *leaps.packed(),
     )  # fmt: skip
 
 
