@@ -303,4 +303,4 @@ def test_errors_are_drawn_over_the_cycles_in_which_they_grow_and_to_the_end_of_a
     assert f"Of 40 cycles the first {end:g} are shown" in chart.caption
     for line in chart.panels[0].lines:
         assert np.count_nonzero(line.x <= end) > 300
-    assert "The motion is predictable for 2.88 cycles; beyond, compare statistics" in chaotic.recommendation
+    assert "The motion is predictable for 2.88 cycles; after that only statistics" in chaotic.recommendation

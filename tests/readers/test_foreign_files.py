@@ -130,7 +130,7 @@ def test_mdf_of_asammdf_with_two_groups(tmp_path: Path) -> None:
     found = gr.read({"file": str(path), "rate": "500 Hz", "channel": rows})
     assert found.time[-1] == pytest.approx(0.098)  # where the shorter group ends, 0.099, by the grid
     assert found["T"].values[10] == pytest.approx(0.5 * 20 - 3.0, rel=1e-6)
-    assert any("1 samples were no numbers" in note for note in found.notes)
+    assert any("1 sample without a number" in note for note in found.notes)
     assert logging.getLogger("asammdf").level == logging.CRITICAL
 
 
