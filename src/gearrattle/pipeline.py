@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.errors import ConvergenceError
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
     from gearrattle.calls.statics import Equilibrium, Modes
     from gearrattle.criteria import Verdict
+    from gearrattle.metrics import Row
     from gearrattle.model import Model
     from gearrattle.results import Run
 
@@ -53,6 +55,13 @@ class Findings:
     verdict: Verdict
     advice: Advice | None = None
     scores: tuple[Score, ...] = ()
+
+    @cached_property
+    def metrics(self) -> tuple[Row, ...]:
+        """Every rattle metric of the run, measured once for all pages and files."""
+        from gearrattle.calls.measure import heard_of, rows_of
+
+        return tuple(rows_of(heard_of(self.run), units=self.model.units))
 
 
 def run(

@@ -45,6 +45,25 @@ def test_every_case_is_that_of_a_run_of_its_own(whole: xr.Dataset) -> None:
             assert float(case["TR rms"].sel(inertia="wheel")) == ratio
 
 
+def test_cases_that_told_how_long_one_takes_are_not_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four cases of milliseconds, which cannot be computed together: all but the first were tried before."""
+    from gearrattle.studies import cases
+
+    computed: list[float] = []
+
+    def counted(model: gr.Model, **how: Any) -> gr.Run:
+        computed.append(float(model.torques[0].mean))
+        return gr.simulate(model, **how)
+
+    monkeypatch.setattr(cases, "simulate", counted)
+    data = gr.study(model(), {TORQUE: AXES[TORQUE]}, ["TR rms"], scheduler="threads", workers=1)
+    assert computed == [0.2]
+    assert np.all(data["outcome"] == DONE)
+    assert np.all(np.diff(data["TR rms"].sel(inertia="wheel")) != 0.0)
+    prepared = prepare(model(), {TORQUE: AXES[TORQUE]}, ["TR rms"])
+    assert sorted(prepared.outputs.known) == [(1,), (2,), (3,)]
+
+
 def test_any_number_of_workers_gives_the_same_bits(whole: xr.Dataset, tmp_path: Path) -> None:
     found = gr.study(model(), AXES, OUTPUTS, workers=3, output=tmp_path / "out")
     assert found.identical(whole)

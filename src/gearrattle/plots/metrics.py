@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.metrics import Row
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Cells, Chart, Key, Line, Panel, Rule
@@ -66,7 +65,7 @@ _KINDS = (
 
 def rattle_metrics(findings: Findings) -> Chart | None:
     """Draw every metric of the run; None where none has a value."""
-    return metrics_chart(rows_of(heard_of(findings.run), units=findings.model.units))
+    return metrics_chart(findings.metrics)
 
 
 def metrics_chart(rows: Sequence[Row]) -> Chart | None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from itertools import groupby
 
-from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.metrics import METRICS, Row
 from gearrattle.pipeline import Findings
 from gearrattle.report.tables import Table
@@ -18,7 +17,7 @@ def metric_tables(findings: Findings) -> list[Table]:
     """Return one table a metric that has values; what the others lack stands in one last table."""
     metrics = {metric.name: metric for metric in METRICS}
     made, lacking = [], []
-    for name, group in groupby(rows_of(heard_of(findings.run), units=findings.model.units), key=lambda row: row.metric):
+    for name, group in groupby(findings.metrics, key=lambda row: row.metric):
         rows, metric = list(group), metrics[name]
         if not rows[0].subject:
             lacking.append((metric.title, rows[0].note))

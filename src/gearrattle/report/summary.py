@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.advice.record import scores_dict
-from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.pipeline import Findings
 from gearrattle.report.energy_table import energy_dict
 from gearrattle.report.provenance import now, versions
@@ -59,9 +58,7 @@ def summary(findings: Findings) -> dict[str, Any]:
         "modes_contact": modes_dict(findings.modes_contact),
         "advice": None if findings.advice is None else findings.advice.to_dict(),
         "scores": scores_dict(findings.scores),
-        "metrics": plain(
-            [dataclasses.asdict(row) for row in rows_of(heard_of(findings.run), units=findings.model.units)]
-        ),
+        "metrics": plain([dataclasses.asdict(row) for row in findings.metrics]),
         "versions": versions(),
         "created": now(),
     }

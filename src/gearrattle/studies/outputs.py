@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any
 
@@ -129,11 +129,16 @@ class Outputs:
         chosen: of criteria and whole runs.
         function: the user's; None for none.
         function_names: what it returns.
+        known: every output of cases that were computed before the study began, by their places in the grid; none with
+            a function of the user's, for that may depend on the process it runs in.
     """
 
     chosen: tuple[Output, ...]
     function: Function | None = None
     function_names: tuple[str, ...] = ()
+    known: dict[tuple[int, ...], dict[str, NDArray[Any]]] = field(
+        default_factory=dict, compare=False, repr=False, kw_only=True
+    )
 
     @property
     def all(self) -> tuple[Output, ...]:

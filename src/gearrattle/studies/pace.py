@@ -14,8 +14,10 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import ceil, prod
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled
@@ -54,7 +56,13 @@ def spread_places(shape: tuple[int, ...], most: int) -> list[tuple[int, ...]]:
     return [tuple(map(int, np.unravel_index(at, shape))) for at in spread(count, most)]
 
 
-def seconds_alone(plan: Plan, outputs: Callable[[Run], object], run: Run, seconds: float) -> float:
+def seconds_alone(
+    plan: Plan,
+    outputs: Callable[[Run], Any],
+    run: Run,
+    seconds: float,
+    known: dict[tuple[int, ...], dict[str, NDArray[Any]]] | None = None,
+) -> float:
     """Return what a case of a plan takes by itself, outputs included [s]: the mean of cases spread over the grid.
 
     Args:
@@ -62,6 +70,7 @@ def seconds_alone(plan: Plan, outputs: Callable[[Run], object], run: Run, second
         outputs: takes what is kept from a run.
         run: of the plan's first case.
         seconds: that this run took, warm.
+        known: where outputs of the cases that are tried are put, by place: the study need not repeat them.
     """
     outputs(run)
     begun = time.perf_counter()
@@ -70,12 +79,14 @@ def seconds_alone(plan: Plan, outputs: Callable[[Run], object], run: Run, second
     for place in spread_places(plan.shape, MOST_TRIED)[1:] if taken[0] < _TOO_LONG else ():
         begun = time.perf_counter()
         try:
-            outputs(simulate(plan.model.with_(plan.changes(place)), audit=False))
+            values = outputs(simulate(plan.model.with_(plan.changes(place)), audit=False))
         except Cancelled:
             raise
         except Exception:  # a case may fail for any reason, as in the study, where it is told
             continue
         taken.append(time.perf_counter() - begun)
+        if known is not None:
+            known[place] = values
         if sum(taken) > 2.0 * _TRIED:
             break
     return sum(taken) / len(taken)

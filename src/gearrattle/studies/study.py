@@ -95,7 +95,7 @@ def prepare(
     if can_batch(found, plan):
         seconds = seconds_together(plan, found, seconds)
     else:
-        seconds = seconds_alone(plan, found.of, run, seconds)
+        seconds = seconds_alone(plan, found.of, run, seconds, found.known if function is None else None)
     return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
 
 
