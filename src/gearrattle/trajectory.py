@@ -164,9 +164,20 @@ class Exact(Protocol):
         """Return quantity and subject of everything it knows."""
 
     def statistics(
-        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: NDArray[np.bool_] | bool = True
+        self,
+        trajectory: Trajectory,
+        signals: Sequence[Signal],
+        *,
+        with_moments: NDArray[np.bool_] | bool = True,
+        cycles: tuple[int, ...] | None = None,
     ) -> Statistics | None:
-        """Return extremes and moments, of all or of those marked, over the steady part; None: they take too long."""
+        """Return extremes and moments, of all or of those marked, over the steady part; None: they take too long.
+
+        ``cycles``: ends of windows that follow each other, in cycles of it; values then have an axis for these.
+        """
+
+    def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
+        """Return (q,) what the modulus of each exceeds for a share of the steady part; None: they take too long."""
 
 
 @dataclass(frozen=True)

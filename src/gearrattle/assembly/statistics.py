@@ -1,12 +1,15 @@
-"""Extremes and moments of a simulated motion between its samples (``system.statistics``), by quantity and name.
+"""Extremes, moments and exceeded levels of a simulated motion between its samples, by quantity and name.
 
-Takes a Model and a Trajectory of the exact algorithm; gives Statistics of accelerations, velocities and mesh forces.
+Takes a Model and a Trajectory of the exact algorithm; gives those of accelerations, velocities and mesh forces
+(``system.statistics``).
 """
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,55 +17,24 @@ from numpy.typing import NDArray
 from gearrattle.assembly.prescribed import free_names, free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.model import Model
+from gearrattle.remember import remembered
 from gearrattle.system.flow import Flow, Pieces, flow_of
-from gearrattle.system.statistics import Path, Statistics, statistics_of
+from gearrattle.system.series import Rows, Series
+from gearrattle.system.statistics import Path, Statistics, Walk, walk_of
 from gearrattle.trajectory import Signal, Trajectory
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-
-def exact_signals(model: Model, trajectory: Trajectory) -> tuple[Signal, ...]:
-    """Return quantity and name of everything whose statistics are known between samples.
-
-    Accelerations and velocities of the bodies that are free, forces of all meshes and clearances.
-    """
-    layout, names = trajectory.layout, free_names(model)
-    forces = [
-        name for k, name in enumerate(layout.element_names) if bool(layout.is_mesh[k]) or name in layout.clearance_names
-    ]
-    moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
-    return (*moving, *(("force", name) for name in forces))
+_MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB: more are made anew for each question
 
 
-def exact_statistics(
-    model: Model, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: BoolArray | bool = True
-) -> Statistics | None:
-    """Return extremes and moments of some signals over the steady part of a motion.
-
-    Args:
-        model: the driveline.
-        trajectory: a motion of the exact algorithm, with its log.
-        signals: quantity and name of each, among ``exact_signals``.
-        with_moments: whether moments are wanted, of all signals or of each (q,); without, they are NaN.
-
-    Returns:
-        (q,) in the order of the signals [SI]; None where they would take too long (``statistics_of``).
-    """
-    flow = flow_of(assemble(model))
-    bodies, elements = list(free_names(model)), list(trajectory.layout.element_names)
-
-    def rows(pieces: Pieces) -> Array:
-        of = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
-        force = flow.force_rows(pieces)
-        return np.array(
-            [force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)] for kind, name in signals]
-        )
-
-    return statistics_of(flow, _path(model, flow, trajectory), rows, with_moments=with_moments)
+@remembered(8)
+def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
+    """The flow of a driveline, and the series of its regions that were made so far."""
+    return flow_of(assemble(model)), {}
 
 
-@dataclass(frozen=True)
 class Between:
     """What a trajectory of the exact algorithm can tell between its samples (``trajectory.Exact``).
 
@@ -70,17 +42,89 @@ class Between:
         model: the driveline.
     """
 
-    model: Model
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._walked: tuple[weakref.ref[Trajectory], Walk | None] | None = None
+        self._told: dict[tuple[Any, ...], Statistics | None] = {}  # of the motion that was walked last
+
+    def __reduce__(self) -> tuple[type[Between], tuple[Model]]:
+        """Another process walks by itself."""
+        return Between, (self.model,)
 
     def signals(self, trajectory: Trajectory) -> tuple[Signal, ...]:
-        """Return ``exact_signals``."""
-        return exact_signals(self.model, trajectory)
+        """Return quantity and name of everything that is known between samples.
+
+        Accelerations and velocities of the bodies that are free, forces of all meshes and clearances.
+        """
+        layout, names = trajectory.layout, free_names(self.model)
+        meshes = dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
+        forces = [name for name, is_mesh in meshes.items() if is_mesh or name in layout.clearance_names]
+        moving = [(quantity, name) for quantity in ("velocity", "acceleration") for name in names]
+        return (*moving, *(("force", name) for name in forces))
 
     def statistics(
-        self, trajectory: Trajectory, signals: Sequence[Signal], *, with_moments: BoolArray | bool = True
+        self,
+        trajectory: Trajectory,
+        signals: Sequence[Signal],
+        *,
+        with_moments: BoolArray | bool = True,
+        cycles: tuple[int, ...] | None = None,
     ) -> Statistics | None:
-        """Return ``exact_statistics``."""
-        return exact_statistics(self.model, trajectory, signals, with_moments=with_moments)
+        """Return extremes and moments of some signals over the steady part of a motion.
+
+        Args:
+            trajectory: a motion of the exact algorithm, with its log.
+            signals: quantity and name of each, among ``signals``.
+            with_moments: whether moments are wanted, of all signals or of each (q,); without, they are NaN.
+            cycles: ends of some windows that follow each other, in cycles of the steady part; None: all of it.
+
+        Returns:
+            (q,) in the order of the signals [SI], (windows, q) with ``cycles``; None where they would take too long
+            (``system.statistics``).
+        """
+        walk = self._walk(trajectory)
+        if walk is None:
+            return None
+        key = tuple(signals), np.asarray(with_moments).tobytes(), cycles
+        if key not in self._told:
+            rows = self._rows(trajectory, signals)
+            self._told[key] = walk.statistics(rows, with_moments=with_moments, cycles=cycles)
+        return self._told[key]
+
+    def exceeded(self, trajectory: Trajectory, signals: Sequence[Signal], share: float) -> Array | None:
+        """Return (q,) what the modulus of some signals exceeds for a share of the steady part; None as before."""
+        walk = self._walk(trajectory)
+        return None if walk is None else walk.exceeded(self._rows(trajectory, signals), share)
+
+    def _rows(self, trajectory: Trajectory, signals: Sequence[Signal]) -> Rows:
+        flow = _engine(self.model)[0]
+        bodies, elements = list(free_names(self.model)), list(trajectory.layout.element_names)
+
+        def rows(pieces: Pieces) -> Array:
+            of = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
+            force = flow.force_rows(pieces)
+            return np.array(
+                [force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)]
+                 for kind, name in signals]
+            )  # fmt: skip
+
+        return rows
+
+    def _walk(self, trajectory: Trajectory) -> Walk | None:
+        """The motion cut into parts; kept for the next question, unless it is so long that its states fill memory."""
+        if self._walked is not None and self._walked[0]() is trajectory:
+            return self._walked[1]
+        flow, known = _engine(self.model)
+
+        def series_of(pieces: Pieces, length: float) -> Series:
+            key = pieces, length
+            return known[key] if key in known else known.setdefault(key, Series.of(flow, pieces, length))
+
+        self._told = {}
+        walk = walk_of(flow, _path(self.model, flow, trajectory), series_of)
+        if walk is None or walk.path.samples.size < _MOST_KEPT:
+            self._walked = weakref.ref(trajectory), walk
+        return walk
 
 
 def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:

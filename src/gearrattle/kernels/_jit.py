@@ -93,6 +93,11 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, forceinline=True)
 
 
+def loose(function: Callable[..., Any]) -> Any:
+    """Compile as ``kernel`` does, but sums may be reordered, in vectors: where the last bits decide nothing."""
+    return _compiled(function, forceinline=True, fastmath={"contract", "reassoc", "nsz"})
+
+
 def separate(function: Callable[..., Any]) -> Any:
     """Compile once and call: for large parts with several callers, where the last bit may depend on the compiler."""
     return _compiled(function)

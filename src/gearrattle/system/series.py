@@ -1,8 +1,9 @@
-"""Rows times the state as power series of time, through an interval between two samples.
+"""Rows times the state as power series of time, through one interval between two samples, or several.
 
 Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R exp(s M) z a time s after z: a power
-series in s/h with coefficients R (h M)^p / p! z. An interval is cut into blocks of equal length h in which |h M| is at
-most 4, where |h M| = |(h M)^20|^(1/20) is that of the fastest oscillation.
+series in s/h with coefficients R (h M)^p / p! z. As many intervals are taken at once as leave |h M| below 2; a single
+one is cut into blocks of equal length h in which |h M| is at most 4, where |h M| = |(h M)^20|^(1/20) is that of the
+fastest oscillation.
 
 Takes a Flow and the pieces of a region; gives the rows of coefficients, where to evaluate them, and states.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from gearrattle.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 Rows = Callable[[Pieces], Array]
 
+_TOGETHER, _MOST_TOGETHER = 2.0, 64  # |h M| of some intervals together, and how many: a power of two
 _LONGEST = 4.0  # |h M| of a block
 _POWER = 20  # by which |h M| is measured
 _SMALL = 1e-17  # first term left out of a series
@@ -47,47 +49,68 @@ def blocks_of(phase: float) -> int:
 
 @dataclass(frozen=True)
 class Series:
-    """Power series of q rows in one region, through an interval of B blocks.
+    """Power series of rows in one region, through some intervals at once or one of B blocks.
 
     Attributes:
+        intervals: how many between two samples; 1 where there are several blocks.
         matrix: (Z, Z) M.
         known: (S,) memories known in the region, NaN where they go on.
         first_memory: their first column in z.
+        count: B.
         block: length of a block, in periods.
         phase: |h M| of a block.
-        rows: (B, P + 1, q, Z) coefficients by the state at the begin of the interval, of powers of s/h on 0 ... 1.
+        terms: P, the highest power.
     """
 
+    intervals: int
     matrix: Array
     known: Array
     first_memory: int
+    count: int
     block: float
     phase: float
-    rows: Array
+    terms: int
 
     @classmethod
-    def of(cls, flow: Flow, pieces: Pieces, rows: Rows, length: float, phase: float) -> Series:
-        """Expand rows in a region, over an interval of this length in periods."""
-        count = blocks_of(phase)
-        phase, block, matrix = phase / count, length / count, flow.generator(pieces)
+    def of(cls, flow: Flow, pieces: Pieces, interval: float) -> Series:
+        """Return those of a region, with so long an interval between two samples, in periods."""
+        phase, together = phase_of(flow, pieces, interval), 1
+        while together < _MOST_TOGETHER and 2.0 * together * phase <= _TOGETHER:
+            together *= 2
+        count = blocks_of(phase * together)
+        phase, block = phase * together / count, interval * together / count
         terms, term = 8, phase**9 / 362880.0
         while term > _SMALL:
             terms += 1
             term *= phase / (terms + 1)
-        chosen = rows(pieces)
-        move = _increments(matrix, np.array([block]))[0]
-        expanded = np.empty((count, terms + 1, *chosen.shape))
-        for j in range(count):
-            expanded[j, 0] = chosen
-            for p in range(1, terms + 1):
-                expanded[j, p] = expanded[j, p - 1] @ matrix * (block / p)
-            chosen = chosen + chosen @ move
-        return cls(matrix, flow.known(pieces), flow.states - flow.memory.size, block, phase, expanded)
+        matrix, first_memory = flow.generator(pieces), flow.states - flow.memory.size
+        return cls(together, matrix, flow.known(pieces), first_memory, count, block, phase, terms)
+
+    @property
+    def length(self) -> float:
+        """Of all blocks, in periods."""
+        return self.count * self.block
+
+    def expanded(self, chosen: Array) -> Array:
+        """Return (B, q, P + 1, Z) coefficients of rows (q, Z) by the state at the begin, of powers of s/h."""
+        out = np.empty((self.count, len(chosen), self.terms + 1, len(self.matrix)))
+        for j in range(self.count):
+            out[j, :, 0] = chosen
+            for p in range(1, self.terms + 1):
+                out[j, :, p] = out[j, :, p - 1] @ self.matrix * (self.block / p)
+            if j + 1 < self.count:
+                chosen = chosen + chosen @ self._move
+        return out
+
+    @cached_property
+    def _move(self) -> Array:
+        """(Z, Z) exp(h M) - 1."""
+        return np.asarray(_increments(self.matrix, np.array([self.block]))[0])
 
     @cached_property
     def powers(self) -> Array:
         """(P + 1,) exponents 0, 1, 2 ..."""
-        return np.arange(float(self.rows.shape[1]))
+        return np.arange(float(self.terms + 1))
 
     @cached_property
     def points(self) -> Array:
@@ -106,17 +129,12 @@ class Series:
             nodes += 1
             error *= (4.0 * self.phase) ** 2 * nodes**4 * (2 * nodes - 1) / (2 * nodes + 1)
             error /= (2.0 * nodes * (2 * nodes - 1)) ** 3
-        x, weights = np.polynomial.legendre.leggauss(nodes)
-        return 0.5 * (x + 1.0), 0.5 * weights
+        return _gauss(nodes)
 
-    @cached_property
-    def grid(self) -> Array:
-        """(G + 1,) points on 0 ... 1 between which a rate changes its sign once at most."""
-        return np.linspace(0.0, 1.0, 2 + int(self.phase / _SEARCHED))
-
-    def at(self, block: int, places: Array, sign: float = 1.0) -> Array:
-        """(len(places), q, Z) rows of the values at places s/h of a block; with sign -1 before the state."""
-        return np.tensordot((sign * places)[:, None] ** self.powers, self.rows[block], axes=1)
+    @property
+    def cells(self) -> int:
+        """How many parts of a block there are in each of which a rate changes its sign once at most."""
+        return 1 + int(self.phase / _SEARCHED)
 
     def begun(self, states: Array) -> Array:
         """States (N, Z) with the memories that are known in the region written into them."""
@@ -128,11 +146,18 @@ class Series:
     def moved(self, states: Array, durations: Array) -> Array:
         """(N, Z) states (N, Z) after durations (N,), in periods."""
         states, left = states.copy(), durations.copy()
-        for _ in range(len(self.rows)):
+        for _ in range(self.count):
             length = np.clip(left, 0.0, self.block)[:, None]
             term = states.copy()
-            for p in range(1, len(self.powers)):
+            for p in range(1, self.terms + 1):
                 term = (term @ self.matrix.T) * (length / p)
                 states += term
             left -= self.block
         return states
+
+
+@cache
+def _gauss(nodes: int) -> tuple[Array, Array]:
+    """(J,) nodes on 0 ... 1 and weights of Gauss's rule."""
+    x, weights = np.polynomial.legendre.leggauss(nodes)
+    return 0.5 * (x + 1.0), 0.5 * weights

@@ -1,37 +1,42 @@
-"""Extremes and moments of a motion between its samples: from the exact motion, not from the samples.
+"""Extremes, moments and exceeded levels of a motion between its samples: from the exact motion, not from the samples.
 
-The window is cut at samples, crossings and knots of signals. Through every part rows times the state are power series
+The window is cut at samples, crossings and knots of signals; intervals between samples are joined again where the
+motion is slow. Through every part rows times the state are power series
 (``series``): forwards from the sample a part begins with, or backwards from the one it ends with; only parts between
 two cuts, and those of very stiff contacts, need states that are carried on.
 
-Extremes: values at Chebyshev points of an interval bound what lies between them (Ehlich, Zeller 1964, Math. Z. 86,
-41-44: a polynomial of degree d exceeds its values at 2 d + 1 such points by the factor 2^(1/2) at most). Only parts
-whose bound passes the extremes seen so far are searched for turning points. Moments are Gauss-Legendre sums, with as
-many nodes as the fourth power of the fastest oscillation needs.
+Extremes: four terms and a bound on the others tell of most parts that they do not pass the extremes seen so far; the
+rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
+fourth power of the fastest oscillation needs. The level exceeded for a share of the time is the root of the time above
+a level, which the roots of the power series give.
 
-Takes a Flow, sampled states and a log; gives extremes and central moments over a window.
+Takes a Flow, sampled states and a log; gives extremes, central moments and levels over windows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.system.energy import _visited
 from gearrattle.system.flow import Flow, Pieces
-from gearrattle.system.series import Rows, Series, blocks_of, phase_of
+from gearrattle.system.series import Rows, Series
+
+if TYPE_CHECKING:
+    from gearrattle.kernels import extremes as compiled
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_MOST = 4096  # parts at once
 _UNCUT = 1e-9  # of an interval between two samples: shorter remainders are rounding
-_EXCESS = 1.5  # by which values pass the middle of those at Chebyshev points: 2^(1/2), and a reserve
+_LEVEL, _NEWTON = 1e-12, 1e-8  # of a level: its rounding, and a step of Newton's after which that is its error
 _MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
 
 
@@ -78,7 +83,10 @@ class Path:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Parts of the window (K,): length in periods, region, the sample and the knot it begins with (-1: none)."""
+    """Parts of the window (K,): length in periods, region, the sample and the knot it begins with (-1: none).
+
+    Samples count from the begin of the window.
+    """
 
     duration: Array
     region: IntArray
@@ -90,57 +98,35 @@ class _Parts:
         """Whether a part ends at a sample."""
         return np.append(self.sample[1:] >= 0, True)
 
+    def joined(self, together: IntArray, path: Path, rounding: float) -> _Parts:
+        """Join parts that are whole intervals between samples, in each region so many, within a cycle.
+
+        Args:
+            together: by region.
+            path: the motion.
+            rounding: by which a length may differ from that between two samples.
+        """
+        whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
+        cycle, place = np.divmod(self.sample, path.per_cycle)
+        key = cycle * path.per_cycle + place // together[self.region]
+        goes_on = whole[1:] & whole[:-1] & (self.region[1:] == self.region[:-1]) & (key[1:] == key[:-1])
+        begins = np.flatnonzero(np.append(True, ~goes_on))
+        duration = np.add.reduceat(self.duration, begins)
+        return _Parts(duration, self.region[begins], self.sample[begins], self.knot[begins])
+
     def backward(self, shortest: float, whole: BoolArray) -> BoolArray:
         """Which parts may start from the sample they end with: regions of one block, and no cut at that sample."""
         goes_on = np.append(self.duration[1:] > shortest, False)
         return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
 
 
-class _Sums:
-    """Extremes and powers about a reference, gathered part by part."""
-
-    def __init__(self, about: Array, moments: BoolArray) -> None:
-        self.about, self.moments = about, moments
-        self.low, self.high = np.full(about.size, np.inf), np.full(about.size, -np.inf)
-        self.powers = np.zeros((4, about.size))
-
-    def reach(self, low: Array, high: Array) -> None:
-        """Take smallest and largest values (q, N) into the extremes."""
-        if low.size:
-            self.low, self.high = np.minimum(self.low, low.min(axis=1)), np.maximum(self.high, high.max(axis=1))
-
-    def weigh(self, channels: BoolArray, values: Array, weights: Array) -> None:
-        """Add the powers of values (c, ...) of the channels marked, with weights of the shape (...)."""
-        away = values.reshape(len(values), -1) - self.about[channels, None]
-        power, flat = away, weights.ravel()
-        for p in range(4):
-            self.powers[p, channels] += power @ flat
-            power = power * away
-
-    def rest(self, channels: BoolArray, duration: float) -> None:
-        """Add the powers of channels that are 0 for so long."""
-        self.powers[:, channels] += duration * (-self.about[channels]) ** np.arange(1, 5)[:, None]
-
-    def result(self, duration: float) -> Statistics:
-        """Return what was gathered over a window of this length."""
-        m1, m2, m3, m4 = self.powers / duration
-        third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
-        known = (np.where(self.moments, each, np.nan) for each in (self.about + m1, m2 - m1**2, third, fourth))
-        return Statistics(self.low, self.high, *known)
-
-
-def statistics_of(flow: Flow, path: Path, rows: Rows, *, with_moments: BoolArray | bool = True) -> Statistics | None:
-    """Return extremes and moments of rows over the window of a motion.
+def walk_of(flow: Flow, path: Path, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
+    """Return a motion cut into parts; None where its regions would take some seconds to expand.
 
     Args:
         flow: the system.
         path: the motion.
-        rows: gives (q, Z) rows for the pieces of a region [SI].
-        with_moments: whether moments are wanted, of all rows or of each (q,).
-
-    Returns:
-        The statistics; None where they would take longer than some seconds (many regions of many bodies, or a contact
-        that is stiff beyond all proportion to the window).
+        series_of: gives the series of a region over a length in periods.
     """
     regions, visited = _visited(flow, path.initial, path.watch, path.upward)
     parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
@@ -148,186 +134,225 @@ def statistics_of(flow: Flow, path: Path, rows: Rows, *, with_moments: BoolArray
     present = np.flatnonzero(counts).tolist()
     if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
         return None
-    phases = {r: phase_of(flow, regions[r], length) for r in present}
-    blocks = np.array([blocks_of(phases.get(r, 0.0)) for r in range(len(regions))])
-    if float(counts @ blocks) * 40.0 * rows(regions[0]).size > _MOST_WORK:
-        return None
-    series = {r: Series.of(flow, regions[r], rows, length, phases[r]) for r in present}
-    moments = np.broadcast_to(np.asarray(with_moments), len(rows(regions[0])))
+    series = {r: series_of(regions[r], length) for r in present}
+    together, blocks = np.ones((2, len(regions)), dtype=np.int64)
+    for r, each in series.items():
+        together[r], blocks[r] = each.intervals, each.count
+    parts = parts.joined(together, path, _UNCUT * length)
     backward = parts.backward(_UNCUT * length, blocks == 1)
-    search = _Search(path, parts, series, _Sums(_reference(path, parts, series), moments), backward)
-    search.bound()
-    search.carry(flow)
-    search.finish()
-    return search.sums.result((len(path.samples) - 1) / path.per_cycle)
+    forward = parts.sample >= 0
+    carried = np.flatnonzero(~forward & ~backward)
+    start = np.where(forward, parts.sample, np.append(parts.sample[1:], 0))
+    start[carried] = -1 - np.arange(carried.size)
+    states = _carried(flow, path, parts, series, carried)
+    full = together[parts.region] * length
+    whole = forward & (np.abs(parts.duration - full) < _UNCUT * length)
+    return Walk(path, regions, parts, series, float(blocks[parts.region].sum()), start, backward, whole, states)
 
 
-def _reference(path: Path, parts: _Parts, series: dict[int, Series]) -> Array:
-    """(q,) roughly the mean of every row: that of some samples."""
-    begins = np.flatnonzero(parts.sample >= 0)[::16]
-    at = {r: parts.sample[begins[parts.region[begins] == r]] for r in series}
-    sums = [each.rows[0, 0] @ path.samples[at[r]].sum(axis=0) for r, each in series.items()]
-    return np.asarray(np.sum(sums, axis=0) / begins.size)
+@dataclass(frozen=True)
+class Walk:
+    """A motion cut into K parts, over and over to be asked.
+
+    Attributes:
+        path: the motion.
+        regions: all that it is in.
+        parts: of the window.
+        series: by region, of those in the window.
+        blocks: through which all parts go.
+        start: (K,) the sample that a part's series start from, or -1 - the carried state.
+        backward: (K,) whether that is where the part ends.
+        whole: (K,) whether the part is as long as the series of its region.
+        carried: (C, Z) states.
+    """
+
+    path: Path
+    regions: list[Pieces]
+    parts: _Parts
+    series: dict[int, Series]
+    blocks: float
+    start: IntArray
+    backward: BoolArray
+    whole: BoolArray
+    carried: Array
+
+    def statistics(
+        self, rows: Rows, *, with_moments: BoolArray | bool = True, cycles: tuple[int, ...] | None = None
+    ) -> Statistics | None:
+        """Return extremes and moments of rows.
+
+        Args:
+            rows: gives (q, Z) rows for the pieces of a region [SI].
+            with_moments: whether moments are wanted, of all rows or of each (q,).
+            cycles: ends of some windows that follow each other, in cycles of the path's; None: all of it.
+
+        Returns:
+            The statistics, with a leading axis where there are several windows; None where they would take longer than
+            some seconds (a contact that is stiff beyond all proportion to the window).
+        """
+        from gearrattle.kernels.extremes import extremes, moments
+
+        chosen = {r: rows(self.regions[r]) for r in self.series}
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
+            return None
+        marked = np.broadcast_to(np.asarray(with_moments), count)
+        packed, scratch = self._packed(chosen, with_nodes=bool(marked.any()))
+        about, wanted = self._reference(chosen), np.flatnonzero(marked)
+        ends = self._ends(cycles)
+        shape = (len(ends) - 1, count)
+        low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
+        for i, (first, last) in enumerate(pairwise(ends)):
+            extremes(self._compiled, packed, first, last, scratch, low[i], high[i])
+            if wanted.size:
+                room, own = np.zeros((2, 4, count))
+                moments(self._compiled, packed, first, last, wanted, about, scratch, room, own)
+                some = slice(first, last)
+                spent = np.bincount(self.parts.region[some], self.parts.duration[some], minlength=len(self.regions))
+                own += (spent @ ~packed.moving) * (-about) ** np.arange(1.0, 5.0)[:, None]
+                powers[:, i] = own / float(self.parts.duration[some].sum())
+        m1, m2, m3, m4 = powers
+        third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
+        known = (np.where(marked, each, np.nan) for each in (about + m1, m2 - m1**2, third, fourth))
+        told = (low, high, *known)
+        return Statistics(*(told if cycles is not None else (each[0] for each in told)))
+
+    def exceeded(self, rows: Rows, share: float) -> Array | None:
+        """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
+
+        Args:
+            rows: as in ``statistics``.
+            share: of the window, between 0 and 1.
+        """
+        chosen = {r: rows(self.regions[r]) for r in self.series}
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
+            return None
+        packed, scratch = self._packed(chosen, with_nodes=False)
+        return np.array([self._level(packed, scratch, c, share) for c in range(count)])
+
+    def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
+        """What the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
+        from gearrattle.kernels.extremes import reaches, time_above
+
+        duration = self.parts.duration
+        lower, upper = np.empty(duration.size), np.empty(duration.size)
+        reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
+        wanted, most = share * float(duration.sum()), np.maximum(upper, -lower)
+        least = np.maximum(np.maximum(lower, -upper), 0.0)
+        low, high = _exceeded_for(least, duration, wanted), _exceeded_for(most, duration, wanted)
+
+        def excess(level: float) -> tuple[float, float]:
+            which = np.flatnonzero((least <= level) & (most > level))
+            time, loss = time_above(self._compiled, packed, which, channel, level, scratch)
+            return float(duration[least > level].sum()) + time - wanted, loss
+
+        if low == 0.0 and excess(0.0)[0] <= 0.0:
+            return 0.0
+        level = min(max(_exceeded_for(0.5 * (least + most), duration, wanted), low), high)
+        while high - low > _LEVEL * high:  # Newton's steps, and halves where these lead out
+            beyond, loss = excess(level)
+            low, high = (level, high) if beyond > 0.0 else (low, level)
+            before, level = level, level + beyond / loss if loss > 0.0 else -1.0
+            if not low <= level <= high:
+                level = 0.5 * (low + high)
+            elif abs(level - before) <= _NEWTON * high:
+                break
+        return level
+
+    def _takes_too_long(self, rows: int) -> bool:
+        """Whether this many rows would take longer than some seconds."""
+        return bool(self.blocks * 40.0 * rows * self.path.samples.shape[1] > _MOST_WORK)
+
+    def _ends(self, cycles: tuple[int, ...] | None) -> list[int]:
+        """Parts with which windows begin, and the one after the last."""
+        begins, count = np.flatnonzero(self.parts.sample >= 0), self.parts.sample.size
+        if cycles is None:
+            return [0, count]
+        at = np.searchsorted(self.parts.sample[begins], np.array(cycles) * self.path.per_cycle)
+        ends: list[int] = np.append(begins, count)[at].tolist()
+        return ends
+
+    @cached_property
+    def _compiled(self) -> compiled.Parts:
+        """The same for compiled code."""
+        from gearrattle.kernels.extremes import Parts
+
+        return Parts(
+            self.parts.duration, self.parts.region, self.start, self.backward, self.whole, self.path.samples,
+            self.carried,
+        )  # fmt: skip
+
+    def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
+        """Rows of every region for compiled code, and room to work in."""
+        from gearrattle.kernels.extremes import FEW
+        from gearrattle.kernels.extremes import Rows as Compiled
+
+        count, regions = len(next(iter(chosen.values()))), len(self.regions)
+        sizes, most = np.zeros((9, regions), dtype=np.int64), max(each.terms for each in self.series.values())
+        block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
+        moving = np.zeros((regions, count), dtype=np.bool_)
+        rules = {r: each.gauss for r, each in self.series.items()}
+        abscissas, weights = np.zeros((2, regions, max(x.size for x, _ in rules.values())))
+        flat: tuple[list[Array], ...] = ([], [], [], [])
+        begun = [0, 0, 0, 0]
+        for r, series in self.series.items():
+            coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
+            rest = np.abs(coefficients[:, :, FEW:]).sum(axis=2)
+            both = np.concatenate([series.points, -series.points])
+            looks = (both[:, None] ** series.powers) @ coefficients
+            seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
+            sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
+            block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
+            abscissas[r, : x.size], weights[r, : x.size] = x, weight
+            for k, each in enumerate((coefficients, rest, seen, looks)):
+                flat[k].append(each.ravel())
+                begun[k] += each.size
+        numbers, rests, seens, looked = (np.concatenate(each) for each in flat)
+        blocks, terms, cells, nodes, points, *first = sizes
+        room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
+        return Compiled(
+            count=blocks, block=block, terms=terms, cells=cells, first=first[0], coefficients=numbers,
+            first_rest=first[1], rest=rests, points=points, first_look=first[3], looks=looked, moving=moving,
+            nodes=nodes, abscissas=abscissas, weights=weights, first_seen=first[2], seen=seens, known=known,
+            first_memory=next(iter(self.series.values())).first_memory,
+        ), room  # fmt: skip
+
+    def _reference(self, chosen: dict[int, Array]) -> Array:
+        """(q,) roughly the mean of every row: that of some samples."""
+        begins = np.flatnonzero(self.parts.sample >= 0)[::4]
+        at = {r: self.parts.sample[begins[self.parts.region[begins] == r]] for r in chosen}
+        sums = [each @ self.path.samples[at[r]].sum(axis=0) for r, each in chosen.items()]
+        return np.asarray(np.sum(sums, axis=0) / begins.size)
 
 
-class _Search:
-    """Extremes and moments of the rows through all parts."""
-
-    def __init__(self, path: Path, parts: _Parts, series: dict[int, Series], sums: _Sums, backward: BoolArray) -> None:
-        self.samples, self.parts, self.series, self.sums, self.backward = path.samples, parts, series, sums, backward
-        self.forward = parts.sample >= 0
-        self.cut = ~self.forward | (np.abs(parts.duration * path.per_cycle - 1.0) >= _UNCUT)
-        self.lower, self.upper = (np.full((sums.about.size, parts.sample.size), side) for side in (-np.inf, np.inf))
-        self.carried = np.flatnonzero(~self.forward & ~backward)
-        self.states = np.zeros((self.carried.size, path.samples.shape[1]))
-
-    def groups(self, of: BoolArray) -> Iterator[tuple[Series, IntArray]]:
-        """Yield the parts marked, of one region and some thousands at a time."""
-        which = np.flatnonzero(of)
-        which = which[np.argsort(self.parts.region[which], kind="stable")]
-        for some in np.split(which, np.flatnonzero(np.diff(self.parts.region[which])) + 1):
-            for first in range(0, some.size, _MOST):
-                yield self.series[int(self.parts.region[some[0]])], some[first : first + _MOST]
-
-    def bound(self) -> None:
-        """Bound the rows in every part that has a sample by its whole interval; take in the parts without a cut."""
-        kinds = ((self.forward & ~self.cut, 1.0), (self.forward & self.cut, 1.0), (self.backward, -1.0))
-        for k, (of, sign) in enumerate(kinds):
-            for series, some in self.groups(of):
-                states = self._begin(series, some, sign)
-                low, high, rise = self._bounds(series, states, sign)
-                self.lower[:, some], self.upper[:, some] = low - rise, high + rise
-                if k == 0:
-                    self.sums.reach(low, high)
-                    if self.sums.moments.any():
-                        self._whole_moments(series, states)
-
-    def carry(self, flow: Flow) -> None:
-        """Carry states on to the parts that begin with none and end with none that serves."""
-        where = np.full(self.parts.sample.size, -1)
-        where[self.carried] = np.arange(self.carried.size)
-        now = self.carried[self.forward[self.carried - 1]] - 1
-        states = self.samples[self.parts.sample[now]]
-        while now.size:
-            for r in np.unique(self.parts.region[now]).tolist():
-                on, series = self.parts.region[now] == r, self.series[r]
-                states[on] = series.moved(series.begun(states[on]), self.parts.duration[now[on]])
-            now = now + 1
-            knot = self.parts.knot[now]
-            states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
-            self.states[where[now]] = states
-            goes_on = ~self.parts.is_last[now]
-            now, states = now[goes_on], states[goes_on]
-            follows = where[now + 1] >= 0
-            now, states = now[follows], states[follows]
-
-    def finish(self) -> None:
-        """Take in the moments of cut parts, and the extremes of parts whose bounds pass those seen so far."""
-        sums, carried = self.sums, ~self.forward & ~self.backward
-        high, low = sums.high[:, None], sums.low[:, None]
-        passing = carried | np.any((self.upper > high) | (self.lower < low), axis=0)
-        for sign, of in ((1.0, ~self.backward), (-1.0, self.backward)):
-            for series, some in self.groups(of & passing):
-                for terms, _ in self._terms(series, some, sign, slice(None)):
-                    self._turning_points(series, terms)
-            for series, some in self.groups(of & self.cut) if sums.moments.any() else ():
-                self._moments(series, some, sign)
-
-    def _begin(self, series: Series, some: IntArray, sign: float) -> Array:
-        """(N, Z) the states that the series of some parts start from."""
-        if sign < 0.0:
-            return series.begun(self.samples[self.parts.sample[some + 1]])
-        states = self.samples[self.parts.sample[some]]
-        held = ~self.forward[some]
-        states[held] = self.states[np.searchsorted(self.carried, some[held])]
-        return series.begun(states)
-
-    def _bounds(self, series: Series, states: Array, sign: float) -> tuple[Array, Array, Array]:
-        """(q, N) smallest and largest value at the Chebyshev points, and by how much values between may pass them."""
-        low, high, rise = np.inf, -np.inf, 0.0
-        for block in range(len(series.rows)):
-            rows = series.at(block, series.points, sign)
-            values = (rows.reshape(-1, rows.shape[2]) @ states.T).reshape(*rows.shape[:2], -1)
-            least, most = values.min(axis=0), values.max(axis=0)
-            low, high = np.minimum(low, least), np.maximum(high, most)
-            rise = np.maximum(rise, 0.5 * (_EXCESS - 1.0) * (most - least))
-        return np.asarray(low), np.asarray(high), np.asarray(rise)
-
-    def _terms(
-        self, series: Series, some: IntArray, sign: float, channels: BoolArray | slice
-    ) -> Iterator[tuple[Array, Array]]:
-        """Terms (N, P + 1, c) of powers 0 ... 1 of the time through each part, and its length (N,), block by block."""
-        states, left = self._begin(series, some, sign), self.parts.duration[some]
-        for block, rows in enumerate(series.rows):
-            here = rows[:, channels]
-            on = left > 0.0 if block else slice(None)
-            length = np.minimum(left[on], series.block)
-            terms = (states[on] @ here.reshape(-1, here.shape[2]).T).reshape(-1, *here.shape[:2])
-            share = np.repeat((sign * length / series.block)[:, None], len(rows), axis=1)
-            share[:, 0] = 1.0
-            yield terms * np.multiply.accumulate(share, axis=1)[:, :, None], length
-            left = left - series.block
-
-    def _turning_points(self, series: Series, terms: Array) -> None:
-        """Take in the extremes of parts: their values at the ends and where their rates vanish."""
-        sums, p = self.sums, series.powers
-        grid, step = series.grid, series.grid[1]
-        values = np.matmul(grid[:, None] ** p, terms)
-        rates = np.matmul(grid[:, None] ** p[:-1], terms[:, 1:] * p[1:, None])
-        sums.reach(values.min(axis=1).T, values.max(axis=1).T)
-        turns = rates[:, :-1] * rates[:, 1:] < 0.0
-        beyond = step * np.maximum(np.abs(rates[:, :-1]), np.abs(rates[:, 1:]))
-        turns &= (np.maximum(values[:, :-1], values[:, 1:]) + beyond > sums.high) | (
-            np.minimum(values[:, :-1], values[:, 1:]) - beyond < sums.low
-        )
-        part, place, channel = np.nonzero(turns)
-        if not part.size:
-            return
-        before, after = rates[part, place, channel], rates[part, place + 1, channel]
-        begin, x = grid[place], grid[place] + step * before / (before - after)
-        own = np.ascontiguousarray(terms[part, :, channel].T)
-        rate = own[1:] * p[1:, None]
-        bend = rate[1:] * p[1:-1, None]
-        for _ in range(4):
-            slope = _at(bend, x)
-            x = np.clip(x - _at(rate, x) / np.where(slope == 0.0, np.inf, slope), begin, begin + step)
-        found = _at(own, x)
-        np.minimum.at(sums.low, channel, found)
-        np.maximum.at(sums.high, channel, found)
-
-    def _whole_moments(self, series: Series, states: Array) -> None:
-        """Add the moments of parts that go through an interval between two samples."""
-        changing = self._changing(series, len(states) * len(series.rows) * series.block)
-        nodes, weights = series.gauss
-        for block in range(len(series.rows) if changing.any() else 0):
-            rows = series.at(block, nodes)[:, changing].transpose(1, 0, 2)
-            values = (rows.reshape(-1, rows.shape[2]) @ states.T).reshape(*rows.shape[:2], -1)
-            self.sums.weigh(changing, values, np.repeat(weights[:, None] * series.block, len(states), axis=1))
-
-    def _moments(self, series: Series, some: IntArray, sign: float) -> None:
-        """Add the moments of parts of any length."""
-        changing = self._changing(series, float(self.parts.duration[some].sum()))
-        if not changing.any():
-            return
-        nodes, weights = series.gauss
-        for terms, length in self._terms(series, some, sign, changing):
-            values = np.matmul(nodes[:, None] ** series.powers, terms)
-            self.sums.weigh(changing, values.transpose(2, 1, 0), np.multiply.outer(weights, length))
-
-    def _changing(self, series: Series, duration: float) -> BoolArray:
-        """(q,) the channels whose moments are wanted and that are not 0 in a region; add the moments of the others."""
-        moving = np.any(series.rows[0] != 0.0, axis=(0, 2))
-        self.sums.rest(self.sums.moments & ~moving, duration)
-        return np.asarray(self.sums.moments & moving)
+def _exceeded_for(values: Array, duration: Array, time: float) -> float:
+    """The value that those of some parts exceed for so long at most."""
+    order = np.argsort(values)[::-1]
+    passed = int(np.searchsorted(np.cumsum(duration[order]), time))
+    return float(values[order[min(passed, order.size - 1)]])
 
 
-def _at(terms: Array, x: Array) -> Array:
-    """(N,) values of polynomials with coefficients (P, N), lowest first, at x (N,)."""
-    value = terms[-1].copy()
-    for term in terms[-2::-1]:
-        value *= x
-        value += term
-    return np.asarray(value)
+def _carried(flow: Flow, path: Path, parts: _Parts, series: dict[int, Series], carried: IntArray) -> Array:
+    """(C, Z) states carried on to the parts that begin with none and end with none that serves."""
+    where = np.full(parts.sample.size, -1)
+    where[carried] = np.arange(carried.size)
+    found = np.zeros((carried.size, path.samples.shape[1]))
+    now = carried[parts.sample[carried - 1] >= 0] - 1
+    states = path.samples[parts.sample[now]]
+    while now.size:
+        for r in np.unique(parts.region[now]).tolist():
+            on = parts.region[now] == r
+            states[on] = series[r].moved(series[r].begun(states[on]), parts.duration[now[on]])
+        now = now + 1
+        knot = parts.knot[now]
+        states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
+        found[where[now]] = states
+        goes_on = ~parts.is_last[now]
+        now, states = now[goes_on], states[goes_on]
+        follows = where[now + 1] >= 0
+        now, states = now[follows], states[follows]
+    return found
 
 
 def _parts_of(flow: Flow, path: Path, visited: IntArray) -> _Parts:
