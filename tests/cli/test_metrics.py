@@ -39,6 +39,23 @@ def test_json_holds_the_rows_of_the_table(saved: Path, capsys: pytest.CaptureFix
     assert [row["value"] for row in rows] == [value if isfinite(value) else None for value in table.value]
 
 
+def test_errors_of_sampling_stand_in_the_table_and_in_json(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """None for what is exact, an estimate for the band above the engine orders; the verdict's entries have them too."""
+    assert main(["metrics", str(saved), "--name", "loose_gear_motion"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith("error of sampling")
+    assert [line.split()[-1] for line in lines if "peak acceleration  " in line or "rms acceleration  " in line]
+    assert sum("±" in line for line in lines if "above the engine orders" in line) == 2
+    assert main(["metrics", str(saved), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["metrics"]
+    assert {row["error"] for row in rows if row["quantity"] == "separation ratio"} == {0}
+    assert all(row["error"] > 0 for row in rows if "above the engine orders" in row["quantity"])
+    assert main(["criteria", str(saved), "--json"]) == 0
+    entries = json.loads(capsys.readouterr().out)["entries"]
+    assert {entry["error"] for entry in entries if entry["criterion"] == "transmissibility"} == {0}
+    assert {entry["error"] for entry in entries if entry["criterion"] == "spectrum"} == {None}
+
+
 @pytest.mark.parametrize("argument", ["examples/paper/case1.toml", "examples", "nowhere.nc"])
 def test_what_is_no_motion_is_refused(argument: str, capsys: pytest.CaptureFixture[str]) -> None:
     """A model file, a folder, nothing."""

@@ -59,7 +59,8 @@ def gathered(criterion: Criterion, motion: Trajectory, ends: Sequence[int]) -> t
 def same(have: Sequence[Entry], want: Sequence[Entry], last_only: str = LAST_ONLY) -> None:
     have, want = ([e for e in entries if last_only not in e.quantity] for entries in (have, want))
     for a, b in zip(have, want, strict=True):
-        assert replace(a, value=0.0) == replace(b, value=0.0)
+        assert replace(a, value=0.0, error=0.0) == replace(b, value=0.0, error=0.0)
+        assert a.error == pytest.approx(b.error, rel=1e-9, abs=1e-12, nan_ok=True)
         rounding = 1e-10 if b.unit == "rad/s^2" else 0.0  # of sums over accelerations of some thousand
         told = b.value if isinstance(b.value, str) else pytest.approx(b.value, rel=1e-11, abs=rounding, nan_ok=True)
         assert a.value == told

@@ -152,7 +152,7 @@ def test_the_public_call_gives_a_table_by_name() -> None:
     """Columns as documented; only the metrics that are asked for; calibration makes the note go."""
     run = gr.simulate(gr.load("examples/paper/case1.toml"), cycles=6, discard=3)
     table = gr.metrics(run, names=["separation", "rattle_level"], base_level=40.0, kappa=1.0)
-    columns = ["metric", "subject", "quantity", "value", "unit", "window", "source", "note"]
+    columns = ["metric", "subject", "quantity", "value", "unit", "window", "source", "note", "error"]
     assert table.columns.tolist() == columns
     assert table.metric.unique().tolist() == ["separation", "rattle_level"]
     assert not table.note.str.contains("calibrated").any()

@@ -29,6 +29,8 @@ def test_a_metric_in_a_study_is_that_of_the_run() -> None:
                 value = float(values.sel({dimension: subject}))
                 assert value == table[name, subject] if (name, subject) in table.index else np.isnan(value)
     assert np.all(np.isfinite(found["separation margin"].sel(part="gear")))
+    assert found["separation margin"].attrs["sampling_error"] == "none"
+    assert found["transmissibility at order 1"].attrs["sampling_error"].startswith("of samples, about")
     assert np.all(np.isnan(found["separation margin"].sel(part="clutch")))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -63,10 +64,23 @@ def _tell(table: pd.DataFrame, *, json: bool) -> None:
         print(json_text({"metrics": plain(table.to_dict("records")), "notes": table.attrs["notes"]}))
         return
     rows = [
-        (row["metric"], row["subject"], row["quantity"], f"{row['value']:.6g} {row['unit']}".removesuffix(" 1"))
+        (
+            row["metric"],
+            row["subject"],
+            row["quantity"],
+            f"{row['value']:.6g} {row['unit']}".removesuffix(" 1"),
+            _error(row["error"], row["value"]),
+        )
         for row in table[table.subject != ""].to_dict("records")
     ]
     if rows:
-        print(columns(("metric", "subject", "quantity", "value"), rows))
+        print(columns(("metric", "subject", "quantity", "value", "error of sampling"), rows))
     for note in dict.fromkeys([*table.attrs["notes"], *(note for note in table.note if note)]):
         print(f"note: {note}", file=sys.stderr)
+
+
+def _error(error: float, value: float) -> str:
+    """Return an estimated error in words: none for what is exact, a question mark for what has no estimate."""
+    if math.isnan(value):
+        return ""
+    return "none" if error == 0.0 else "?" if math.isnan(error) else f"± {error:.2g}"

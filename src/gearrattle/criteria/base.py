@@ -42,6 +42,8 @@ class Entry:
         formula: how it comes about.
         source: where the formula comes from.
         note: what the user must know about this value; may be empty.
+        error: by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
+            exact motion, NaN where there is no estimate.
     """
 
     criterion: str
@@ -52,6 +54,7 @@ class Entry:
     formula: str
     source: str
     note: str = ""
+    error: float = 0.0
 
 
 Tally = Mapping[str, Array]
@@ -168,20 +171,6 @@ def scope_of(trajectory: Trajectory, before: Scope | None = None) -> Scope:
     return Scope(trajectory.layout, whole, per_cycle, trajectory.cost.algorithm)
 
 
-def gather_last(trajectory: Trajectory, before: Tally | None, cycles: int) -> Tally:
-    """Return the accelerations of the last cycles, (samples, n), both bounds included [rad/s^2].
-
-    Args:
-        trajectory: the next chunk.
-        before: the same of the chunks before; None at the first.
-        cycles: how many at most.
-    """
-    signal = steady(trajectory).closed(trajectory.acceleration)
-    if before is not None:  # its last sample is the first one here
-        signal = np.concatenate([before["acceleration"][:-1], signal])
-    return {"acceleration": signal[-(cycles * trajectory.samples_per_cycle + 1) :]}
-
-
 def entry(
     criterion: Criterion,
     subject: str,
@@ -191,6 +180,7 @@ def entry(
     unit: str | None = None,
     formula: str | None = None,
     note: str = "",
+    error: float = 0.0,
 ) -> Entry:
     """Return an entry of a criterion; unit and formula are the criterion's own where they are not given."""
     return Entry(
@@ -202,6 +192,7 @@ def entry(
         formula=criterion.formula if formula is None else formula,
         source=criterion.source,
         note=note,
+        error=float(error),
     )
 
 

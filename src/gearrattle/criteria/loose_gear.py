@@ -23,7 +23,7 @@ import numpy as np
 
 from gearrattle.criteria.base import Entry, Scope, Tally, Telling, entry
 from gearrattle.signals import loose_gears, steady
-from gearrattle.signals.summaries import missed
+from gearrattle.signals.levels import extremes_missed
 from gearrattle.trajectory import Trajectory
 
 _FINE = 0.1  # per cent: smaller sampling errors are not told
@@ -42,14 +42,18 @@ class LooseGear(Telling):
     merging: str = "exact: the peak of all is the largest peak"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return peak and miss (n,): the largest |theta''|, and how far it may be passed between samples [rad/s^2].
+        """Return peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
 
         Of the drivers of loose gears the peak is that of the exact motion, where it is known.
         """
         samples = steady(trajectory).closed(trajectory.acceleration)
-        peak, miss = np.max(np.abs(samples), axis=0), missed(samples)
-        for driver, exact in _exact_peaks(trajectory).items():
-            peak[driver], miss[driver] = exact, 0.0
+        peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
+        drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
+        miss = np.zeros(peak.size)
+        for driver in drivers:
+            miss[driver] = np.max(extremes_missed(samples[:, driver]))
+        for driver, value in exact.items():
+            peak[driver] = value
         tally = {"peak": peak, "miss": miss}
         return tally if before is None else {name: np.maximum(before[name], new) for name, new in tally.items()}
 
@@ -65,6 +69,7 @@ class LooseGear(Telling):
             short = 100.0 * float(tally["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0
             note = f"{element}: by samples; the peak between two of them may lie {short:.2g} % higher"
             note = note if short > _FINE else ""
+            beyond = short / 100.0
             by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
             entries += [
                 entry(
@@ -75,9 +80,27 @@ class LooseGear(Telling):
                     unit="rad/s^2",
                     formula="max |theta''| over [discard T, end]; of an exact motion between samples too",
                     note=note,
+                    error=float(peak[driver]) * beyond,
                 ),
-                entry(self, element, f"torque ratio of {loose_name}", ratio, unit="1", formula=by, note=note),
-                entry(self, element, "margin", margin, formula=f"20 log10( {by} )", note=note),
+                entry(
+                    self,
+                    element,
+                    f"torque ratio of {loose_name}",
+                    ratio,
+                    unit="1",
+                    formula=by,
+                    note=note,
+                    error=ratio * beyond,
+                ),
+                entry(
+                    self,
+                    element,
+                    "margin",
+                    margin,
+                    formula=f"20 log10( {by} )",
+                    note=note,
+                    error=20.0 * math.log10(1.0 + beyond),
+                ),
             ]
         return entries
 

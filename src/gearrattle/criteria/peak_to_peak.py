@@ -1,7 +1,7 @@
 """Peak-to-peak acceleration of every inertia, the paper's measure against experiment (its Table 5).
 
-pp(theta_i'') = max - min over the samples of the last eight cycles (Padmanabhan et al. 1995, sec. 8). A peak between
-two samples is missed: the value is as fine as the output grid.
+pp(theta_i'') = max - min over the last eight cycles (Padmanabhan et al. 1995, sec. 8, over samples); of an exact motion
+between its samples too, both limits at every crossing included. A value of samples carries an estimate of its error.
 
 Takes a Trajectory; gives one entry an inertia.
 """
@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, gather_last
-from gearrattle.signals import peak_to_peak
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry
+from gearrattle.signals.last_cycles import gather_levels, peak_to_peak_of, shortened
 from gearrattle.trajectory import Trajectory
-from gearrattle.wording import counted
 
 
 @dataclass(frozen=True)
@@ -23,28 +22,22 @@ class PeakToPeak(Telling):
     cycles: int = 8
     name: str = "peak_to_peak"
     title: str = "Peak-to-peak acceleration"
-    formula: str = "max theta_i'' - min theta_i'' over the samples of the last 8 T"
+    formula: str = "max theta_i'' - min theta_i'' over the last 8 T"
     unit: str = "rad/s^2"
     source: str = f"{PAPER}, sec. 8 and Table 5"
 
-    merging: str = "exact: the last eight cycles are kept across chunks"
+    merging: str = "exact: extremes of each of the last eight cycles are kept across chunks"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return the accelerations of the last cycles."""
-        return gather_last(trajectory, before, self.cycles)
+        """Return levels of the accelerations in the last cycles."""
+        return gather_levels(trajectory, before, self.cycles)
 
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return the peak-to-peak acceleration of every inertia."""
         cycles = min(self.cycles, scope.window.cycles)
-        level = peak_to_peak(tally["acceleration"])
-        short = ""
-        if cycles < self.cycles:
-            remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"
-            short = f"peak-to-peak acceleration over fewer than {counted(self.cycles, 'cycle')}: "
-            short += f"{remain} after the discarded ones"
-        words = f"max theta_i'' - min theta_i'' over the samples of the last {cycles} T"
-        names = scope.layout.inertia_names
+        level, short = peak_to_peak_of(tally), shortened("peak-to-peak acceleration", cycles, self.cycles)
+        words = f"max theta_i'' - min theta_i'' over the last {cycles} T"
         return [
-            entry(self, name, "peak-to-peak acceleration", float(value), formula=words, note=short)
-            for name, value in zip(names, level, strict=True)
+            entry(self, name, "peak-to-peak acceleration", value, formula=words, note=short, error=error)
+            for name, value, error in zip(scope.layout.inertia_names, *level, strict=True)
         ]

@@ -10,7 +10,8 @@ Takes a Trajectory; gives entries for every inertia, and the densities themselve
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +112,7 @@ class AccelerationSpectrum(Telling):
                     entry(self, inertia, f"amplitude at order {order:g}", amplitude, formula=words, note=note)
                 )
             entries += self._unexcited(scope, inertia, tally["last"][:, i])
-        return entries
+        return [replace(each, error=math.nan) for each in entries]  # of samples, without an estimate
 
     def _density(self, layout: Layout, inertia: str, spectrum: Spectrum, column: int) -> list[Entry]:
         density = spectrum.density[:, column]

@@ -2,7 +2,8 @@
 
 TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
 r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
-taken as they are, mean included, and the rms integral by the trapezoidal rule over whole periods.
+taken as they are, mean included. Of an exact motion extremes and means are taken between its samples; those of samples,
+the rms integral by the trapezoidal rule over whole periods, carry an estimate of their error.
 
 Takes a Trajectory; gives two entries an inertia.
 """
@@ -11,8 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry, gather_last
-from gearrattle.signals import peak_to_peak, rms
+from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry
+from gearrattle.signals.last_cycles import gather_levels, peak_to_peak_of, rms_of, shortened
 from gearrattle.trajectory import Trajectory
 
 
@@ -27,32 +28,30 @@ class Transmissibility(Telling):
     unit: str = "1"
     source: str = f"{PAPER}, eqs. (23)-(25)"
 
-    merging: str = "exact: the last eight cycles are kept across chunks"
+    merging: str = "exact: levels of each of the last eight cycles are kept across chunks"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return the accelerations of the last cycles."""
-        return gather_last(trajectory, before, self.cycles)
+        """Return levels of the accelerations in the last cycles."""
+        return gather_levels(trajectory, before, self.cycles)
 
     def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
         """Return TR_rms and TR_peak of every inertia; NaN, with a note, where the reference does not move."""
-        layout, acceleration = scope.layout, tally["acceleration"]
+        layout = scope.layout
         cycles = min(self.cycles, scope.window.cycles)
         reference = layout.inertia_names[layout.reference]
-        short = "" if cycles == self.cycles else _shortened(cycles, self.cycles)
+        short = shortened("transmissibility", cycles, self.cycles)
         entries = []
         for quantity, over, level in (
-            ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms(acceleration)),
-            ("TR peak", f"pp(theta_i'') / pp(theta_{reference}'')", peak_to_peak(acceleration)),
+            ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms_of(tally)),
+            ("TR peak", f"pp(theta_i'') / pp(theta_{reference}'')", peak_to_peak_of(tally)),
         ):
-            base = float(level[layout.reference])
+            base = float(level.value[layout.reference])
             still = "" if base > 0.0 else f"{quantity}: {reference} shows no acceleration to refer to"
-            for inertia, own in zip(layout.inertia_names, level, strict=True):
-                value = float(own) / base if base > 0.0 else float("nan")
+            for i, inertia in enumerate(layout.inertia_names):
+                value = error = float("nan")
+                if base > 0.0:
+                    value, error = float(level.value[i]) / base, float(level.error[i]) / base
+                    error += value * float(level.error[layout.reference]) / base if i != layout.reference else -error
                 words = f"{over}, last {cycles} T"
-                entries.append(entry(self, inertia, quantity, value, formula=words, note=still or short))
+                entries.append(entry(self, inertia, quantity, value, formula=words, note=still or short, error=error))
         return entries
-
-
-def _shortened(cycles: int, wanted: int) -> str:
-    remain = "1 cycle remains" if cycles == 1 else f"{cycles} cycles remain"
-    return f"transmissibility over fewer than {wanted} cycles: {remain} after the discarded ones"

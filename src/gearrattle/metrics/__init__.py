@@ -48,7 +48,8 @@ class Row:
 
     Attributes:
         metric: name of the metric in the table.
-        subject, quantity, value, unit, note: as in ``Value``; one row without a subject where a metric has nothing.
+        subject, quantity, value, unit, note, error: as in ``Value``; one row without a subject where a metric has
+            nothing.
         window: over what it was taken.
         source: where the formula comes from.
     """
@@ -61,6 +62,7 @@ class Row:
     window: str
     source: str
     note: str
+    error: float
 
 
 def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
@@ -76,10 +78,11 @@ def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
         values = [] if lacking else metric.measure(heard)
         if not values:
             why = f"{metric.title}: {lacking[0] if lacking else 'nothing of the kind is heard'}"
-            values = [Value("", metric.title, math.nan, metric.unit, why)]
+            values = [Value("", metric.title, math.nan, metric.unit, why, math.nan)]
         window = f"{metric.window}: {heard.window}" if "window" in metric.window else metric.window
         rows += [
-            Row(metric.name, v.subject, v.quantity, v.value, v.unit, window, metric.source, v.note) for v in values
+            Row(metric.name, v.subject, v.quantity, v.value, v.unit, window, metric.source, v.note, v.error)
+            for v in values
         ]
     return rows
 

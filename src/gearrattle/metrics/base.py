@@ -13,8 +13,9 @@ Takes arrays; gives Values to users, studies and reports.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
+from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Contacts, Sides, Summary, contacts_of, sides_of, summary_of
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -126,35 +128,60 @@ class Heard:
 
         Mean and moments of an exact velocity are NaN: no metric needs them.
         """
-        if (quantity, subject) in self.between:
-            return self.between[quantity, subject]
+        if quantity not in self._exact:
+            self._exact[quantity] = {} if self.motion is None else exact_summaries(self.motion, quantity)
+        if subject in self._exact[quantity]:
+            return self._exact[quantity][subject]
         signal = self.signals[quantity, subject]
         return summary_of(signal) if isinstance(signal, np.ndarray) else signal
 
-    @cached_property
-    def between(self) -> dict[tuple[str, str], Summary]:
-        """Summaries of the exact motion, between samples too, by quantity and subject; empty for a measurement.
+    def is_exact(self, quantity: str, subject: str) -> bool:
+        """Whether the summary of a signal is of the exact motion, between samples too."""
+        self.summary(quantity, subject)
+        return subject in self._exact[quantity]
 
-        Those that metrics ask for: all velocities, forces of meshes, accelerations of loose gears and their drivers.
+    @cached_property
+    def thinned(self) -> tuple[Heard, ...]:
+        """What every second and every fourth sample tell, to estimate errors of sampling; none of chunks."""
+        return tuple(
+            replace(self, time=self.time[::step], signals={k: np.asarray(x)[::step] for k, x in self.signals.items()})
+            for step in (2, 4)
+            if self.time.size > 8 and (self.time.size - 1) % step == 0
+        )
+
+    def summary_error(self, quantity: str, subject: str, level: Callable[[Summary], float]) -> float:
+        """Return by how much a level of a signal may be off for its samples, by ``thinned`` ones; 0 where it is exact.
+
+        Args:
+            quantity, subject: of the signal.
+            level: takes a summary.
         """
+        if self.is_exact(quantity, subject):
+            return 0.0
+        signal = self.signals[quantity, subject]
+        parts = thinned(signal[:-1]) if isinstance(signal, np.ndarray) else []
+        told, whole = [level(summary_of(closed(some))) for some in parts], level(self.summary(quantity, subject))
+        return max((abs(each - whole) for each in told), default=math.nan)
+
+    def velocity_errors(self, subject: str) -> Array:
+        """Return (o,) by how much ``velocities_at`` may be off, by every second and every fourth sample [rad/s]."""
+        fine = self.velocities_at(subject)
+        coarse = [each.velocities_at(subject) for each in self.thinned]
+        apart = [np.abs(fine - each) for each in coarse if fine is not None and each is not None]
+        return np.max(apart, axis=0) if apart else np.full(self.orders.size, np.nan)
+
+    @cached_property
+    def _exact(self) -> dict[str, dict[str, Summary]]:
+        """Summaries of the exact motion that were asked for, by quantity and subject."""
+        return {}
+
+    def exceeded(self, quantity: str, subject: str, share: float) -> float | None:
+        """Return what the modulus of a signal exceeds for a share of the time, where the exact motion tells it."""
         motion = self.motion
-        if motion is None or motion.exact is None:
-            return {}
-        layout = motion.layout
-        names, gears = layout.inertia_names, loose_gears(layout)
-        asked = {("velocity", name) for name in names}
-        asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
-        asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
-        signals = [signal for signal in motion.exact.signals(motion) if signal in asked]
-        moments = np.array([quantity != "velocity" for quantity, _ in signals])
-        found = motion.exact.statistics(motion, signals, with_moments=moments) if signals else None
-        if found is None:
-            return {}
-        columns = zip(found.mean, found.second, found.fourth, found.low, found.high, strict=True)
-        return {
-            signal: Summary(float(mean), float(second), float(fourth), float(low), float(high))
-            for signal, (mean, second, fourth, low, high) in zip(signals, columns, strict=True)
-        }
+        if motion is None or motion.exact is None or (quantity, subject) not in motion.exact.signals(motion):
+            return None
+        found = motion.exact.exceeded(motion, [(quantity, subject)], share)
+        return None if found is None else float(found[0])
 
     def of(self, quantity: str) -> dict[str, Signal]:
         """Return the signals of a quantity by subject, in the order of the source."""
@@ -217,6 +244,46 @@ class Heard:
         return [name for name in dict.fromkeys([*known, *heard]) if name in heard]
 
 
+def closed(samples: Array) -> Array:
+    """Return samples (N,) of whole periods with the first one after the last."""
+    return np.append(samples, samples[:1])
+
+
+def asked_of(motion: Trajectory) -> list[tuple[str, str]]:
+    """Return quantity and subject of what metrics ask of an exact motion, as far as it is known between samples.
+
+    All velocities, forces of meshes, accelerations of loose gears and their drivers.
+    """
+    if motion.exact is None:
+        return []
+    layout = motion.layout
+    names, gears = layout.inertia_names, loose_gears(layout)
+    asked = {("velocity", name) for name in names}
+    asked |= {("force", layout.element_names[k]) for k in np.flatnonzero(layout.is_mesh)}
+    asked |= {("acceleration", names[i]) for gear in gears for i in (gear.loose, gear.driver)}
+    return [signal for signal in motion.exact.signals(motion) if signal in asked]
+
+
+def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
+    """Return summaries between samples of what metrics ask of a quantity, by subject; empty where nothing is known.
+
+    Args:
+        motion: of whole cycles.
+        quantity: "velocity", whose mean and moments are NaN, "acceleration" or "force".
+    """
+    signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
+    if motion.exact is None or not signals:
+        return {}
+    found = motion.exact.statistics(motion, signals, with_moments=quantity != "velocity")
+    if found is None:
+        return {}
+    columns = zip(found.mean, found.second, found.fourth, found.low, found.high, strict=True)
+    return {
+        subject: Summary(float(mean), float(second), float(fourth), float(low), float(high))
+        for (_, subject), (mean, second, fourth, low, high) in zip(signals, columns, strict=True)
+    }
+
+
 _HEARD: dict[str, tuple[Any, str]] = {
     "driveline": (lambda h: h.layout is not None, "needs inertias, radii and drag torques: give a model"),
     "loose gears": (
@@ -260,6 +327,8 @@ class Value:
         value: the number; NaN where it does not exist.
         unit: SI unit; "1" for pure numbers.
         note: what the user must know about this value; may be empty.
+        error: by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
+            exact motion or of the log, NaN where there is no estimate.
     """
 
     subject: str
@@ -267,6 +336,7 @@ class Value:
     value: float
     unit: str
     note: str = ""
+    error: float = 0.0
 
 
 class Metric(Protocol):
@@ -322,7 +392,7 @@ def sampled(name: str, told: Summary, peak: float) -> str:
     """
     if not told.miss > _FINE * abs(peak):
         return ""
-    return f"{name}: a peak of samples, which by their curvature may lie {100.0 * told.miss / abs(peak):.2g} % higher"
+    return f"{name}: a peak of samples, which may lie about {100.0 * told.miss / abs(peak):.2g} % higher"
 
 
 def order_word(order: float) -> str:

@@ -51,12 +51,13 @@ class ContactSides:
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))
             note = f"{name}: sides of contact from samples of the deflection" if not heard.has_log else ""
+            error = 0.0 if heard.has_log else math.nan
             values += [
-                Value(name, "drive-side share", drive, "1", note),
-                Value(name, "coast-side share", coast, "1", note),
-                Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note),
-                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown),
-                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown),
+                Value(name, "drive-side share", drive, "1", note, error),
+                Value(name, "coast-side share", coast, "1", note, error),
+                Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note, error),
+                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown, error),
+                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown, error),
             ]
         return values
 

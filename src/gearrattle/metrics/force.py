@@ -5,7 +5,8 @@ Over the window, with means by the trapezoidal rule,
     standard deviation s = <(F - <F>)^2>^(1/2)            crest factor c = max |F| / <F^2>^(1/2)
     kurtosis k = <(F - <F>)^4> / s^4                      5 % exceedance: the |F| that 5 % of the time lie above
 
-k is 1.5 for a sine and 3 for Gaussian noise; hammering raises it. The force is that on the line of action.
+Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
+raises it. The force is that on the line of action.
 
 Takes what is heard; gives four values a force.
 """
@@ -18,6 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, sampled
+from gearrattle.signals.levels import thinned
+from gearrattle.signals.summaries import Summary
+
+_SHARE = 0.05  # of the time
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class ForceStatistics:
         "it of levels, the 5 % being usage"
     )
     window: str = EXACT
-    sampling: str = "of samples, and the exceedance always: well above the natural frequency of stiff contacts"
+    sampling: str = "of samples: well above the natural frequency of stiff contacts"
     needs: tuple[str, ...] = ("force",)
     merging: str = (
         "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time is of the whole"
@@ -42,7 +47,7 @@ class ForceStatistics:
     def measure(self, heard: Heard) -> list[Value]:
         """Return the statistics of every force of a mesh; without a model, of every force in N."""
         values = []
-        for name, force in heard.of("force").items():
+        for name in heard.of("force"):
             if not _is_mesh(heard, name):
                 continue
             unit = heard.units.get(("force", name), "N")
@@ -56,15 +61,39 @@ class ForceStatistics:
             crest = told.peak / level if level > 0.0 else math.nan
             peaked = sampled(name, told, told.peak) if level > 0.0 else f"{name}: no force"
             kurtosis = math.nan if still else told.fourth / spread**4
-            samples = force if isinstance(force, np.ndarray) else None
-            exceeded = math.nan if samples is None else float(np.quantile(np.abs(samples[:-1]), 0.95))
+            level_error, crest_error, kurtosis_error = (
+                heard.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
+            )
+            peak_error = told.miss / level if level > 0.0 else math.nan
+            exceeded, exceeded_error, why = _exceeded(heard, name)
             values += [
-                Value(name, "force standard deviation", spread, "N"),
-                Value(name, "force crest factor", crest, "1", peaked),
-                Value(name, "force kurtosis", kurtosis, "1", still),
-                Value(name, "force exceeded 5 % of the time", exceeded, "N", WHOLE if samples is None else ""),
+                Value(name, "force standard deviation", spread, "N", error=level_error),
+                Value(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
+                Value(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
+                Value(name, "force exceeded 5 % of the time", exceeded, "N", why, exceeded_error),
             ]
         return values
+
+
+def _crest(told: Summary) -> float:
+    return told.peak / told.rms if told.rms > 0.0 else math.nan
+
+
+def _kurtosis(told: Summary) -> float:
+    return told.fourth / told.spread**4 if told.spread > 0.0 else math.nan
+
+
+def _exceeded(heard: Heard, name: str) -> tuple[float, float, str]:
+    """Return the force exceeded 5 % of the time, its error, and why there is none."""
+    exact = heard.exceeded("force", name, _SHARE)
+    if exact is not None:
+        return exact, 0.0, ""
+    samples = heard.signals["force", name]
+    if not isinstance(samples, np.ndarray):
+        return math.nan, math.nan, WHOLE
+    force = np.abs(samples[:-1])
+    levels = [float(np.quantile(some, 1.0 - _SHARE)) for some in (force, *thinned(force))]
+    return levels[0], max((abs(level - levels[0]) for level in levels[1:]), default=math.nan), ""
 
 
 def _is_mesh(heard: Heard, name: str) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.metrics.base import Heard, Signal
+from gearrattle.metrics.base import Heard, Signal, asked_of
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import steady
 from gearrattle.signals.chunks import Exactly, Tally, gather
@@ -151,8 +151,9 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
     """Return which signals of a chunk are known between samples, and their statistics; None for none."""
     if trajectory.exact is None or trajectory.discard == trajectory.cycles:
         return None
-    names, known = _channel_names(trajectory.layout), trajectory.exact.signals(trajectory)
-    statistics = trajectory.exact.statistics(trajectory, known)
+    names, known = _channel_names(trajectory.layout), asked_of(trajectory)
+    marked = np.array([quantity != "velocity" for quantity, _ in known])
+    statistics = trajectory.exact.statistics(trajectory, known, with_moments=marked) if known else None
     return None if statistics is None else ([names.index(signal) for signal in known], statistics)
 
 

@@ -43,16 +43,22 @@ class SpeedIrregularity:
             width, missed = told.swing, sampled(name, told, 0.5 * told.swing)
             known = average is not None and math.isfinite(average) and average > 0.0
             note = missed if known else f"{name}: its mean speed is not known: give a model, or the speed"
-            values.append(Value(name, "irregularity", width / average if known and average else math.nan, "1", note))
-            values.append(Value(name, "peak-to-peak speed", width, "rad/s", missed))
+            relative = width / average if known and average else math.nan
+            error = 2.0 * told.miss / average if known and average else math.nan
+            values.append(Value(name, "irregularity", relative, "1", note, error))
+            values.append(Value(name, "peak-to-peak speed", width, "rad/s", missed, 2.0 * told.miss))
             if not heard.lacks("engine orders"):
                 known_at = heard.velocities_at(name)
                 found = heard.amplitudes(signal, 1) if known_at is None else known_at
                 amplitude = dict(zip(heard.orders.tolist(), np.abs(found).tolist(), strict=True))
+                errors = dict(zip(heard.orders.tolist(), heard.velocity_errors(name).tolist(), strict=True))
                 for order in heard.engine_orders.tolist():
                     swing = 2.0 * amplitude[order]
                     note = "" if math.isfinite(swing) else "the samples cannot show this order"
-                    values.append(Value(name, f"peak-to-peak speed at {order_word(order)}", swing, "rad/s", note))
+                    error = 2.0 * errors[order]
+                    values.append(
+                        Value(name, f"peak-to-peak speed at {order_word(order)}", swing, "rad/s", note, error)
+                    )
         return values
 
 

@@ -9,12 +9,13 @@ Takes what is heard; gives four values a loose gear.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, sampled
+from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, closed, sampled
 from gearrattle.signals import loose_gears
+from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.trajectory import Array
 
@@ -41,21 +42,32 @@ class LooseMotion:
             signal = heards.get(name)
             full = None if signal is None else heard.summary("acceleration", name)
             note = f"{name}: no acceleration is heard" if full is None else ""
-            values += _levels(name, "acceleration", full, note)
+            missed = math.nan if full is None else heard.summary_error("acceleration", name, lambda x: x.spread)
+            values += _levels(name, "acceleration", full, note, missed)
             cannot = heard.lacks("engine orders") or ("" if signal is None or isinstance(signal, np.ndarray) else WHOLE)
-            above = None
-            if full is not None and isinstance(signal, np.ndarray) and not cannot:
-                above = summary_of(_above(heard, signal - np.mean(signal[:-1])))
-            values += _levels(name, "acceleration above the engine orders", above, note or cannot)
+            above, error = None, math.nan
+            if full is not None and not cannot:
+                above, error = _summary_above(heard, np.asarray(signal))
+            values += _levels(name, "acceleration above the engine orders", above, note or cannot, error)
         return values
 
 
-def _levels(name: str, what: str, told: Summary | None, note: str) -> list[Value]:
+def _summary_above(heard: Heard, signal: Array) -> tuple[Summary, float]:
+    """Return the summary of an acceleration above the engine's orders, with its miss, and the error of its rms."""
+    told, *parts = (
+        summary_of(_above(heard, each - np.mean(each[:-1])))
+        for each in (signal, *(closed(some) for some in thinned(signal[:-1])))
+    )
+    miss = max([told.miss, *(told.peak - some.peak for some in parts)])
+    return replace(told, miss=miss), max((abs(some.spread - told.spread) for some in parts), default=math.nan)
+
+
+def _levels(name: str, what: str, told: Summary | None, note: str, error: float) -> list[Value]:
     level, peak = (math.nan, math.nan) if told is None else (told.spread, told.reach)
     missed = note if told is None else note or sampled(name, told, peak)
     return [
-        Value(name, f"rms {what}", level, "rad/s^2", note),
-        Value(name, f"peak {what}", peak, "rad/s^2", missed),
+        Value(name, f"rms {what}", level, "rad/s^2", note, error),
+        Value(name, f"peak {what}", peak, "rad/s^2", missed, math.nan if told is None else told.miss),
     ]
 
 

@@ -44,10 +44,12 @@ class SeparationRatio:
             told = heard.summary("acceleration", driver) if driver in accelerations else None
             ratio = math.nan if told is None else _slope(heard.plate, gear) * told.peak
             note = f"{mesh}: no acceleration of its driver {driver}" if told is None else sampled(mesh, told, told.peak)
-            values.append(Value(mesh, "separation ratio", ratio, "1", note))
+            missed = math.nan if told is None else _slope(heard.plate, gear) * told.miss
+            values.append(Value(mesh, "separation ratio", ratio, "1", note, missed))
             margin = _decibel(ratio)
             still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
-            values.append(Value(mesh, "separation margin", margin, "dB", still))
+            beyond = 20.0 * math.log10(1.0 + missed / ratio) if ratio > 0.0 else 0.0
+            values.append(Value(mesh, "separation margin", margin, "dB", still, beyond))
         return values
 
 
@@ -76,12 +78,14 @@ class HarmonicSeparation:
                 values.append(Value(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
             ratios = _slope(heard.plate, gear) * heard.orders * heard.speed * np.abs(found)
-            for order, ratio in zip(heard.orders.tolist(), ratios.tolist(), strict=True):
+            errors = _slope(heard.plate, gear) * heard.orders * heard.speed * heard.velocity_errors(driver)
+            for order, ratio, error in zip(heard.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
-                values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note))
+                values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
             largest = float(np.nanmax(ratios)) if np.isfinite(ratios).any() else math.nan
             note = "" if math.isfinite(largest) else "the samples show none of the orders"
-            values.append(Value(mesh, "largest separation ratio of an order", largest, "1", note))
+            error = float(errors[np.nanargmax(ratios)]) if np.isfinite(ratios).any() else math.nan
+            values.append(Value(mesh, "largest separation ratio of an order", largest, "1", note, error))
         return values
 
 

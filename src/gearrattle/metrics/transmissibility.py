@@ -51,7 +51,10 @@ class OrderTransmissibility:
             found = heard.velocities_at(name)
             if name == reference or found is None:
                 continue
-            for order, own, to in zip(heard.orders.tolist(), np.abs(found), np.abs(base), strict=True):
+            errors = heard.velocity_errors(name), heard.velocity_errors(reference)
+            for order, own, to, own_error, to_error in zip(
+                heard.orders.tolist(), np.abs(found), np.abs(base), *errors, strict=True
+            ):
                 if order not in heard.engine_orders:
                     continue
                 moves = to > _STILL * strongest
@@ -59,5 +62,6 @@ class OrderTransmissibility:
                     "" if moves else f"{reference} does not move at {order_word(order)}, or the samples cannot show it"
                 )
                 value = float(own / to) if moves else math.nan
-                values.append(Value(name, f"transmissibility at {order_word(order)}", value, "1", note))
+                error = float(own_error + value * to_error) / float(to) if moves else math.nan
+                values.append(Value(name, f"transmissibility at {order_word(order)}", value, "1", note, error))
         return values

@@ -10,7 +10,7 @@ from itertools import groupby
 from gearrattle.metrics import METRICS, Row
 from gearrattle.pipeline import Findings
 from gearrattle.report.tables import Table
-from gearrattle.report.verdict_tables import grid
+from gearrattle.report.verdict_tables import errors_note, grid
 
 
 def metric_tables(findings: Findings) -> list[Table]:
@@ -25,7 +25,7 @@ def metric_tables(findings: Findings) -> list[Table]:
         note = (
             f"Definition: {metric.formula}. Over {metric.window}. Sampling: {metric.sampling}. Source: {metric.source}."
         )
-        made.append(grid(rows, metric.title, " ".join([note, *_remarks(rows)])))
+        made.append(grid(rows, metric.title, " ".join([f"{note}{errors_note(rows)}", *_remarks(rows)])))
     if lacking:
         made.append(Table(("metric", "why not"), tuple(lacking), frozenset({0, 1}), "Not measured"))
     return made

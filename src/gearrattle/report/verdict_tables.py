@@ -5,6 +5,7 @@ Takes Findings; gives tiles and Tables to the page.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -20,6 +21,7 @@ from gearrattle.report.tables import Table
 from gearrattle.signals import centre, region_shares, steady
 
 _MOST_COLUMNS = 9
+_SLIGHT = 1e-3  # of a value: smaller errors of sampling are not shown
 
 
 @dataclass(frozen=True)
@@ -130,9 +132,22 @@ def criteria_tables(findings: Findings) -> list[Table]:
     for name, group in groupby(findings.verdict.entries, key=lambda entry: entry.criterion):
         entries = list(group)
         criterion = criteria[name]
-        note = f"Definition: {criterion.formula}. Source: {criterion.source}."
+        note = f"Definition: {criterion.formula}. Source: {criterion.source}.{errors_note(entries)}"
         made.append(grid(entries, criterion.title, note))
     return made
+
+
+def errors_note(entries: Sequence[Entry | Row]) -> str:
+    """Say what stands behind ±, or that nothing is known of it; empty where all values are exact."""
+    told = ""
+    if any(entry.error > 0.0 for entry in entries):
+        told = f" ± is the estimated error of sampling, left out below {100.0 * _SLIGHT:g} %."
+    unknown = dict.fromkeys(e.quantity for e in entries if math.isnan(e.error) and not _is_nothing(e))
+    return f"{told} Of samples, without an estimate of their error: {', '.join(unknown)}." if unknown else told
+
+
+def _is_nothing(entry: Entry | Row) -> bool:
+    return isinstance(entry.value, float) and math.isnan(entry.value)
 
 
 def grid(entries: Sequence[Entry | Row], title: str, note: str) -> Table:
@@ -163,6 +178,10 @@ def _shown(unit: str) -> str:
 
 
 def _value(entry: Entry | Row, *, with_unit: bool) -> str:
+    """Return a value as text, with the estimated error of its samples where that counts."""
     if isinstance(entry.value, str):
         return entry.value
-    return quantity(entry.value, _shown(entry.unit) if with_unit else "")
+    unit = _shown(entry.unit) if with_unit else ""
+    if not entry.error > _SLIGHT * abs(entry.value):
+        return quantity(entry.value, unit)
+    return f"{quantity(entry.value, '')} ± {quantity(float(f'{entry.error:.2g}'), unit)}"

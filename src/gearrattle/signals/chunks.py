@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals.impacts import Impacts, find_impacts
+from gearrattle.signals.levels import extremes_missed
 from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.regions import centre, dwell_times
-from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before, missed
+from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before
 from gearrattle.signals.windows import steady
 from gearrattle.system.statistics import Statistics
 from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
@@ -53,11 +54,11 @@ class Moments:
         away = values - mean
         square = away**2
         second, third, fourth = (np.asarray(np.trapezoid(p, axis=0)) for p in (square, square * away, square**2))
-        low, high = values.min(axis=0), values.max(axis=0)
-        return cls(weight, mean, second, third, fourth, low, high, missed(values), values[0], values[-1])
+        low, high, miss = values.min(axis=0), values.max(axis=0), np.maximum(*extremes_missed(values))
+        return cls(weight, mean, second, third, fourth, low, high, miss, values[0], values[-1])
 
     def corrected(self, columns: Sequence[int], exact: Statistics) -> Moments:
-        """Return these with what is known exactly of some columns."""
+        """Return these with what is known exactly of some columns; moments that are NaN stay those of samples."""
         weight = self.weight
         known = {
             "mean": exact.mean, "second": weight * exact.second, "third": weight * exact.third,
@@ -65,7 +66,7 @@ class Moments:
         }  # fmt: skip
         changed = {name: getattr(self, name).copy() for name in known}
         for name, values in known.items():
-            changed[name][list(columns)] = values
+            changed[name][list(columns)] = np.where(np.isnan(values), changed[name][list(columns)], values)
         return replace(self, **changed)
 
     def plus(self, other: Moments) -> Moments:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals.impacts import find_impacts
+from gearrattle.signals.levels import extremes_missed
 from gearrattle.signals.regions import centre, region_shares
 from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, Trajectory
@@ -72,23 +73,9 @@ def summary_of(samples: Array) -> Summary:
     mean = float(np.trapezoid(samples)) / scale
     square = (samples - mean) ** 2
     second, fourth = (float(np.trapezoid(each)) / scale for each in (square, square**2))
-    return Summary(mean, second, fourth, float(samples.min()), float(samples.max()), float(missed(samples)))
-
-
-def missed(samples: Array) -> Array:
-    """Return (...,) by how much the extremes of samples (N + 1, ...) may be passed between two of them.
-
-    A parabola through an extreme sample and its neighbours rises above it by at most an eighth of their second
-    difference. That is an estimate, which holds where the samples resolve the peak at all.
-    """
-    if len(samples) < 3:
-        return np.zeros(samples.shape[1:])
-    bends = []
-    for extreme in (np.argmin, np.argmax):
-        middle = np.clip(extreme(samples, axis=0), 1, len(samples) - 2)[None]
-        before, here, after = (np.take_along_axis(samples, middle + side, axis=0)[0] for side in (-1, 0, 1))
-        bends.append(0.125 * np.abs(after - 2.0 * here + before))
-    return np.asarray(np.maximum(*bends))
+    return Summary(
+        mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extremes_missed(samples)))
+    )
 
 
 @dataclass(frozen=True)

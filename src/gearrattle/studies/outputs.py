@@ -73,6 +73,7 @@ class Output:
         gaps: of a regime, the subjects that can separate in some case: only these can rattle.
         absent: what a case that ran has where its motion lacks the quantity.
         lacking: what such a motion lacks ("no impact"); empty for what every motion has.
+        error: of sampling, in words; empty where it is not known what the value comes from.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Output:
     gaps: tuple[str, ...] = ()
     absent: float = float("nan")
     lacking: str = ""
+    error: str = ""
 
     @property
     def applies_to(self) -> tuple[Any, ...]:
@@ -213,7 +215,10 @@ def _outputs_in(said: Sequence[Entry | Row], occasional: Sequence[Entry], runs: 
         subjects = tuple(sorted(entries, key=names[dimension].index) if dimension else entries)
         units = tuple(unit and unit_in(runs[0].model, unit) for unit in (entries[name].unit for name in subjects))
         owner = first.metric if isinstance(first, Row) else first.criterion
-        output = Output(name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else ())
+        error = "" if words else _error_of([*entries.values()])
+        output = Output(
+            name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else (), error=error
+        )
         if name in absent:
             value = absent[name].value
             number = float(words.index(value) if isinstance(value, str) else value)
@@ -229,6 +234,15 @@ def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
         "part": list(dict.fromkeys(name for layout in layouts for name in layout.element_names)),
         "inertia": list(dict.fromkeys(name for layout in layouts for name in layout.inertia_names)),
     }
+
+
+def _error_of(entries: Sequence[Entry | Row]) -> str:
+    """Say how far values of one run may be off because they are of samples."""
+    told = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
+    if any(np.isnan(error) for error, _ in told):
+        return "of samples, not estimated"
+    largest = max((error / value for error, value in told if error > 0.0 and value > 0.0), default=0.0)
+    return f"of samples, about {100.0 * largest:.2g} % in the first case" if largest else "none"
 
 
 def unit_in(model: Model, unit: str) -> str:

@@ -1,0 +1,100 @@
+"""Levels of accelerations over the last cycles: peak to peak and root mean square, with the error of those of samples.
+
+Of an exact motion extremes and means are taken between the samples, both limits at every crossing included. Samples are
+what remains for a recording, for another algorithm and for a body of prescribed motion; their error is estimated by
+what every second sample alone would have told (``gearrattle.signals.levels``).
+
+Takes Trajectories; gives a tally of bounded size, and levels from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.signals.levels import extremes_missed, rms, rms_missed
+from gearrattle.signals.windows import steady
+from gearrattle.trajectory import Array, Trajectory
+from gearrattle.wording import counted
+
+
+class Level(NamedTuple):
+    """A level of every inertia (n,) and its estimated error (n,) [rad/s^2]."""
+
+    value: Array
+    error: Array
+
+
+def gather_levels(trajectory: Trajectory, before: Mapping[str, Array] | None, cycles: int) -> dict[str, Array]:
+    """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
+
+    low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
+
+    Args:
+        trajectory: the next chunk.
+        before: the same of the chunks before; None at the first.
+        cycles: how many at most.
+    """
+    window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
+    count = min(cycles, window.cycles)
+    samples = window.closed(trajectory.acceleration)[-(count * per_cycle + 1) :]
+    parts = [samples[c * per_cycle : (c + 1) * per_cycle + 1] for c in range(count)]
+    below, above = (np.array(each) for each in zip(*map(extremes_missed, parts), strict=True))
+    tally = {
+        "low": np.array([part.min(axis=0) for part in parts]),
+        "high": np.array([part.max(axis=0) for part in parts]),
+        "rms": np.array([rms(part) for part in parts]),
+        "below": below,
+        "above": above,
+        "off": np.array([rms_missed(part) for part in parts]),
+    }
+    _put_exact(tally, trajectory, window.cycles, count)
+    if before is None:
+        return tally
+    return {name: np.concatenate([before[name], new])[-cycles:] for name, new in tally.items()}
+
+
+def _put_exact(tally: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> None:
+    """Put levels of the exact motion in the place of those of samples, where they are known."""
+    if trajectory.exact is None:
+        return
+    signals = [signal for signal in trajectory.exact.signals(trajectory) if signal[0] == "acceleration"]
+    ends = tuple(range(cycles - count, cycles + 1))
+    found = trajectory.exact.statistics(trajectory, signals, cycles=ends)
+    if found is None:
+        return
+    bodies = [trajectory.layout.inertia_names.index(name) for _, name in signals]
+    level = np.hypot(np.sqrt(np.maximum(found.second, 0.0)), found.mean)
+    for name, values in (("low", found.low), ("high", found.high), ("rms", level)):
+        tally[name][:, bodies] = values
+    for name in ("below", "above", "off"):
+        tally[name][:, bodies] = 0.0
+
+
+def peak_to_peak_of(tally: Mapping[str, Array]) -> Level:
+    """Return the largest less the smallest acceleration of every inertia."""
+    low, high = tally["low"].min(axis=0), tally["high"].max(axis=0)
+    beyond = (tally["high"] + tally["above"]).max(axis=0) - (tally["low"] - tally["below"]).min(axis=0)
+    return Level(high - low, np.maximum(beyond - (high - low), 0.0))
+
+
+def rms_of(tally: Mapping[str, Array]) -> Level:
+    """Return the root mean square acceleration of every inertia."""
+    return Level(_together(tally["rms"]), _together(tally["off"]))
+
+
+def _together(levels: Array) -> Array:
+    """(n,) root mean square of those of cycles (cycles, n): squares neither overflow nor vanish."""
+    largest = levels.max(axis=0)
+    scale = np.where((largest > 0.0) & np.isfinite(largest), largest, 1.0)
+    return np.asarray(scale * np.sqrt(np.mean((levels / scale) ** 2, axis=0)))
+
+
+def shortened(what: str, cycles: int, wanted: int) -> str:
+    """Say that fewer cycles remain than a level is wanted of; empty where they do not."""
+    if cycles >= wanted:
+        return ""
+    remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"
+    return f"{what} over fewer than {counted(wanted, 'cycle')}: {remain} after the discarded ones"
