@@ -152,9 +152,9 @@ class Store:
                 shape.append(len(output.subjects))
                 chunks.append(len(output.subjects))
             array = _array(group, output.name, (dimensions, shape, chunks), output.dtype, output.nothing)
-            array.attrs["units"] = _unit(output.unit)
-            if output.error:
-                array.attrs["sampling_error"] = output.error
+            array.attrs.update(
+                {"units": _unit(output.unit)} | ({"sampling_error": output.error} if output.error else {})
+            )
             if output.dimension == "cycle":  # a quantity of a section
                 array.attrs["long_name"] = path_label(output.name, plan.model).words
             if len(output.applies_to) < len(output.subjects):
