@@ -7,6 +7,7 @@ MODEL       ?= examples/paper/case3.toml
 OUT         ?= out/case3
 CONSTRAINTS ?= constraints.txt
 PYTEST_ARGS ?=
+TESTS       ?=
 
 VENV := .venv
 PY   := $(VENV)/bin/python
@@ -20,7 +21,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -88,6 +89,15 @@ images: $(VENV)/.package    ## redraw the pictures in docs/images
 constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins
 	mv $(VENV)/pins constraints.txt
+
+wheel: $(VENV)/.python       ## build wheel and sdist into out/dist, install both clean, run an example outside the tree
+	.ci/wheel $(PY)
+
+pythons:        ## TESTS under every CPython 3.11 to 3.14 of this machine (minutes)
+	.ci/pythons $(TESTS)
+
+lowest:         ## TESTS with the lower bounds of pyproject.toml, exactly (minutes)
+	.ci/lowest $(TESTS)
 
 clean:          ## remove what was built, keep .venv
 	rm -rf out dist build docs/_build docs/reference/generated .pytest_cache .mypy_cache .ruff_cache \

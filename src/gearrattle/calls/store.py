@@ -143,7 +143,7 @@ class Store:
         arrays |= {f"march/{name}": array for name, array in march.items()}
         arrays |= {f"gathered/{name}": array for name, array in gathered.items()}
         content = io.BytesIO()
-        np.savez(content, allow_pickle=False, **arrays)
+        np.savez(content, **arrays)
         put(self.folder / STATE, content.getvalue())
         self.state = State(self._owner, chunks, done, march, gathered)
 
