@@ -77,6 +77,11 @@ def temporary_folder() -> Iterator[Path]:
         _discard(hidden, owner)
 
 
+def in_temporary_folder(path: Path) -> bool:
+    """Whether a path lies in what ``temporary_folder`` gave."""
+    return any(part.startswith(PREFIX) for part in path.parts)
+
+
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give the path of a new file, which takes the place of ``path`` if nothing goes wrong meanwhile.
@@ -187,6 +192,11 @@ class Staging:
         hidden, self._hidden, self._path = self._hidden, None, None
         if hidden is not None:
             _discard(hidden, self._owner)
+
+
+def is_left(name: str) -> bool:
+    """Whether a file or folder of this name may stand in a folder that counts as empty."""
+    return name.startswith(PREFIX) or name == Lock.NAME
 
 
 def sweep(folder: Path) -> None:

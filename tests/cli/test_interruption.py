@@ -14,7 +14,9 @@ import pytest
 
 from gearrattle.cli import background
 from gearrattle.cli.background import Watch, watched
+from gearrattle.cli.failures import guarded
 from gearrattle.errors import Cancelled
+from gearrattle.writing import Staging
 from tests import synthetic
 
 LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
@@ -30,14 +32,14 @@ def model(tmp_path: Path) -> Path:
     return path
 
 
-def interrupt(model: Path, delay: float, *words: str) -> tuple[int, float, bytes]:
+def interrupt(model: Path, delay: float, *words: str, by: signal.Signals = signal.SIGINT) -> tuple[int, float, bytes]:
     """Start a long run, press Ctrl-C after a while; return exit code, seconds to the end, stderr."""
     command = [*PROGRAM, "run", str(model), "--cycles", "100000", "--samples-per-cycle", "8", *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=model.parent) as process:
         time.sleep(delay)
         assert process.poll() is None
         pressed = time.perf_counter()
-        process.send_signal(signal.SIGINT)
+        process.send_signal(by)
         _, errors = process.communicate(timeout=30)
         return process.returncode, time.perf_counter() - pressed, errors
 
@@ -54,6 +56,35 @@ def test_ctrl_c_is_answered_at_once_and_leaves_nothing(model: Path, delay: float
         if took <= ANSWER:
             break
     assert took <= ANSWER
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_sigterm_cleans_up_as_ctrl_c_does(model: Path) -> None:
+    code, _, errors = interrupt(model, 4.0, "-o", "out", by=signal.SIGTERM)
+    assert (code, errors.splitlines()[-1]) == (143, b"terminated: nothing was written")
+    assert [path.name for path in model.parent.iterdir()] == ["train.toml"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_what_sigkill_leaves_is_removed_by_the_next_start_into_the_same_place(model: Path) -> None:
+    code, _, _ = interrupt(model, 4.0, "-o", "out", by=signal.SIGKILL)
+    assert code == -signal.SIGKILL
+    (left,) = (path.name for path in model.parent.iterdir() if path.name != "train.toml")
+    assert left.startswith(".gearrattle-")
+    with Staging(model.parent / "out"):
+        assert left not in [path.name for path in model.parent.iterdir()]
+    assert [path.name for path in model.parent.iterdir()] == ["train.toml"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_sigterm_is_that_of_the_program_again_when_a_command_has_ended(model: Path) -> None:
+    def terminate() -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    assert guarded(terminate) == 143
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert guarded(lambda: None) == 0
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
 def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]:

@@ -76,7 +76,8 @@ def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytes
     assert main(["study", str(study), "--resume"]) == 0
     assert "joint is" in (folder / "study.html").read_text(encoding="utf-8")
     assert "old" not in (folder / "figures" / "map.svg").read_text(encoding="utf-8")[:4]
-    assert sorted(p.name for p in folder.iterdir()) == ["done", "figures", "results.zarr", "study.html", "study.json"]
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == [".lock", "done", "figures", "results.zarr", "study.html", "study.json"]
 
 
 def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -76,7 +76,7 @@ def test_workers_may_be_killed_and_nothing_is_lost(seed: int, whole: xr.Dataset,
             hunter.join()
     assert killed
     assert found.identical(whole)
-    assert sorted(path.name for path in (tmp_path / "s").iterdir()) == ["done", "results.zarr", "study.json"]
+    assert sorted(path.name for path in (tmp_path / "s").iterdir()) == [".lock", "done", "results.zarr", "study.json"]
     assert not list((tmp_path / "s" / "done").glob("*.begun"))
 
 

@@ -60,7 +60,7 @@ def test_every_scheduler_gives_the_bits_of_one_process(
     assert found.identical(whole)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert sorted(path.name for path in (tmp_path / "s").iterdir()) == ["done", "results.zarr", "study.json"]
+    assert sorted(path.name for path in (tmp_path / "s").iterdir()) == [".lock", "done", "results.zarr", "study.json"]
 
 
 @pytest.mark.parametrize("name", TABLE)

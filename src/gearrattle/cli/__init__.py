@@ -2,7 +2,8 @@
 
 ``main`` is the entry point. It imports a command only when it is asked for, turns every error into one message on
 stderr and an exit code, and never shows a traceback (unless GEARRATTLE_DEBUG=1). Results go to stdout, progress and
-messages to stderr. Exit codes: 0 done, 1 the computation or the machine failed, 2 bad input or usage, 130 Ctrl-C.
+messages to stderr. Exit codes: 0 done, 1 the computation or the machine failed, 2 bad input or usage, 130 Ctrl-C,
+143 SIGTERM.
 
 To add a command: its file with a function, and its line in ``COMMANDS``.
 """

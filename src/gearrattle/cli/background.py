@@ -86,7 +86,7 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
         grace: how long it may take to stop [s].
 
     Raises:
-        KeyboardInterrupt: on Ctrl-C, once the work has stopped or the grace is over, whatever the work is doing.
+        KeyboardInterrupt: on Ctrl-C or SIGTERM, once the work has stopped or the grace is over, whatever it is doing.
     """
     watch, result, failure = Watch(), [], []
 

@@ -14,13 +14,18 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError
 
-DONE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, MISUSED, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 WORKER = "gearrattle-worker"
 """Name of the thread that computes."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, of a batch queue or a container: everything that Ctrl-C does is done."""
+
 
 _NO_SPACE = "no space left on device"
 
@@ -31,7 +36,8 @@ def guarded(work: Callable[[], object]) -> int:
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
-        work()
+        with _terminated_cleanly():
+            work()
         sys.stdout.flush()
         return DONE
     except BrokenPipeError:
@@ -46,15 +52,36 @@ def guarded(work: Callable[[], object]) -> int:
 
             traceback.print_exception(error)
         print(message, file=sys.stderr)
-        if code == INTERRUPTED:
+        if code in (INTERRUPTED, TERMINATED):
             _leave_at_once(code)
         return code
+
+
+@contextlib.contextmanager
+def _terminated_cleanly() -> Iterator[None]:
+    """Raise ``Terminated`` on the first SIGTERM, and ignore what follows: cleaning up takes a moment."""
+    in_charge = threading.current_thread() is threading.main_thread()
+    if not in_charge or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def stop(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise Terminated
+
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def explain(error: BaseException) -> tuple[int, str]:
     """Return the exit code and the message of an error."""
     if isinstance(error, KeyboardInterrupt | Cancelled):
-        return INTERRUPTED, getattr(error, "kept", "") or "interrupted: nothing was written"
+        terminated = any(isinstance(one, Terminated) for one in (error, error.__cause__))
+        word = "terminated" if terminated else "interrupted"
+        return TERMINATED if terminated else INTERRUPTED, getattr(error, "kept", "") or f"{word}: nothing was written"
     if isinstance(error, ModelError):
         return MISUSED, "\n".join(f"error: {problem}" for problem in error.problems)
     if type(error).__module__.startswith("cyclopts"):

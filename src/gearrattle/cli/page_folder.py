@@ -25,8 +25,9 @@ def page_folder(folder: Path) -> Staging:
     """
     from gearrattle.errors import ModelError, Problem
     from gearrattle.wording import listed
-    from gearrattle.writing import Staging
+    from gearrattle.writing import Staging, sweep
 
+    sweep(folder)  # a page that was being replaced when the program was killed
     names = sorted(item.name for item in folder.iterdir() if not item.name.startswith(".")) if folder.is_dir() else []
     has_page = (folder / "figures").is_dir() and not set(names).isdisjoint(_PAGES)
     if names and not has_page:

@@ -33,6 +33,7 @@ from gearrattle.plots.validation import validation_charts
 from gearrattle.report.ink import CHARTS
 from gearrattle.results import Run, open_run
 from gearrattle.validation import RunUp, Validation
+from gearrattle.writing import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,6 +114,7 @@ def _of_path(path: Path) -> list[Chart]:
     if not path.exists():
         raise ModelError(Problem(str(path), "", "does not exist"))
     if path.is_dir():
+        sweep(path)  # the command that wrote it may have been killed while it replaced older results
         kept = path / "figures" / CHARTS
         if not kept.is_file():
             remedy = "run the command again; of a run give results.nc instead"

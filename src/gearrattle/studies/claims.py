@@ -1,12 +1,23 @@
-"""Whether a place may take a study: asked before anything is computed, and again when the study begins there.
+"""Whether a place may take a study, and the right to write there: one program at a time.
+
+Asked before anything is computed, and again when the study begins there. A folder is locked while a study is under way;
+an address cannot be. There ``study.json`` is put by one program alone, and two that resume the same study compute the
+same.
 
 Takes a Place; raises.
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from typing import Any
+
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused
+from gearrattle.formats import check_format
 from gearrattle.studies.places import Place
+from gearrattle.writing import Lock, sweep
 
 ABOUT = "study.json"
 """File of every study that says what it is of."""
@@ -39,3 +50,85 @@ def check_place(place: Place, *, resume: bool) -> None:
 def holds_one(place: Place) -> ModelError:
     """Return what to say of a place that holds a study already."""
     return ModelError(Problem(place.address, "", "holds a study already", "resume it, or give another folder"))
+
+
+class Claim:
+    """The right to write a study into a place."""
+
+    def __init__(self, place: Place, *, resume: bool) -> None:
+        """Take it, and see to what killed programs have left there.
+
+        Raises:
+            ModelError: another program has it; and as ``check_place``.
+            OSError: the place cannot be written.
+        """
+        check_place(place, resume=resume)
+        self._place = place
+        self._lock: Lock | None = None
+        if place.local is None:
+            return
+        place.make()
+        try:
+            self._lock = Lock(place.local)
+        except Refused as error:
+            raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
+        try:
+            check_place(place, resume=resume)  # somebody may have begun meanwhile
+            for folder in ("", "done"):
+                sweep(place.local / folder)
+            for name in place.names(""):
+                if name.startswith((".handed-", ".touched-")):
+                    place.remove(name)
+        except BaseException:
+            self.release()
+            raise
+
+    def check(self) -> None:
+        """Refuse to go on where a later study of this program writes into the place.
+
+        Raises:
+            ModelError: it does.
+        """
+        if self._lock is not None and not self._lock.held:
+            rule = "is written by another study of this program, which was begun later"
+            raise ModelError(Problem(self._place.address, "", rule, "go on with that one"))
+
+    def release(self) -> None:
+        """Let others write into the place."""
+        if self._lock is not None:
+            self._lock.release()
+
+
+def about_in(place: Place) -> dict[str, Any]:
+    """Return what ``study.json`` says.
+
+    Raises:
+        ModelError: it is damaged.
+    """
+    try:
+        about = json.loads(place.read(ABOUT))
+        if isinstance(about, dict) and isinstance(about["owner"], dict):
+            return about
+    except FileNotFoundError:
+        raise
+    except Refused as error:
+        raise ModelError(Problem(f"{place.address}: {ABOUT}", "", error.rule, error.remedy)) from None
+    except (ValueError, KeyError, RecursionError):
+        pass
+    rule = "does not say what study the folder holds: it is damaged"
+    raise ModelError(Problem(f"{place.address}: {ABOUT}", "", rule, "give another folder"))
+
+
+def check_owner(place: Place, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
+    """Return what ``study.json`` says, if it is of this study.
+
+    Raises:
+        ModelError: it is of another, damaged, or of a format (``formats``) that is not that of this kind.
+    """
+    about = about_in(place)
+    check_format(about["owner"].get("format", ""), f"{place.address}/{ABOUT}", kind)
+    changed = [key for key in {**owner, **about["owner"]} if about["owner"].get(key) != owner.get(key)]
+    if changed:
+        rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
+        raise ModelError(Problem(place.address, "", rule, "give another folder"))
+    return about

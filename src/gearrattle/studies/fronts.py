@@ -12,6 +12,8 @@ Takes the generations' Datasets; gives one Dataset, and model files.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,11 +27,13 @@ from gearrattle.model.paths import value_at
 from gearrattle.results import Run
 from gearrattle.studies.evolution import front_of, hypervolume
 from gearrattle.studies.goals import SENSES, Constraint, Objective
+from gearrattle.studies.kept import RESULTS
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Place
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.ranges import Range
 from gearrattle.wording import counted
+from gearrattle.writing import staged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +41,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Goals = tuple[tuple[Objective, ...], tuple[Constraint, ...]]
 _WORDS = np.dtypes.StringDType()
-DESIGN, _RESULTS = "design", "results.zarr"
+DESIGN = "design"
 _SAME, _ENERGY = 1e-6, 1e-6
 
 VARIABLES = ("value", "violation", "front", "exact", "certified", "born", "best", "hypervolume", "design", "objective",
@@ -183,8 +187,12 @@ def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
     return found
 
 
-def written(data: xr.Dataset, place: Place) -> None:
-    """Write all designs as results.zarr, as ``open_study`` reads it."""
+def written(data: xr.Dataset, model: Model, place: Place) -> None:
+    """Replace what an optimisation has come to, all or nothing on a folder.
+
+    All designs go to results.zarr, as ``open_study`` reads it, the best to best.toml, and the front, by its first
+    objective, to front/001.toml and so on.
+    """
     names = [str(name) for name in data.coords if name not in data.dims]
     words = {str(name): each for name, each in data.coords.items() if each.dtype.kind in "OUT"}
     texts = {name: (each.dims, each.values.astype(_WORDS)) for name, each in words.items()}
@@ -194,25 +202,28 @@ def written(data: xr.Dataset, place: Place) -> None:
         .assign_coords(texts)
         .assign_attrs(format=format_name("optimization"), other_coordinates=names, order=order)
     )
-    whole.to_zarr(place.zarr(_RESULTS), mode="w", consolidated=False)
-
-
-def front_files(data: xr.Dataset, model: Model, place: Place) -> None:
-    """Write the best design as best.toml, and the front, by its first objective, as front/001.toml and so on."""
     paths = [str(path) for path in data.attrs["variables"]]
 
     def text(i: int) -> bytes:
         return model.with_({path: float(data[path][i]) for path in paths}).to_toml().encode()
 
     members = in_order(data)
-    for rank, i in enumerate(members):
-        place.make("front")
-        place.put(f"front/{rank + 1:03d}.toml", text(i))
-    for name in place.names("front"):  # of an earlier, shorter search
-        if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > len(members):
+    with staged(place.local, partial(_sent, place, len(members))) as folder:
+        whole.to_zarr(str(folder / RESULTS), mode="w", consolidated=False)
+        (folder / "front").mkdir()
+        for rank, i in enumerate(members):
+            (folder / "front" / f"{rank + 1:03d}.toml").write_bytes(text(i))
+        if members:
+            (folder / "best.toml").write_bytes(text(int(data.attrs["best"])))
+
+
+def _sent(place: Place, members: int, folder: Path) -> None:
+    """Send the files of a folder to an address: there is nothing to open until all of them are there."""
+    place.remove(f"{RESULTS}/zarr.json")
+    for name in place.names("front"):  # of an earlier, larger front
+        if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > members:
             place.remove(f"front/{name}")
-    if members:
-        place.put("best.toml", text(int(data.attrs["best"])))
+    place.take(folder)
 
 
 def in_order(data: xr.Dataset) -> list[int]:

@@ -15,8 +15,8 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME
+from gearrattle.studies.kept import OUTCOME
 from gearrattle.studies.plan import SAMPLE
-from gearrattle.studies.store import OUTCOME
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,15 +23,16 @@ from numpy.typing import NDArray
 from gearrattle.calls.settings import settled
 from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
-from gearrattle.formats import check_format, format_name
+from gearrattle.formats import format_name
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.results import Run
 from gearrattle.studies.batch import can_batch
-from gearrattle.studies.claims import ABOUT, check_place
+from gearrattle.studies.claims import ABOUT, Claim, check_owner
 from gearrattle.studies.evolution import Evolution
-from gearrattle.studies.fronts import VARIABLES, finished, front_files, told_of, valued, written
+from gearrattle.studies.fronts import VARIABLES, finished, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
+from gearrattle.studies.kept import failures_of, is_whole
 from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.places import Address, Place, place_of
@@ -39,7 +40,7 @@ from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, opened, unreachable
-from gearrattle.studies.store import Store, check_array_names, failures_of, is_whole
+from gearrattle.studies.store import Store, check_array_names
 from gearrattle.studies.structures import structures_of
 from gearrattle.wording import counted
 
@@ -141,13 +142,17 @@ class Optimization:
             rule = "an optimisation goes on from what failed designs have told it: they stay as they are"
             raise ModelError(Problem("retry_failed", "", rule, "leave it out, or begin in another folder"))
         place, begun = place_of(folder), time.perf_counter()
-        self._claim(place, resume=resume)
-        parts, messages, damaged = self._evolved(place, compute, progress, workers)
-        settings = {"seed": self.seed, "population": self.size[0]}
-        data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
-        data.attrs["failures"] = failures_of(messages)
-        written(data, place)
-        front_files(data, self.model, place)
+        claim = Claim(place, resume=resume)
+        try:
+            self._begin(place)
+            parts, messages, damaged = self._evolved(place, compute, progress, workers)
+            settings = {"seed": self.seed, "population": self.size[0]}
+            data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
+            data.attrs["failures"] = failures_of(messages)
+            claim.check()
+            written(data, self.model, place)
+        finally:
+            claim.release()
         cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
         notes = (f"damaged chunks computed again: {damaged}",) if damaged else ()
         return Done(data, messages, told_of(data), cost, _summary(data), notes)
@@ -190,20 +195,14 @@ class Optimization:
         values[lost] = there.max(axis=0) if len(there) else 0.0
         return values, np.where(lost, _LOST, violation)
 
-    def _claim(self, place: Place, *, resume: bool) -> None:
-        """Begin a place, or go on with what it holds."""
-        check_place(place, resume=resume)
+    def _begin(self, place: Place) -> None:
+        """Begin in a place, or see that what it holds is this optimisation."""
         owner = self._owner()
         if place.exists(ABOUT):
-            kept = json.loads(place.read(ABOUT)).get("owner", {})
-            check_format(kept.get("format", ""), f"{place.address}/{ABOUT}", "optimization")
-            if kept != owner:
-                changed = [key for key, value in owner.items() if kept.get(key) != value]
-                rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
-                raise ModelError(Problem(place.address, "", rule, "give another folder"))
+            check_owner(place, owner, "optimization")
             return
-        place.make("generations")
         place.put(ABOUT, json.dumps({"owner": owner}).encode(), new=True)
+        place.make("generations")
 
     def _owner(self) -> dict[str, str]:
         """Everything that decides what is computed; the number of generations does not: more of them go on."""

@@ -19,13 +19,14 @@ from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
 from gearrattle.studies.claims import check_place
 from gearrattle.studies.designs import DESIGNS
+from gearrattle.studies.kept import kept_in
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
-from gearrattle.studies.store import Store, Work, case_by_case, check_array_names, kept_in
+from gearrattle.studies.store import Store, Work, case_by_case, check_array_names
 from gearrattle.wording import counted
 from gearrattle.writing import temporary_folder
 
@@ -158,11 +159,15 @@ class Prepared:
             OSError: the folder cannot be written.
         """
         store = self.open(folder, resume=resume)
-        before, begun = len(store.done()), time.perf_counter()
-        length = self.plan.count / store.plan.chunks * self.seconds
-        pace = (workers, length)
-        damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress, pace=pace)
-        data = self.completed(store)
+        try:
+            before, begun = len(store.done()), time.perf_counter()
+            length = self.plan.count / store.plan.chunks * self.seconds
+            pace = (workers, length)
+            damaged = carry_out(store, compute, retry_failed=retry_failed, progress=progress, pace=pace)
+            data = self.completed(store)
+            store.flush()
+        finally:
+            store.release()
         cost = self._cost(store, before if not damaged else 0, time.perf_counter() - begun)
         notes = (f"damaged chunks computed again: {len(damaged)}",) if damaged else ()
         counts = {word: int((data["outcome"] == code).sum()) for code, word in enumerate(OUTCOMES)}
@@ -214,6 +219,7 @@ def carry_out(
 
     def tick(shares: Mapping[int, float] | None = None) -> None:
         nonlocal finished_share
+        store.check_claim()
         if expect is not None:
             expect(found.remaining(shares))
         if progress is not None:

@@ -15,7 +15,6 @@ Takes Plan and Outputs; keeps Computed; gives xarray Datasets.
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from importlib.metadata import version
@@ -23,25 +22,35 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import Refused, within_limit
-from gearrattle.formats import check_format, format_name
+from gearrattle.files import Refused
+from gearrattle.formats import format_name
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.table import shown
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
-from gearrattle.studies.claims import ABOUT, check_place, holds_one
+from gearrattle.studies.claims import ABOUT, Claim, check_owner, holds_one
+from gearrattle.studies.kept import (
+    DONE_FOLDER,
+    OF,
+    OUTCOME,
+    RESULTS,
+    check_regular_files,
+    checksum,
+    loaded_from,
+    marker_in,
+    marker_name,
+    markers_in,
+    messages_in,
+)  # fmt: skip
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.places import Address, File, Place, place_of
 from gearrattle.studies.plan import SAMPLE, Plan
-from gearrattle.wording import counted
+from gearrattle.writing import flush, in_temporary_folder
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OUTCOME = "outcome"
-_RESULTS, _DONE = "results.zarr", "done"
 _LONGEST_NAME = 200
 Told = Callable[[float], None]
 
@@ -67,10 +76,11 @@ class Store:
     def __init__(self, place: Place, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
         self.place, self.plan, self.outputs, self.work = place, plan, outputs, work
         self._opened: dict[str, Any] = {}
+        self._claim: Claim | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Workers open what they write to by themselves."""
-        return {**self.__dict__, "_opened": {}}
+        return {**self.__dict__, "_opened": {}, "_claim": None}
 
     @classmethod
     def open(cls, folder: Address, plan: Plan, outputs: Outputs, work: Work = case_by_case, *, resume: bool) -> Store:
@@ -88,52 +98,95 @@ class Store:
             OSError: it cannot be written.
         """
         store = cls(place_of(folder), plan, outputs, work)
-        place = store.place
-        check_place(place, resume=resume)
+        store._claim = Claim(store.place, resume=resume)
+        try:
+            store._begin()
+        except BaseException:
+            store.release()
+            raise
+        return store
+
+    def _begin(self) -> None:
+        """Begin in a place, or go on with what it holds."""
+        place, plan = self.place, self.plan
         if place.exists(ABOUT):
-            kept = json.loads(place.read(ABOUT))
-            check_format(kept["owner"].get("format", ""), f"{place.address}/{ABOUT}", "study")
-            if kept["owner"] != store._owner():
-                changed = [key for key, value in store._owner().items() if kept["owner"].get(key) != value]
-                rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
-                raise ModelError(Problem(place.address, "", rule, "give another folder"))
-            found = cls(place, replace(plan, chunk_size=kept["chunk_size"]), outputs, work)
-            if not found._is_laid_out():
-                found._lay_out()
-            return found
-        place.make(_DONE)
-        about = {"owner": store._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
+            size = check_owner(place, self._owner(), "study").get("chunk_size")
+            if isinstance(size, bool) or not isinstance(size, int) or size < 1:
+                damaged, rule = f"{place.address}: {ABOUT}: chunk_size", "must be a whole number of cases"
+                raise ModelError(Problem(damaged, str(size), rule, "give another folder"))
+            self.plan = replace(plan, chunk_size=size)
+            if not self._is_laid_out():
+                self._lay_out()
+            return
+        about = {"owner": self._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
                  "chunk_size": plan.chunk_size}  # fmt: skip
         try:
             place.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
             raise holds_one(place) from None
-        store._lay_out()
-        return store
+        place.make(DONE_FOLDER)
+        self._lay_out()
+
+    def check_claim(self) -> None:
+        """Refuse to go on where a later study of this program writes into the place.
+
+        Raises:
+            ModelError: it does.
+        """
+        if self._claim is not None:
+            self._claim.check()
+
+    def release(self) -> None:
+        """Let others write into the place."""
+        if self._claim is not None:
+            self._claim.release()
+
+    def flush(self) -> None:
+        """Have everything on the disk, unless it is soon removed."""
+        if self.place.local is not None and not in_temporary_folder(self.place.local):
+            flush(self.place.local)
 
     def _owner(self) -> dict[str, str]:
         names = [output.name for output in self.outputs.all]
         function = self.outputs.function
         named = f"{function.__module__}.{getattr(function, '__qualname__', '')}" if function is not None else ""
         return {
-            "format": format_name("study"), "cases and model": self.plan.fingerprint, "outputs": json.dumps(names),
-            "function": named,
+            "format": format_name("study"), OF: self.plan.fingerprint, "outputs": json.dumps(names), "function": named,
             **{name: version(name) for name in ("gearrattle", "numpy", "numba")},
         }  # fmt: skip
 
     def _group(self) -> Any:
-        return _zarr().open_group(self.place.zarr(_RESULTS), mode="r+")
+        return _zarr().open_group(self.place.zarr(RESULTS), mode="r+")
 
     def _is_laid_out(self) -> bool:
-        """Whether all arrays were made: who began the study may have been killed before."""
+        """Whether all arrays were made: who began the study may have been killed before, or the power cut.
+
+        Raises:
+            ModelError: they are of another study, or no regular files.
+        """
         try:
-            return "order" in self._group().attrs
-        except FileNotFoundError:
+            if self.place.local is not None:
+                for name in self.place.local.rglob("*.partial"):  # Zarr's, of a program that was killed
+                    name.unlink(missing_ok=True)
+            check_regular_files(self.place)
+            group = self._group()
+            kept = group.attrs.get(OF, self.plan.fingerprint)
+            whole = "order" in group.attrs and all(name in group for name in self._arrays())
+        except Refused as error:
+            raise ModelError(Problem(self.place.address, "", error.rule, error.remedy)) from None
+        except Exception:  # Zarr may raise anything over damaged files
             return False
+        if kept != self.plan.fingerprint:
+            rule = f"{RESULTS} holds another study than {ABOUT} says"
+            raise ModelError(Problem(self.place.address, "", rule, "give another folder"))
+        return whole
+
+    def _arrays(self) -> list[str]:
+        return [*(output.name for output in self.outputs.all), OUTCOME]
 
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
-        group, plan = _zarr().open_group(self.place.zarr(_RESULTS), mode="w"), self.plan
+        group, plan = _zarr().open_group(self.place.zarr(RESULTS), mode="w"), self.plan
         for axis in plan.axes:
             for path, values in axis.values.items():
                 single = len(axis.values) == 1
@@ -175,7 +228,8 @@ class Store:
         group.attrs["model"] = plan.model.to_toml()
         group.attrs.update({"kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
-        group.attrs["order"] = [*(output.name for output in self.outputs.all), OUTCOME]
+        group.attrs[OF] = plan.fingerprint
+        group.attrs["order"] = self._arrays()
 
     def _described(self, path: str) -> dict[str, str]:
         """What a path is called, and its unit, as attributes of its coordinate."""
@@ -209,7 +263,7 @@ class Store:
 
     def part(self, chunk: int) -> File:
         """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
-        return File(self.place, f"{_DONE}/{chunk:07d}.part")
+        return File(self.place, f"{DONE_FOLDER}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
@@ -219,11 +273,11 @@ class Store:
             self._opened = {name: group[name] for name in written}
         for name, values in written.items():
             self._opened[name][(*box, *([slice(None)] * (values.ndim - len(box))))] = values
-            sums[name] = _sum(values)
+            sums[name] = checksum(values)
         messages = {",".join(map(str, at)): text for at, text in computed.messages.items()}
         failed = int(np.count_nonzero(computed.outcome != DONE))
         said = {"checksums": sums, "messages": messages, "failed": failed}
-        self.place.put(_marker(chunk), json.dumps(said).encode())
+        self.place.put(marker_name(chunk), json.dumps(said).encode())
         self.place.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
 
@@ -245,17 +299,17 @@ class Store:
         if not sums:
             return False
         try:
-            return all(_sum(np.asarray(group[name][box])) == crc for name, crc in sums.items())
+            return all(checksum(np.asarray(group[name][box])) == crc for name, crc in sums.items())
         except Exception:  # a codec may raise anything over bytes that are not its own
             return False
 
     def is_done(self, chunk: int) -> bool:
         """Return whether a chunk has a marker."""
-        return self.place.exists(_marker(chunk))
+        return self.place.exists(marker_name(chunk))
 
     def forget(self, chunk: int) -> None:
         """Take a chunk's marker away: it will be computed again."""
-        self.place.remove(_marker(chunk))
+        self.place.remove(marker_name(chunk))
 
     def failed(self) -> list[int]:
         """Return the chunks with a case that failed."""
@@ -266,8 +320,13 @@ class Store:
         return messages_in(self.place, self.plan.shape, self.plan.chunk_shape)
 
     def add(self, found: xr.Dataset) -> None:
-        """Write what was made of the whole beside the results; what is there by these names is replaced."""
+        """Write what was made of the whole beside the results; what is there by these names is replaced.
+
+        Until all of it is written nobody is told of it.
+        """
         group = self._group()
+        known = [name for name in group.attrs["order"] if name not in found]
+        group.attrs["order"] = known
         for name in found.variables:
             values = np.asarray(found[name].values)
             words = values.dtype.kind in "OU"
@@ -279,13 +338,15 @@ class Store:
             )  # fmt: skip
             array[...] = data if words else values
             array.attrs.update(found[name].attrs)
-        known = [name for name in group.attrs["order"] if name not in found]
-        group.attrs["order"] = [*known, *map(str, found.data_vars)]
         group.attrs.update(found.attrs)
+        if self.place.local is not None:
+            for name in map(str, found.variables):
+                flush(self.place.local / RESULTS / name)
+        group.attrs["order"] = [*known, *map(str, found.data_vars)]
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""
-        return _loaded(self.place)
+        return loaded_from(self.place)
 
 
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:
@@ -326,103 +387,6 @@ def _wrong_name(name: object) -> str:
     return ""
 
 
-def markers_in(place: Place) -> set[int]:
-    """Return the chunks that have a marker in a place."""
-    found = (name.removesuffix(".json") for name in place.names(_DONE) if name.endswith(".json"))
-    return {int(stem) for stem in found if stem.isdigit()}
-
-
-def marker_in(place: Place, chunk: int) -> dict[str, Any]:
-    """Return what a chunk's marker in a place says; empty if it cannot be read."""
-    try:
-        said: dict[str, Any] = json.loads(place.read(_marker(chunk)))
-    except (OSError, ValueError):
-        return {}
-    return said
-
-
-def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
-    """Return why cases failed, by their place in a grid of this shape whose chunks have the shape ``box``."""
-    found = {}
-    along = [-(-length // taken) for length, taken in zip(shape, box, strict=True)]
-    for chunk in sorted(markers_in(place)):
-        begin = [int(i) * taken for i, taken in zip(np.unravel_index(chunk, along), box, strict=True)]
-        for at, text in marker_in(place, chunk).get("messages", {}).items():
-            inside = [int(i) for i in at.split(",")] if at else []
-            found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
-    return found
-
-
-def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
-    """Return why cases failed as the attribute ``failures`` tells it, the indices of each case first."""
-    return [f"{at}: {text}" for at, text in messages.items()]
-
-
-def is_whole(place: Place) -> bool:
-    """Return whether a place holds a study all of whose chunks are done."""
-    try:
-        return bool(len(markers_in(place)) == json.loads(place.read(ABOUT))["chunks"])
-    except (OSError, ValueError, KeyError):
-        return False
-
-
-def kept_in(folder: Address) -> str:
-    """Return in words how much of a study a place holds; empty if it holds none."""
-    place = place_of(folder)
-    try:
-        chunks = json.loads(place.read(ABOUT))["chunks"]
-        return f"{len(markers_in(place))} of {counted(chunks, 'chunk')} are kept in {place.address}"
-    except (OSError, ValueError, KeyError):
-        return ""
-
-
-def open_study(folder: Address) -> xr.Dataset:
-    """Return the results in a study's folder, in memory; plain ``xarray.open_zarr`` on results.zarr does as well.
-
-    Args:
-        folder: or address that a study was written to, whole or not.
-
-    Returns:
-        The Dataset that ``study`` gives; cases not computed yet have the outcome 0, "missing". ``attrs["failures"]``
-        says why cases failed.
-
-    Raises:
-        ModelError: there is no study, or it is damaged.
-    """
-    place = place_of(folder)
-    if not place.exists(f"{_RESULTS}/zarr.json"):
-        raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
-    try:
-        return _loaded(place, limited=True)
-    except Refused as error:
-        raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
-    except (ModelError, MemoryError, PermissionError):
-        raise
-    except Exception as error:  # what reads the parts of a damaged study complains as it likes
-        words = " ".join(str(error).split())[:120] or type(error).__name__
-        rule = "must be the folder of a study: it is damaged, or something else"
-        raise ModelError(Problem(place.address, words, rule, "compute the study again")) from None
-
-
-def _loaded(place: Place, *, limited: bool = False) -> xr.Dataset:
-    """Return the results in a place; ``limited``: refuse more than is read of a file."""
-    import xarray as xr
-
-    with xr.open_zarr(place.zarr(_RESULTS), consolidated=False, chunks=None) as opened:
-        if limited:
-            within_limit(opened.nbytes)
-        loaded = opened.load()
-    if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
-        check_format(name, place.address, "study", "optimization")
-    grid = loaded[OUTCOME].shape
-    box = loaded[OUTCOME].encoding.get("chunks") or grid
-    loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
-    extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
-    order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
-    ordered: xr.Dataset = loaded.set_coords(extra)[order]
-    return ordered
-
-
 def _zarr() -> Any:
     import zarr
 
@@ -455,13 +419,5 @@ def _unit(units: tuple[str, ...]) -> str:
     return units[0] if len(set(units)) == 1 else ", ".join(units)
 
 
-def _sum(values: NDArray[Any]) -> int:
-    return zlib.crc32(np.ascontiguousarray(values).tobytes())
-
-
-def _marker(chunk: int) -> str:
-    return f"{_DONE}/{chunk:07d}.json"
-
-
 def _begun(chunk: int) -> str:
-    return f"{_DONE}/{chunk:07d}.begun"
+    return f"{DONE_FOLDER}/{chunk:07d}.begun"

@@ -11,7 +11,8 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from gearrattle.writing import put
+from gearrattle.files import read_bytes
+from gearrattle.writing import is_left, put
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Folder:
         (self.path / folder).mkdir(parents=True, exist_ok=True)
 
     def is_empty(self) -> bool:
-        """Return whether it does not exist or holds nothing."""
-        return not (self.path.exists() and any(self.path.iterdir()))
+        """Return whether it does not exist or holds nothing, but for what killed programs have left."""
+        return not (self.path.exists() and any(not is_left(path.name) for path in self.path.iterdir()))
 
     def under(self, folder: str) -> Folder:
         """Return a folder in it."""
@@ -58,7 +59,7 @@ class Folder:
 
     def read(self, name: str) -> bytes:
         """Return a file's content."""
-        return (self.path / name).read_bytes()
+        return read_bytes(self.path / name)
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file in place."""

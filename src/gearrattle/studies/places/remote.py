@@ -111,8 +111,8 @@ class Remote:
                 return []
 
     def take(self, folder: Path) -> None:
-        """Send all files of a folder here."""
-        for path in sorted(folder.rglob("*")):
+        """Send all files of a folder here, those deep in it first: those above them say what there is."""
+        for path in sorted(folder.rglob("*"), key=lambda path: (-len(path.parts), path)):
             if path.is_file():
                 self.put(path.relative_to(folder).as_posix(), path.read_bytes())
 

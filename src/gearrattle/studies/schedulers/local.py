@@ -17,21 +17,18 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import signal
 import sys
-import threading
-import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from itertools import chain
-from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from typing import Any
 
 from gearrattle.errors import GearRattleError, ModelError, Problem
+from gearrattle.processes import Worker, Workers
 from gearrattle.studies.schedulers.base import PATIENCE, TICK, WINDOW, Scheduler, Tick, Wanted, write_off
 from gearrattle.studies.store import Store
 
@@ -92,16 +89,7 @@ def here(store: Store, chunks: Iterable[int], tick: Tick) -> Generator[int, None
 
 
 def _take(store: Store) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that leads
-    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
     _held[:] = [store]
-
-
-def _leave_with(parent: int) -> None:
-    """End this process once the one that leads has gone, killed perhaps: nobody would ever read its results."""
-    while os.getppid() == parent:
-        time.sleep(TICK)
-    os._exit(1)
 
 
 def _work(chunk: int) -> int:
@@ -203,7 +191,7 @@ def _needs_main(store: Store) -> bool:
     return b"__main__" in pickle.dumps(store.outputs.function)
 
 
-class _Apart(SpawnProcess):
+class _Apart(Worker):
     """A process that does not import the main module of this one."""
 
     def start(self) -> None:
@@ -216,8 +204,8 @@ class _Apart(SpawnProcess):
             main.update(hidden)
 
 
-class _WithoutMain(SpawnContext):
-    """Makes such processes."""
+class _WithoutMain(Workers):
+    """Starts such processes."""
 
     Process = _Apart
 
@@ -227,7 +215,7 @@ def _pool(store: Store, count: int) -> Iterator[ProcessPoolExecutor]:
     """Fresh processes of one thread each: matrices here are small, and cores are for cases."""
     before = {name: os.environ.get(name) for name in (*_ONE_THREAD, _IS_WORKER)}
     os.environ.update(dict.fromkeys(before, "1"))
-    context = SpawnContext() if _needs_main(store) else _WithoutMain()
+    context = Workers() if _needs_main(store) else _WithoutMain()
     try:
         with ProcessPoolExecutor(count, context, _take, (store,)) as pool:
             yield pool

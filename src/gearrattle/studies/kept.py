@@ -1,0 +1,193 @@
+"""What is kept of a study, for whoever reads it: how far it has come, and its results.
+
+    results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
+    study.json           what is computed: format, fingerprint, versions, outputs
+    done/0000012.json    chunk 12 is whole: checksums of what it wrote, messages of its failed cases
+
+The markers say what counts. Results without a marker, or other than their checksums say, are shown as missing: a power
+cut may have taken some of them.
+
+Takes a Place; gives an xarray Dataset.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import zlib
+from collections.abc import Mapping
+from math import prod
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, reachable, within_limit
+from gearrattle.formats import check_format
+from gearrattle.studies.cases import MISSING
+from gearrattle.studies.claims import ABOUT, about_in
+from gearrattle.studies.places import Address, Place, place_of
+from gearrattle.wording import counted
+from gearrattle.writing import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OUTCOME = "outcome"
+OF = "cases and model"
+"""Key of the fingerprint of what a study computes, in its file and among the attributes of its results."""
+RESULTS, DONE_FOLDER = "results.zarr", "done"
+_REMEDY = "resume the study, or give another folder"
+
+
+def markers_in(place: Place) -> set[int]:
+    """Return the chunks that have a marker in a place."""
+    found = (name.removesuffix(".json") for name in place.names(DONE_FOLDER) if name.endswith(".json"))
+    return {int(stem) for stem in found if stem.isdigit()}
+
+
+def marker_in(place: Place, chunk: int) -> dict[str, Any]:
+    """Return what a chunk's marker in a place says; empty if it cannot be read."""
+    try:
+        said: dict[str, Any] = json.loads(place.read(marker_name(chunk)))
+    except (OSError, ValueError):
+        return {}
+    return said
+
+
+def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
+    """Return why cases failed, by their place in a grid of this shape whose chunks have the shape ``box``."""
+    found = {}
+    along = [-(-length // taken) for length, taken in zip(shape, box, strict=True)]
+    for chunk in sorted(markers_in(place)):
+        begin = [int(i) * taken for i, taken in zip(np.unravel_index(chunk, along), box, strict=True)]
+        for at, text in marker_in(place, chunk).get("messages", {}).items():
+            inside = [int(i) for i in at.split(",")] if at else []
+            found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
+    return found
+
+
+def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
+    """Return why cases failed as the attribute ``failures`` tells it, the indices of each case first."""
+    return [f"{at}: {text}" for at, text in messages.items()]
+
+
+def is_whole(place: Place) -> bool:
+    """Return whether a place holds a study all of whose chunks are done."""
+    try:
+        return bool(len(markers_in(place)) == json.loads(place.read(ABOUT))["chunks"])
+    except (OSError, ValueError, KeyError):
+        return False
+
+
+def kept_in(folder: Address) -> str:
+    """Return in words how much of a study a place holds; empty if it holds none."""
+    place = place_of(folder)
+    try:
+        chunks = json.loads(place.read(ABOUT))["chunks"]
+        return f"{len(markers_in(place))} of {counted(chunks, 'chunk')} are kept in {place.address}"
+    except (OSError, ValueError, KeyError):
+        return ""
+
+
+def open_study(folder: Address) -> xr.Dataset:
+    """Return the results in a study's folder, in memory; plain ``xarray.open_zarr`` on results.zarr does as well.
+
+    Args:
+        folder: or address that a study was written to, whole or not.
+
+    Returns:
+        The Dataset that ``study`` gives; cases not computed yet, and those whose results are damaged, have the outcome
+        0, "missing". ``attrs["failures"]`` says why cases failed.
+
+    Raises:
+        ModelError: there is no study, or it cannot be read, or is larger than what may be read.
+    """
+    place = place_of(folder)
+    if place.local is not None:
+        sweep(place.local)  # an optimisation may have been killed while it replaced its results
+    if not place.exists(f"{RESULTS}/zarr.json"):
+        raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
+    try:
+        check_regular_files(place)
+        return loaded_from(place, limited=True)
+    except Refused as error:
+        raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
+    except (ModelError, MemoryError, PermissionError):
+        raise
+    except Exception as error:  # what reads the parts of a damaged study complains as it likes
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        rule = "must be the folder of a study: it is damaged, or something else"
+        raise ModelError(Problem(place.address, words, rule, _REMEDY)) from None
+
+
+def check_regular_files(place: Place) -> None:
+    """Refuse a study whose results are not regular files within its folder: Zarr opens whatever is there.
+
+    Raises:
+        Refused: a pipe, a device, a socket, or a link to something outside.
+    """
+    home = place.local
+    for root, folders, names in os.walk(home / RESULTS) if home is not None else ():
+        assert home is not None
+        for path in (Path(root) / name for name in (*folders, *names)):
+            mode = path.stat().st_mode if reachable(path, home) else 0
+            if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+                raise Refused(f"{path.relative_to(home)} is no regular file", _REMEDY)
+
+
+def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
+    """Return the results in a place; ``limited``: refuse more than is read of a file."""
+    import xarray as xr
+    import zarr
+
+    with xr.open_zarr(place.zarr(RESULTS), consolidated=False, chunks=None) as opened:
+        if limited:
+            within_limit(opened.nbytes)
+        loaded = opened.load()
+    if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
+        check_format(name, place.address, "study", "optimization")
+    about = about_in(place) if place.exists(ABOUT) else {}
+    if about.get("owner", {}).get(OF) != loaded.attrs.pop(OF, about.get("owner", {}).get(OF)):
+        rule = f"{RESULTS} holds another study than {ABOUT} says"
+        raise ModelError(Problem(place.address, "", rule, "put the results of this study back"))
+    grid = loaded[OUTCOME].shape
+    box = loaded[OUTCOME].encoding.get("chunks") or grid
+    if "chunks" in about:
+        _hide_unfinished(loaded, zarr.open_group(place.zarr(RESULTS), mode="r"), place, grid, box)
+    loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
+    extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
+    order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
+    ordered: xr.Dataset = loaded.set_coords(extra)[order]
+    return ordered
+
+
+def _hide_unfinished(loaded: xr.Dataset, group: Any, place: Place, grid: tuple[int, ...], box: tuple[int, ...]) -> None:
+    """Take the results of chunks out that have no marker, or are not what it says."""
+    along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
+    names = [str(name) for name, found in loaded.data_vars.items() if found.shape[: len(grid)] == grid]
+    for chunk in range(prod(along)):
+        at = np.unravel_index(chunk, along)
+        where = tuple(slice(int(i) * taken, (int(i) + 1) * taken) for i, taken in zip(at, box, strict=True))
+        sums = marker_in(place, chunk).get("checksums") or {}
+        stored = {
+            name: loaded[name].values[where] if loaded[name].dtype == group[name].dtype else group[name][where]
+            for name in sums
+            if name in group
+        }
+        if not sums or any(name not in stored or checksum(stored[name]) != crc for name, crc in sums.items()):
+            for name in names:
+                loaded[name].values[where] = MISSING if name == OUTCOME else group[name].fill_value
+
+
+def checksum(values: NDArray[Any]) -> int:
+    """Return the CRC-32 of an array's bytes."""
+    return zlib.crc32(np.ascontiguousarray(values).tobytes())
+
+
+def marker_name(chunk: int) -> str:
+    """Return the name of a chunk's marker."""
+    return f"{DONE_FOLDER}/{chunk:07d}.json"

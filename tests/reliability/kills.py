@@ -1,0 +1,372 @@
+"""Commands killed at random times, over and over, and what is left of their results looked at each time.
+
+    python -m tests.reliability.kills --number 1000
+
+writes benchmarks/reliability/kills.json: by attack, how many kills there were and how many failures of each kind. A
+command is sent INT, TERM or KILL, alone or with its whole group, at a seeded time; half of the times lie in the last
+third of what it takes undisturbed, where results are written. Then it is begun again in the same folder, with
+``--resume`` where it has that. Failures:
+
+    lost        results that an earlier look found whole are gone
+    partial     results are shown that are not those of an undisturbed command, or a mixture of two
+    processes   a process of the command lives five seconds later
+    folders     hidden files or folders are left after the next complete start
+    answer      the exit code is not that of the signal, or an internal error is told
+
+Linux: processes are found by a word in their environment, in /proc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+import xarray as xr
+
+import gearrattle as gr
+from gearrattle.errors import ModelError
+from gearrattle.studies.kept import OUTCOME
+from tests.studies.clusters import dask
+from tests.studies.drivelines import TOML
+
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "reliability" / "kills.json"
+KINDS = ("lost", "partial", "processes", "folders", "answer")
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+MARK = "GEARRATTLE_ATTACK"
+LEFT = 5.0
+"""Seconds in which all processes of a killed command must end."""
+MODELS = {"A": TOML, "B": TOML.replace("mean = 0.4", "mean = 0.5").replace("two bodies", "two others")}
+PROGRAM = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "from gearrattle.cli import main; sys.exit(main())"
+)
+"""A shell's background jobs ignore SIGINT and hand that on to what they start."""
+STUDY = 'model = "A.toml"\noutputs = ["TR rms", "verdict"]\n[axis]\n"{0}" = {{ from = 0.2, to = 1.2, count = {1} }}\n'
+
+
+@dataclass
+class Attack:
+    """A command under attack.
+
+    Attributes:
+        name: of the attack.
+        commands: words of the command, taken in turn; ``--resume`` is added where it resumes.
+        output: the folder it writes.
+        look: tells how much of the results is there, 0 to 1; raises AssertionError where it is wrong.
+        resumes: whether what is there must never become less.
+        took: seconds that it takes undisturbed.
+        begun: how many starts there were.
+        whole: how much the last look found.
+    """
+
+    name: str
+    commands: tuple[tuple[str, ...], ...]
+    output: Path
+    look: Callable[[Path], float]
+    resumes: bool = False
+    took: float = 0.0
+    begun: int = 0
+    whole: float = 0.0
+    tried: int = 0
+    failures: dict[str, int] = field(default_factory=lambda: dict.fromkeys(KINDS, 0))
+    notes: list[str] = field(default_factory=list)
+
+    def words(self) -> list[str]:
+        """Return the words of the next start."""
+        self.begun += 1
+        more = ["--resume"] if self.resumes and self.output.exists() else []
+        return [sys.executable, "-c", PROGRAM, *self.commands[self.begun % len(self.commands)], *more]
+
+    def failed(self, kind: str, note: str) -> None:
+        """Count a failure."""
+        self.failures[kind] += 1
+        self.notes.append(f"{kind}: {note}")
+
+
+def processes(mark: str) -> list[int]:
+    """Return the ids of the processes whose environment holds a mark."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            if f"{MARK}={mark}".encode() in path.read_bytes() and "Z" not in path.with_name("stat").read_text():
+                found.append(int(path.parent.name))
+        except OSError:
+            continue
+    return found
+
+
+def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
+    """Start the command in a group of its own, with a mark."""
+    mark = uuid4().hex
+    environment = {**os.environ, MARK: mark}
+    process = subprocess.Popen(
+        attack.words(), cwd=attack.output.parent, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        start_new_session=True,
+    )  # fmt: skip
+    return process, mark
+
+
+def kill_once(attack: Attack, rng: np.random.Generator, after: float | None = None) -> None:
+    """Start the command, kill it, and look at what is left."""
+    number = SIGNALS[int(rng.integers(len(SIGNALS)))]
+    early = rng.random() < 0.5
+    delay = float(rng.uniform(0.0, 1.05) if early else rng.uniform(0.65, 1.05)) * attack.took
+    group = number != signal.SIGKILL and rng.random() < 0.5
+    strike(attack, number, delay if after is None else after, group=group)
+
+
+def strike(attack: Attack, number: signal.Signals, delay: float, *, group: bool = False) -> None:
+    """Start the command, send a signal after a while, and look at what is left."""
+    process, mark = started(attack)
+    try:
+        process.wait(delay)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, number) if group else process.send_signal(number)
+    about = f"{number.name}{' to the group' if group else ''} after {delay:.2f} s"
+    deadline = time.monotonic() + LEFT
+    while (left := processes(mark)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    attack.tried += 1
+    if left:
+        attack.failed("processes", f"{about}: {len(left)} left")
+        for one in left:
+            os.kill(one, signal.SIGKILL)
+    errors = process.communicate()[1].decode(errors="replace")
+    codes = {0, -number, {signal.SIGINT: 130, signal.SIGTERM: 143}.get(number, 0)}
+    if process.returncode not in codes or "internal error" in errors:
+        attack.failed("answer", f"{about}: exit code {process.returncode}: {errors[-300:]}")
+    look(attack, about)
+    if attack.resumes and process.returncode == 0:
+        check_folders(attack, about)
+        shutil.rmtree(attack.output)
+        attack.whole = 0.0
+
+
+def look(attack: Attack, about: str) -> None:
+    """Look at the results, and see that they have not become less."""
+    try:
+        whole = attack.look(attack.output)
+    except (AssertionError, OSError, ModelError) as error:
+        attack.failed("partial", f"{about}: {error!s:.300}")
+        return
+    if whole < attack.whole:
+        attack.failed("lost", f"{about}: {attack.whole:.3f} before, {whole:.3f} now")
+    attack.whole = whole
+
+
+def check_folders(attack: Attack, about: str) -> None:
+    """See that nothing hidden is left; what a command in full leaves is what it was meant to."""
+    patterns = (".gearrattle-*", ".handed-*", "*.partial", "*.begun")
+    left = [path.name for pattern in patterns for path in attack.output.parent.rglob(pattern)]
+    if left:
+        attack.failed("folders", f"{about}: {left}")
+
+
+def finish(attack: Attack) -> None:
+    """Let the command end undisturbed, and look once more."""
+    for _ in attack.commands:
+        process, _ = started(attack)
+        errors = process.communicate()[1].decode(errors="replace")
+        if process.returncode:
+            attack.failed("answer", f"undisturbed: exit code {process.returncode}: {errors[-300:]}")
+    look(attack, "undisturbed")
+    if attack.whole != 1.0:
+        attack.failed("lost", f"undisturbed: {attack.whole:.3f} at the end")
+    check_folders(attack, "undisturbed")
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder by name, but for hidden ones and what records times."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    names = {path.relative_to(folder).as_posix(): path for path in files}
+    return {name: path.read_bytes() for name, path in names.items() if not name.startswith(".")}
+
+
+def look_at_report(references: list[tuple[set[str], str]]) -> Callable[[Path], float]:
+    """Return what tells whether a report is wholly that of one model."""
+
+    def looked(folder: Path) -> float:
+        if not folder.exists():
+            return 0.0
+        files = content_of(folder)
+        run = gr.open_run(folder / "results.nc")
+        (names,) = [names for names, name in references if name == run.model.name]
+        assert set(files) >= names, f"missing: {names - set(files)}"
+        assert json.loads(files["summary.json"])["model"]["name"] == run.model.name, "summary of the other model"
+        assert run.model.name in files["report.html"].decode(), "page of the other model"
+        return 1.0
+
+    return looked
+
+
+def look_at_figures(references: list[dict[str, bytes]]) -> Callable[[Path], float]:
+    """Return what tells whether figures are wholly those of one result."""
+
+    def looked(folder: Path) -> float:
+        if not folder.exists():
+            return 0.0
+        assert content_of(folder) in references, "a mixture of figures"
+        return 1.0
+
+    return looked
+
+
+def look_at_stream(reference: list[bytes]) -> Callable[[Path], float]:
+    """Return what tells how many chunks of a motion are there."""
+
+    def looked(folder: Path) -> float:
+        if not (folder / "state.npz").exists():
+            return 0.0
+        found = [run.trajectory.events.time.tobytes() for run in gr.open_stream(folder)]
+        assert found == reference[: len(found)], "another motion"
+        return len(found) / len(reference)
+
+    return looked
+
+
+def look_at_study(reference: xr.Dataset) -> Callable[[Path], float]:
+    """Return what tells how many cases of a study are there."""
+
+    def looked(folder: Path) -> float:
+        if not (folder / "results.zarr" / "zarr.json").exists() or not (folder / "done").exists():
+            return 0.0
+        try:
+            found = gr.open_study(folder)
+        except ModelError:
+            assert not list((folder / "done").glob("*.json")), "done, and cannot be read"
+            return 0.0
+        done = found[OUTCOME].values == 1
+        for name in reference.data_vars:
+            np.testing.assert_array_equal(found[name].values[done], reference[name].values[done])
+        return float(done.mean())
+
+    return looked
+
+
+def undisturbed(attack: Attack) -> float:
+    """Run every command of an attack once; return the seconds of the last."""
+    for _ in attack.commands:
+        begun = time.monotonic()
+        process, _ = started(attack)
+        errors = process.communicate()[1].decode(errors="replace")
+        if process.returncode:
+            raise RuntimeError(f"{attack.name}: {errors}")
+        attack.took = time.monotonic() - begun
+    return attack.took
+
+
+@contextmanager
+def attacks(home: Path, names: tuple[str, ...], cases: int = 24) -> Iterator[list[Attack]]:
+    """Prepare attacks in a folder: each command is run undisturbed once, for its time and its results."""
+    for name, text in MODELS.items():
+        (home / f"{name}.toml").write_text(text, encoding="utf-8")
+    torque = "torque.0.mean"
+    (home / "study.toml").write_text(STUDY.format(torque, cases), encoding="utf-8")
+    long = ("--cycles", "2000", "--samples-per-cycle", "32")
+    study = ("study", "../study.toml", "-o", "out")
+    with dask(home, 1) if "cluster" in names else _nothing() as cluster:
+        address = cluster.address if cluster is not None else ""
+        known = {
+            "run": tuple(("run", f"../{name}.toml", *long, "-o", "out") for name in MODELS),
+            "figures": tuple(("figures", f"../{name}-run", "-o", "out", "--as", "pdf,svg") for name in MODELS),
+            "stream": (("stream", "../A.toml", "--cycles", "60000", "--chunk", "5000", "-o", "out"),),
+            "threads": ((*study, "--scheduler", "threads", "--workers", "2"),),
+            "processes": ((*study, "--scheduler", "local", "--workers", "2"),),
+            "cluster": ((*study, "--scheduler", address),),
+        }
+        if "figures" in names:
+            for name in MODELS:
+                words = [sys.executable, "-c", PROGRAM, "run", f"{name}.toml", "-o", f"{name}-run"]
+                subprocess.run(words, cwd=home, check=True, capture_output=True)
+        made = [Attack(name, known[name], home / name / "out", _nothing_there) for name in names]
+        for attack in made:
+            attack.output.parent.mkdir()
+            attack.look = _reference(attack, home)
+            shutil.rmtree(attack.output, ignore_errors=True)
+        yield made
+
+
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield None
+
+
+def _nothing_there(_: Path) -> float:
+    return 0.0
+
+
+def _reference(attack: Attack, home: Path) -> Callable[[Path], float]:
+    """Run a command undisturbed, and return what tells whether later results are those."""
+    commands = attack.commands
+    if attack.name in ("run", "figures"):
+        contents = []
+        for command in commands:
+            attack.commands = (command,)
+            undisturbed(attack)
+            contents.append(content_of(attack.output))
+            shutil.rmtree(attack.output)
+        attack.commands = commands
+        if attack.name == "figures":
+            return look_at_figures(contents)
+        titles = [gr.load(home / f"{name}.toml").name for name in MODELS]
+        return look_at_report([(set(content), title) for content, title in zip(contents, titles, strict=True)])
+    undisturbed(attack)
+    attack.resumes = True
+    if attack.name == "stream":
+        return look_at_stream([run.trajectory.events.time.tobytes() for run in gr.open_stream(attack.output)])
+    return look_at_study(gr.open_study(attack.output))
+
+
+def main() -> int:
+    """Attack, and write what came out."""
+    names = ("run", "figures", "stream", "threads", "processes", "cluster")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--number", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", choices=names, action="append")
+    parser.add_argument("--output", type=Path, default=RESULTS)
+    asked = parser.parse_args()
+    rng = np.random.default_rng(asked.seed)
+    with tempfile.TemporaryDirectory() as home, attacks(Path(home), tuple(asked.only or names)) as made:
+        for i in range(asked.number):
+            attack = made[i % len(made)]
+            before = len(attack.notes)
+            kill_once(attack, rng)
+            for note in attack.notes[before:]:
+                print(f"{attack.name}: {note}", file=sys.stderr, flush=True)
+            if (i + 1) % 20 == 0:
+                print(f"{i + 1} kills", file=sys.stderr, flush=True)
+                _write(made, asked.output, asked.seed)
+        for attack in made:
+            finish(attack)
+            print(f"{attack.name}: {attack.tried} kills, failures {attack.failures}", file=sys.stderr, flush=True)
+        _write(made, asked.output, asked.seed)
+    return int(any(sum(attack.failures.values()) for attack in made))
+
+
+def _write(made: list[Attack], path: Path, seed: int) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = [
+        {"attack": f"kills: {attack.name}", "tried": attack.tried, "failures": sum(attack.failures.values()),
+         "kinds": attack.failures, "notes": attack.notes}
+        for attack in made
+    ]  # fmt: skip
+    content = {"date": time.strftime("%Y-%m-%d"), "seed": seed, "rows": rows}
+    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
