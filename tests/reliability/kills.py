@@ -1,6 +1,7 @@
 """Commands killed at random times, over and over, and what is left of their results looked at each time.
 
     python -m tests.reliability.kills --number 1000
+    python -m tests.reliability.kills --every 0.05      a study in processes: each signal at each 0.05 s of five seconds
 
 writes benchmarks/reliability/kills.json: by attack, how many kills there were and how many failures of each kind. A
 command is sent INT, TERM or KILL, alone or with its whole group, at a seeded time; half of the times lie in the last
@@ -119,13 +120,13 @@ def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
     return process, mark
 
 
-def kill_once(attack: Attack, rng: np.random.Generator, after: float | None = None) -> None:
+def kill_once(attack: Attack, rng: np.random.Generator) -> None:
     """Start the command, kill it, and look at what is left."""
     number = SIGNALS[int(rng.integers(len(SIGNALS)))]
     early = rng.random() < 0.5
     delay = float(rng.uniform(0.0, 1.05) if early else rng.uniform(0.65, 1.05)) * attack.took
     group = number != signal.SIGKILL and rng.random() < 0.5
-    strike(attack, number, delay if after is None else after, group=group)
+    strike(attack, number, delay, group=group)
 
 
 def strike(attack: Attack, number: signal.Signals, delay: float, *, group: bool = False) -> None:
@@ -282,7 +283,7 @@ def attacks(home: Path, names: tuple[str, ...], cases: int = 24) -> Iterator[lis
         known = {
             "run": tuple(("run", f"../{name}.toml", *long, "-o", "out") for name in MODELS),
             "figures": tuple(("figures", f"../{name}-run", "-o", "out", "--as", "pdf,svg") for name in MODELS),
-            "stream": (("stream", "../A.toml", "--cycles", "60000", "--chunk", "5000", "-o", "out"),),
+            "stream": (("stream", "../A.toml", "--cycles", "24000", "--chunk", "2000", "-o", "out"),),
             "threads": ((*study, "--scheduler", "threads", "--workers", "2"),),
             "processes": ((*study, "--scheduler", "local", "--workers", "2"),),
             "cluster": ((*study, "--scheduler", address),),
@@ -335,16 +336,29 @@ def main() -> int:
     names = ("run", "figures", "stream", "threads", "processes", "cluster")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--number", type=int, default=1000)
+    parser.add_argument("--every", type=float, help="kill a study in processes at all multiples of so many seconds")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="stop earlier after so long")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", choices=names, action="append")
     parser.add_argument("--output", type=Path, default=RESULTS)
     asked = parser.parse_args()
     rng = np.random.default_rng(asked.seed)
+    if asked.every is not None:
+        asked.only = ["processes"]
+        times = np.arange(asked.every, 5.0 + 1e-9, asked.every)
+        planned = [(number, float(after)) for after in rng.permutation(times) for number in SIGNALS]
+        asked.number = len(planned)
     with tempfile.TemporaryDirectory() as home, attacks(Path(home), tuple(asked.only or names)) as made:
+        deadline = time.monotonic() + 60.0 * asked.minutes
         for i in range(asked.number):
+            if time.monotonic() > deadline:
+                break
             attack = made[i % len(made)]
             before = len(attack.notes)
-            kill_once(attack, rng)
+            if asked.every is None:
+                kill_once(attack, rng)
+            else:
+                strike(attack, *planned[i])
             for note in attack.notes[before:]:
                 print(f"{attack.name}: {note}", file=sys.stderr, flush=True)
             if (i + 1) % 20 == 0:
