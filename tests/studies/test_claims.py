@@ -200,3 +200,14 @@ def test_an_optimisation_that_cannot_write_its_results_keeps_the_old_ones(tmp_pa
             optimum(tmp_path / "s", resume=True)
     assert gr.open_study(tmp_path / "s").equals(first)
     assert not list((tmp_path / "s").rglob(".gearrattle-*"))
+
+
+def test_a_study_that_was_stopped_while_it_began_says_so(tmp_path: Path, whole: tuple[Path, xr.Dataset]) -> None:
+    study(tmp_path / "s")
+    path = tmp_path / "s" / "results.zarr" / "zarr.json"
+    about = json.loads(path.read_text())
+    del about["attributes"]["order"]
+    path.write_text(json.dumps(about))
+    with pytest.raises(ModelError, match="stopped before it computed"):
+        gr.open_study(tmp_path / "s")
+    assert study(tmp_path / "s", resume=True).identical(whole[1])

@@ -154,6 +154,8 @@ def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
     if about.get("owner", {}).get(OF) != loaded.attrs.pop(OF, about.get("owner", {}).get(OF)):
         rule = f"{RESULTS} holds another study than {ABOUT} says"
         raise ModelError(Problem(place.address, "", rule, "put the results of this study back"))
+    if "order" not in loaded.attrs:
+        raise ModelError(Problem(place.address, "", "holds a study that was stopped before it computed", "resume it"))
     grid = loaded[OUTCOME].shape
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     if "chunks" in about:

@@ -141,10 +141,10 @@ class Store:
         if self._claim is not None:
             self._claim.release()
 
-    def flush(self) -> None:
-        """Have everything on the disk, unless it is soon removed."""
+    def flush(self, folder: str = "") -> None:
+        """Have everything in a folder on the disk, unless it is soon removed."""
         if self.place.local is not None and not in_temporary_folder(self.place.local):
-            flush(self.place.local)
+            flush(self.place.local / folder)
 
     def _owner(self) -> dict[str, str]:
         names = [output.name for output in self.outputs.all]
@@ -229,6 +229,7 @@ class Store:
         group.attrs.update({"kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs[OF] = plan.fingerprint
+        self.flush(RESULTS)  # nothing may be missing of what the order names
         group.attrs["order"] = self._arrays()
 
     def _described(self, path: str) -> dict[str, str]:
@@ -339,9 +340,8 @@ class Store:
             array[...] = data if words else values
             array.attrs.update(found[name].attrs)
         group.attrs.update(found.attrs)
-        if self.place.local is not None:
-            for name in map(str, found.variables):
-                flush(self.place.local / RESULTS / name)
+        for name in map(str, found.variables):
+            self.flush(f"{RESULTS}/{name}")
         group.attrs["order"] = [*known, *map(str, found.data_vars)]
 
     def dataset(self) -> xr.Dataset:
