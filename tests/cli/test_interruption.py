@@ -15,6 +15,7 @@ import pytest
 from gearrattle.cli import background
 from gearrattle.cli.background import Watch, watched
 from gearrattle.cli.failures import guarded
+from gearrattle.cli.page_folder import page_folder
 from gearrattle.errors import Cancelled
 from gearrattle.writing import Staging
 from tests import synthetic
@@ -160,3 +161,13 @@ def test_progress_is_plain_lines_away_from_a_terminal(
 def test_short_work_shows_no_progress(capsys: pytest.CaptureFixture[str]) -> None:
     watched(lambda watch: watch(1.0))
     assert capsys.readouterr().err == ""
+
+
+def test_a_page_whose_replacement_was_cut_short_is_completed_and_replaced(tmp_path: Path) -> None:
+    new = tmp_path / ".gearrattle-left" / "new"
+    (new / "figures").mkdir(parents=True)
+    (new / "report.html").write_text("new")
+    (tmp_path / "summary.json").write_text("new")
+    with page_folder(tmp_path):
+        assert (tmp_path / "report.html").read_text() == "new"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html", "summary.json"]
