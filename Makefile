@@ -8,6 +8,7 @@ OUT         ?= out/case3
 CONSTRAINTS ?= constraints.txt
 PYTEST_ARGS ?=
 TESTS       ?=
+FUZZ_ARGS   ?=
 
 VENV := .venv
 PY   := $(VENV)/bin/python
@@ -21,7 +22,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -82,6 +83,12 @@ scaling: $(VENV)/.test      ## what schedulers of studies cost beside the cases:
 
 compositions: $(VENV)/.test ## what works with what: writes docs/reference/compositions.md (minutes)
 	$(PY) -m tests.compositions
+
+fuzz: $(VENV)/.test         ## damaged input for every reader; FUZZ_ARGS="--inputs 50000" (an hour or more)
+	$(PY) -m tests.fuzz $(FUZZ_ARGS)
+
+reliability: $(VENV)/.test  ## what was attacked, how often, what failed: writes docs/reference/reliability.md (minutes)
+	$(PY) -m benchmarks.reliability
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py

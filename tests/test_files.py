@@ -188,6 +188,19 @@ def mat_bomb(folder: Path) -> Path:
     return folder / "bomb.mat"
 
 
+def mdf_bomb(folder: Path) -> Path:
+    """One channel of 500 million equal samples, in blocks that are compressed."""
+    asammdf = pytest.importorskip("asammdf")
+    count = 40_000
+    with asammdf.MDF(version="4.10") as file:
+        file.append(asammdf.Signal(np.zeros(count), np.arange(count) * 1e-3, name="x"))
+        file.save(folder / "bomb.mf4", compression=2, overwrite=True)
+    whole = bytearray((folder / "bomb.mf4").read_bytes())
+    whole = whole.replace(struct.pack("<Q", count), struct.pack("<Q", 500_000_000))
+    (folder / "bomb.mf4").write_bytes(whole)
+    return folder / "bomb.mf4"
+
+
 def npz_bomb(folder: Path) -> Path:
     with (
         zipfile.ZipFile(folder / "charts.npz", "w", zipfile.ZIP_DEFLATED) as archive,
@@ -204,7 +217,7 @@ FIGURES = "from gearrattle.plots.stored import read_charts; from pathlib import 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the largest resident size is read from /proc")
-@pytest.mark.parametrize(("make", "code"), [(hdf5_bomb, READ), (mat_bomb, READ), (npz_bomb, FIGURES)])
+@pytest.mark.parametrize(("make", "code"), [(hdf5_bomb, READ), (mat_bomb, READ), (mdf_bomb, READ), (npz_bomb, FIGURES)])
 def test_a_bomb_is_refused_before_memory_is_taken(make: Callable[[Path], Path], code: str, tmp_path: Path) -> None:
     path = make(tmp_path)
     assert path.stat().st_size < 5_000_000

@@ -14,7 +14,7 @@ import numpy as np
 
 from gearrattle.calls.conditioned import Conditioned, became, brought, finished, uniform
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import allowed_root
+from gearrattle.files import Refused, allowed_root, within_limit
 from gearrattle.model.table import listed, shown
 from gearrattle.model.units import UnitError
 from gearrattle.readers import READERS, Column, read_raw
@@ -186,7 +186,13 @@ def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple
     notes: list[str] = []
     rate = measurement.tables.rate
     if rate is not None:
-        grid = begin + np.arange(int(np.floor((end - begin) * rate * (1.0 + 1e-12))) + 1) / rate
+        count = np.floor((end - begin) * rate * (1.0 + 1e-12)) + 1.0
+        try:
+            within_limit(8.0 * count * (1 + len(parts)))
+        except Refused as error:
+            found = f"{rate:.6g} Hz over {end - begin:.6g} s"
+            raise ModelError(Problem(f"{measurement.place}: rate", found, error.rule, error.remedy)) from None
+        grid = begin + np.arange(int(count)) / rate
         if grid.size < 2:
             found, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
             raise ModelError(Problem(f"{measurement.place}: rate", found, rule))

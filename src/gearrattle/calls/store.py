@@ -15,7 +15,6 @@ import json
 import os
 import platform
 import re
-import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -170,8 +169,11 @@ def read_state(folder: Path) -> State | None:
         return None
     except Refused as error:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
-    except (zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
-        raise ModelError(Problem(str(path), str(error), rule, "remove the folder, or choose another")) from None
+    except (MemoryError, PermissionError):
+        raise
+    except Exception as error:  # what reads the parts of a damaged archive complains as it likes
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        raise ModelError(Problem(str(path), words, rule, "remove the folder, or choose another")) from None
     return State(owner, chunks, done, parts["march"], parts["gathered"])
 
 

@@ -63,7 +63,7 @@ class FilterTable(Table):
         """Yield a breach if the kind has another number of cutoffs."""
         kind, cutoff = table.get("kind"), table.get("cutoff")
         count = len(cutoff) if isinstance(cutoff, list | tuple) else 1
-        if kind in KINDS and cutoff is not None and count != KINDS[kind]:
+        if isinstance(kind, str) and kind in KINDS and cutoff is not None and count != KINDS[kind]:
             words = "one frequency" if KINDS[kind] == 1 else "two frequencies"
             yield Breach(("cutoff",), cutoff, f"{with_article(kind)} has {words}")
 

@@ -35,7 +35,7 @@ def read(path: Path, _request: Request) -> Raw:
     """Return one column a track."""
     from scipy.io import wavfile
 
-    _check_length(path)
+    check_length(path)
     with warnings.catch_warnings():
         warnings.simplefilter("error", wavfile.WavFileWarning)  # among them: the data end before the header says
         warnings.filterwarnings("ignore", message="Chunk .* not understood", category=wavfile.WavFileWarning)
@@ -52,7 +52,7 @@ def read(path: Path, _request: Request) -> Raw:
     return Raw(tuple(columns), str(path), NAME)
 
 
-def _check_length(path: Path) -> None:
+def check_length(path: Path) -> None:
     """Refuse a file that is shorter than its header says, or larger than the limit when it is unpacked.
 
     Raises:
@@ -72,10 +72,11 @@ def _check_length(path: Path) -> None:
                 length -= 16
             if name == b"data":
                 length = long or length
-                if stream.tell() + length > size:
-                    found = f"{size - stream.tell()} bytes of samples"
-                    rule = f"its header says {length}: the file is truncated"
-                    raise ModelError(Problem(str(path), found, rule, "copy or export it again"))
+            if stream.tell() + length > size:
+                found = f"{size - stream.tell()} bytes of {'samples' if name == b'data' else 'a header'}"
+                rule = f"its header says {length}: the file is truncated"
+                raise ModelError(Problem(str(path), found, rule, "copy or export it again"))
+            if name == b"data":
                 return
             stream.seek(length + length % 2, os.SEEK_CUR)
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.files import Refused, check_regular
+from gearrattle.files import Refused
+from gearrattle.readers.wav import check_length
 
 Array = NDArray[np.float64]
 
@@ -63,11 +64,13 @@ def read_wav(path: Path) -> tuple[Array, float]:
     from scipy.io import wavfile
 
     try:
-        check_regular(path)
+        check_length(path)
         rate, raw = wavfile.read(path)
     except Refused as error:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
-    except (OSError, ValueError, EOFError) as error:
+    except (ModelError, MemoryError):
+        raise
+    except Exception as error:  # SciPy complains of a damaged header as it likes
         raise ModelError(Problem(str(path), "", f"must be a WAV file: {error}")) from None
     values = np.asarray(raw)
     first = values if values.ndim == 1 else values[:, 0]

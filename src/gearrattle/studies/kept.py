@@ -52,10 +52,10 @@ def markers_in(place: Place) -> set[int]:
 def marker_in(place: Place, chunk: int) -> dict[str, Any]:
     """Return what a chunk's marker in a place says; empty if it cannot be read."""
     try:
-        said: dict[str, Any] = json.loads(place.read(marker_name(chunk)))
+        said = json.loads(place.read(marker_name(chunk)))
     except (OSError, ValueError):
         return {}
-    return said
+    return said if isinstance(said, dict) else {}
 
 
 def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
@@ -144,9 +144,10 @@ def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
     import xarray as xr
     import zarr
 
+    if limited:  # before xarray reads coordinates
+        group = zarr.open_group(place.zarr(RESULTS), mode="r")
+        within_limit(sum(array.nbytes for _, array in group.arrays()))
     with xr.open_zarr(place.zarr(RESULTS), consolidated=False, chunks=None) as opened:
-        if limited:
-            within_limit(opened.nbytes)
         loaded = opened.load()
     if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
         check_format(name, place.address, "study", "optimization")
@@ -162,7 +163,7 @@ def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
         _hide_unfinished(loaded, zarr.open_group(place.zarr(RESULTS), mode="r"), place, grid, box)
     loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
-    order = [name for name in loaded.attrs.pop("order", []) if name in loaded]
+    order = list(loaded.attrs.pop("order"))
     ordered: xr.Dataset = loaded.set_coords(extra)[order]
     return ordered
 

@@ -1,0 +1,174 @@
+"""Give a target one damaged input after the other, and note what is neither a value nor an error of ours.
+
+An input must end within two seconds of processor time and leave the process below 1 GB. A find is known by its kind
+and by the last line of our source that it went through; the shortest input that shows it is kept.
+
+Takes targets; gives counts and finds.
+"""
+
+from __future__ import annotations
+
+import random
+import resource
+import signal
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gearrattle.errors import ConvergenceError, GearRattleError
+from tests.fuzz.mutations import mutated
+from tests.fuzz.targets import Target
+
+SECONDS, MOST_MEMORY = 2.0, 1_000_000_000
+_NEW, _KEPT = 0.05, 200  # how often an input that passed becomes a seed, and how many there are
+
+
+class SlowError(BaseException):
+    """An input took too long; no handler of ours may catch it."""
+
+
+@dataclass
+class Result:
+    """What became of the inputs of one target.
+
+    Attributes:
+        tried: inputs.
+        refused: by an error of ours.
+        finds: input by what is wrong with its answer.
+    """
+
+    tried: int = 0
+    refused: int = 0
+    finds: dict[str, bytes] = field(default_factory=dict)
+
+
+class Attack:
+    """A target in a folder of its own."""
+
+    def __init__(self, target: Target, folder: Path) -> None:
+        self.target, self.path = target, folder / target.file
+        scratch = folder / "seeds"
+        scratch.mkdir(exist_ok=True)
+        self.seeds = target.seeds(scratch)
+        target.around(folder)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.result = Result()
+
+    def tells(self, data: bytes) -> str:
+        """Return what is wrong with the answer to one input; empty if nothing is, "refused" if it is refused."""
+        self.path.write_bytes(data)
+        begun = time.process_time()
+        try:
+            with _bounded(2.5 * SECONDS):
+                self.target.run(self.path)
+            told = ""
+        except GearRattleError:
+            told = "refused"
+        except SlowError as error:
+            return f"slow, {_where(error)}"
+        except Exception as error:
+            return f"{type(error).__name__}, {_where(error)}"
+        if time.process_time() - begun > SECONDS:
+            return "slow"
+        if resident() > MOST_MEMORY:
+            return "memory"
+        return told
+
+    def run(self, count: int, seed: int, before: Callable[[int, bytes], object] = lambda *_: None) -> Result:
+        """Try damaged inputs.
+
+        Args:
+            count: how many.
+            seed: of their damage; the same seed gives the same inputs.
+            before: called with the number and content of every input before it is tried.
+        """
+        with quiet(), self.target.while_open():
+            self.read_sound_files()
+            pool = list(self.seeds)
+            for number in range(count):
+                draw = random.Random(f"{seed} {self.target.name} {number}")
+                data = mutated(draw.choice(pool), draw, text=self.target.text)
+                before(number, data)
+                told = self.tells(data)
+                self.note(told, data)
+                if not told and draw.random() < _NEW:
+                    pool[len(self.seeds) + _KEPT :] = []
+                    pool.insert(len(self.seeds), data)
+        return self.result
+
+    def read_sound_files(self) -> None:
+        """Read the files that the damage begins with: what cannot be read sound teaches nothing damaged."""
+        for data in self.seeds:
+            self.path.write_bytes(data)
+            try:
+                self.target.run(self.path)
+            except ConvergenceError:  # of a study, whose cases are not simulated
+                assert self.target.name == "study file"
+
+    def note(self, told: str, data: bytes) -> None:
+        """Count an input, and keep it if it is the shortest that shows something new."""
+        self.result.tried += 1
+        self.result.refused += told == "refused"
+        if told not in ("", "refused"):
+            earlier = self.result.finds.get(told)
+            if earlier is None or len(data) < len(earlier):
+                self.result.finds[told] = data
+
+    def shortest(self, told: str, data: bytes, tries: int = 400) -> bytes:
+        """Return a shorter input with the same answer, by leaving out parts of it."""
+        size = len(data) // 2
+        with quiet(), self.target.while_open():
+            while size and tries:
+                at = 0
+                while at < len(data) and tries:
+                    shorter = data[:at] + data[at + size :]
+                    tries -= 1
+                    if self.tells(shorter) == told:
+                        data = shorter
+                    else:
+                        at += size
+                size //= 2
+        return data
+
+
+def resident() -> int:
+    """Return the largest resident size of this process so far [bytes]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Say nothing of overflow: a warning is no failure."""
+    import numpy as np
+
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        yield
+
+
+@contextmanager
+def _bounded(seconds: float) -> Iterator[None]:
+    """Raise SlowError after so much processor time, as soon as Python is back from compiled code."""
+
+    def stop(*_: Any) -> None:
+        raise SlowError
+
+    before = signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def _where(error: BaseException) -> str:
+    """Return the last line of our source that an error went through."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "gearrattle" in frame.filename]
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "elsewhere"

@@ -1,0 +1,112 @@
+"""What ``make fuzz`` has found: damaged files that ended as internal errors."""
+
+from __future__ import annotations
+
+import io
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearrattle as gr
+from gearrattle.errors import ModelError
+from gearrattle.plots.stored import read_charts
+from gearrattle.sound.wave import read_wav
+from tests.fuzz.targets import TARGETS
+
+
+def wav(channels: int = 1, align: int = 2, parts: tuple[bytes, ...] = (b"fmt ", b"data")) -> bytes:
+    body = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, channels, 8000, 16000, align, 16) if b"fmt " in parts else b""
+    body += struct.pack("<4sI", b"data", 8) + bytes(8) if b"data" in parts else b""
+    return struct.pack("<4sI4s", b"RIFF", 4 + len(body), b"WAVE") + body
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        wav(channels=0),
+        wav(align=0),
+        wav(parts=()),
+        wav(parts=(b"fmt ",)),
+        wav(parts=(b"data",)),
+        wav()[:30],
+        wav()[:18],
+    ],
+)
+def test_a_damaged_header_of_a_wav_is_refused(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "x.wav"
+    path.write_bytes(content)
+    for read in (read_wav, gr.read):
+        with pytest.raises(ModelError, match=r"x\.wav"):
+            read(path)
+
+
+@pytest.mark.parametrize("name", ["stored charts, npz", "stream, state.npz"])
+def test_an_archive_whose_parts_are_damaged_is_refused(name: str, tmp_path: Path) -> None:
+    target = TARGETS[name]
+    stream = io.BytesIO()
+    np.savez(stream, charts=np.arange(9), owner=np.array("x"), counts=np.array([1, 1]))
+    path = tmp_path / target.file
+    path.parent.mkdir(exist_ok=True)
+    for whole in (stream.getvalue(), stream.getvalue().replace(b"NUMPY", b"MUMPY"), stream.getvalue()[:-30]):
+        path.write_bytes(whole.replace(b"{'descr'", b"{'desc\x00'"))
+        with pytest.raises(ModelError, match=path.name):
+            read_charts(path) if path.name == "charts.npz" else gr.open_stream(path.parent)
+
+
+def study(folder: Path) -> Path:
+    TARGETS["study folder, study.json"].around(folder)
+    return folder / "kept"
+
+
+def test_a_damaged_study_folder_is_refused_by_one_error(tmp_path: Path) -> None:
+    kept = study(tmp_path)
+    group = kept / "results.zarr" / "zarr.json"
+    whole = group.read_text()
+    for text in ("", "{}", "[]", "\udcff", whole[:-9], whole.replace('"zarr_format": 3', '"zarr_format": {}'), "null"):
+        group.write_bytes(text.encode("utf-8", "surrogateescape"))
+        with pytest.raises(ModelError, match=r"must be the folder of a study|before it computed|\.zarr holds another"):
+            gr.open_study(kept)
+
+
+def test_a_study_that_claims_a_terabyte_is_refused(tmp_path: Path) -> None:
+    kept = study(tmp_path)
+    for array in (kept / "results.zarr").glob("*/zarr.json"):
+        array.write_text(array.read_text().replace('"shape": [\n    2', '"shape": [\n    100000000000'))
+    with pytest.raises(ModelError, match="GB of a file are read"):
+        gr.open_study(kept)
+
+
+def test_a_study_that_has_lost_an_array_is_refused(tmp_path: Path) -> None:
+    kept = study(tmp_path)
+    (kept / "results.zarr" / "verdict" / "zarr.json").unlink()
+    with pytest.raises(ModelError, match="must be the folder of a study"):
+        gr.open_study(kept)
+
+
+def test_a_list_as_kind_of_a_filter_is_refused(tmp_path: Path) -> None:
+    mapping = TARGETS["mapping file"]
+    mapping.around(tmp_path)
+    (text,) = mapping.seeds(tmp_path)
+    (tmp_path / "m.toml").write_bytes(text.replace(b'kind = "lowpass"', b"kind = []"))
+    with pytest.raises(ModelError, match=r"filter\.kind"):
+        gr.read(tmp_path / "m.toml")
+
+
+@pytest.mark.parametrize("rate", ["9223372036854775807", '"1e12 Hz"', "1e300"])
+def test_a_rate_that_fills_the_memory_is_refused(rate: str, tmp_path: Path) -> None:
+    mapping = TARGETS["mapping file"]
+    mapping.around(tmp_path)
+    (text,) = mapping.seeds(tmp_path)
+    (tmp_path / "m.toml").write_bytes(text.replace(b'rate = "80 Hz"', f"rate = {rate}".encode()))
+    with pytest.raises(ModelError, match=r"rate: .* GB of memory"):
+        gr.read(tmp_path / "m.toml")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "1", "null", '"x"', "{"])
+def test_a_damaged_marker_of_a_chunk_is_as_none(text: str, tmp_path: Path) -> None:
+    kept = study(tmp_path)
+    for marker in (kept / "done").glob("*.json"):
+        marker.write_text(text)
+    assert gr.open_study(kept).attrs["failures"] == []
