@@ -78,9 +78,16 @@ def _guided(attack: Attack, count: int, seed: int, before: Any) -> None:
     def mutator(data: bytes, _size: int, choice: int) -> bytes:
         return mutated(data, random.Random(choice), text=attack.target.text)
 
-    arguments = ["fuzz", f"-runs={count}", f"-seed={seed + 1}", f"-max_len={LARGEST}", "-timeout=0", "-rss_limit_mb=0"]
+    arguments = [
+        "fuzz",
+        f"-runs={count}",
+        f"-seed={seed + 1}",
+        f"-max_len={LARGEST}",
+        "-timeout=100",
+        "-rss_limit_mb=0",
+    ]
     with quiet(), attack.target.while_open():
-        atheris.Setup([*arguments, "-verbosity=0", str(corpus)], one, custom_mutator=mutator)
+        atheris.Setup([*arguments, "-rss_limit_mb=0", "-verbosity=0", str(corpus)], one, custom_mutator=mutator)
         atheris.Fuzz()  # leaves the process
 
 
