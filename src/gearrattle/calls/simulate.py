@@ -20,6 +20,7 @@ from gearrattle.assembly import (
     rows_of,
     whole_trajectory,
 )
+from gearrattle.calls.limits import check_memory, check_rates
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -81,6 +82,7 @@ def simulate(
         "initial": initial,
     }
     plan = prepare(model, arguments, audit)
+    check_memory(plan.task.system, plan.task.cycles, plan.task.samples_per_cycle, "simulation.cycles")
     trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
     return plan.run(trajectory)
 
@@ -132,6 +134,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     system = assemble(source)
     check_length(model, settings.cycles * period_of(model).period)
     check_takes(model, system, settings.algorithm)
+    check_rates(model, system)
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)

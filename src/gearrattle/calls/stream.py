@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
+from gearrattle.calls.limits import check_memory
 from gearrattle.calls.simulate import Plan, prepare
 from gearrattle.calls.store import Store
 from gearrattle.criteria import Gathered, Verdict, gather, tell
@@ -88,6 +89,7 @@ def stream(
     if resume and store is None:
         raise ModelError(Problem("resume", "", "needs a store to go on with", "name the folder: store = ..."))
     chunk = _length(chunk, plan)
+    check_memory(plan.task.system, min(chunk, plan.task.cycles), plan.task.samples_per_cycle, "chunk")
     march = _begun(plan, chunk)
     kept = None if store is None else Store.open(store, plan.model, {"chunk": chunk, "audit": audit}, resume=resume)
     return Stream(plan, march, chunk, progress, kept)

@@ -24,6 +24,8 @@ from gearrattle.model.table import breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Of numbers in SI, or without a unit: within, products of five of them and their inverses stay finite."""
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 SCHEMA_VERSION = 1
 """Of every file that people write: models, studies, mappings, data."""
@@ -64,17 +66,21 @@ def _bounded(value: float, bound: Bound, remedy: str = "") -> float:
         raise breach("must be greater than zero", remedy)
     if bound == "non-negative" and value < 0.0:
         raise breach("must not be negative", remedy)
+    if abs(value) > LARGEST:
+        raise breach(f"must not be larger than {LARGEST:g} in SI units", "check the number and its unit")
+    if bound == "positive" and value < SMALLEST:
+        raise breach(f"must not be smaller than {SMALLEST:g} in SI units", "check the number and its unit")
     return value
 
 
 def _bounds_schema(bound: Bound) -> dict[str, Any]:
     """Return the JSON Schema of a number within its bound."""
     limits: dict[Bound, dict[str, Any]] = {
-        "finite": {},
+        "finite": {"minimum": -LARGEST},
         "non-negative": {"minimum": 0},
-        "positive": {"exclusiveMinimum": 0},
+        "positive": {"minimum": SMALLEST},
     }
-    return {"type": "number", **limits[bound]}
+    return {"type": "number", **limits[bound], "maximum": LARGEST}
 
 
 def _as_float(value: Real) -> float:

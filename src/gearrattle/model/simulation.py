@@ -63,8 +63,8 @@ class Simulation(Table):
     """Length of the run in periods T of all orders together."""
     discard: Annotated[int, Count(0)] | None = None
     """Periods left out of the criteria."""
-    samples_per_cycle: Annotated[int, Count(1)] | None = None
-    """Output samples a period."""
+    samples_per_cycle: Annotated[int, Count(1, 10**6)] | None = None
+    """Output samples a period, a million at most."""
     tolerance: Annotated[float, Plain("positive")] | None = None
     """exact: bound on a crossing's residual relative to the largest corner; others: relative local error."""
     step: Annotated[float, Quantity(units.TIME, "positive")] | None = None

@@ -21,6 +21,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Marching, Motion, Place, Task
 from gearrattle.solvers.choice import is_large
@@ -93,13 +94,13 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[
                 march = SweepMarch(task)
             else:
                 march = ExactMarch(task, fresh_slots(task.system, next(iter(rooms), None)))
-    except (FloatingPointError, ArithmeticError, ValueError) as error:
+    except (ConvergenceError, FloatingPointError, ArithmeticError, ValueError) as error:
         return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
     try:
         outcome = march.advance()
         while outcome is Outcome.SLICE_SPENT:
             outcome = march.advance()
-    except FloatingPointError as error:
+    except (ConvergenceError, FloatingPointError) as error:
         return Ended(index, Outcome.NON_FINITE, None, march.place(), str(error))
     if outcome is not Outcome.DONE:
         return Ended(index, outcome, None, march.place())

@@ -3,10 +3,10 @@
 Tables of the matrix exponential (``exact``) take long steps once a region's are built, but every region met costs an
 eigendecomposition, and with K clearances in play there are some 3^K. The sweep (``sweep``) builds nothing and takes
 short steps, *windows*, a few to the period of the fastest mode. So: the sweep where the driveline has more regions than
-a period has windows, and more than can be built in passing. A transmission with stiff meshes and five clearances has
-243 regions and some thousand windows; a train of ten inertias with five clearances and contact modes of a few dozen
-times the excitation's frequency 243 and 96. Both runs through there are measured on the page
-``docs/reference/growth.md``.
+a period has windows, and more than can be built in passing; and where it has so many inertias that a single region
+takes seconds. A transmission with stiff meshes and five clearances has 243 regions and some thousand windows; a train
+of ten inertias with five clearances and contact modes of a few dozen times the excitation's frequency 243 and 96. Both
+runs through there are measured on the page ``docs/reference/growth.md``.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from gearrattle.system.network import Majorant, is_sparse, windows_of
 from gearrattle.system.piecewise import PiecewiseSystem
 
 FEW_REGIONS = 100  # built in a tenth of a second
+MANY_INERTIAS = 200  # one region takes seconds to build, and grows with their third power
 
 
 def regions_of(system: PiecewiseSystem) -> int:
@@ -34,9 +35,9 @@ def is_large(system: PiecewiseSystem) -> bool:
     return (
         not system.companions
         and system.signals is None
-        and regions_of(system) > FEW_REGIONS
+        and (system.size > MANY_INERTIAS or regions_of(system) > FEW_REGIONS)
         and is_sparse(system)
-        and regions_of(system) > windows_of(system, Majorant(system))
+        and (system.size > MANY_INERTIAS or regions_of(system) > windows_of(system, Majorant(system)))
     )
 
 

@@ -24,6 +24,7 @@ from gearrattle.outcome import Outcome
 from gearrattle.solvers import sundials
 from gearrattle.solvers.base import Marching, Motion, Place, Task
 from gearrattle.solvers.block import Block, contiguous
+from gearrattle.solvers.handover import StepLimit
 from gearrattle.solvers.vector_field import FieldProblem
 
 TOLERANCE = 1e-6
@@ -62,7 +63,7 @@ class MultistepMarch:
             self.block, method=method, newton=newton, roots=events, tolerance=tolerance, step=task.step
         )
         self._begin()
-        self._budget = _FIRST_BUDGET
+        self._budget, self._limit = _FIRST_BUDGET, StepLimit(task.system)
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
@@ -94,6 +95,8 @@ class MultistepMarch:
 
     def advance(self) -> Outcome:
         """Take one slice of steps; grow the log where the kernel asks for it."""
+        from gearrattle.kernels.multistep import ERROR_FAILS, SOLVE_FAILS, STEPS, TIME
+
         begin, m = time.perf_counter(), self.march
         most = 2 * int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
@@ -109,6 +112,10 @@ class MultistepMarch:
         if outcome is Outcome.SLICE_SPENT:
             better = int(self._budget * np.clip(_SLICE / spent, 0.25, 2.0))
             self._budget = min(max(better, 1), _LARGEST_BUDGET)
+            total = m.counts + m.current
+            steps = int(total[STEPS] + total[ERROR_FAILS] + total[SOLVE_FAILS])
+            if self._limit.is_exceeded(steps, float(m.numbers[TIME]) / self.task.system.inputs.period):
+                return Outcome.NO_PROGRESS
         return outcome
 
     def fraction(self) -> float:

@@ -39,14 +39,16 @@ IntArray = NDArray[np.int64]
 _BUDGET = 20_000  # steps a slice
 _PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C is heard
 _NOTES = 1024  # steps with samples in them before these are worked out
+_NOTED = 1_000_000  # samples a cycle, times notes
 
 
-def paper(size: Size) -> packed.Notes:
-    """Room for some notes."""
+def paper(size: Size, per_cycle: int) -> packed.Notes:
+    """Room for some notes: few where a step passes many samples, so that Ctrl-C is heard while they are worked out."""
+    room = max(1, min(_NOTES, _NOTED // per_cycle))
     whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
-    row, count, slot = np.empty((3, _NOTES), np.int64)
-    ahead, elapsed = np.empty((2, _NOTES))
-    return packed.Notes(row, count, slot, ahead, elapsed, np.empty((_NOTES, whole)), np.empty((_NOTES, carried)))
+    row, count, slot = np.empty((3, room), np.int64)
+    ahead, elapsed = np.empty((2, room))
+    return packed.Notes(row, count, slot, ahead, elapsed, np.empty((room, whole)), np.empty((room, carried)))
 
 
 class ExactMarch:
@@ -80,7 +82,7 @@ class ExactMarch:
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
         self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
-        self.notes = paper(size)
+        self.notes = paper(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
         rows = size.longest + size.carried + 12 * size.watched

@@ -21,6 +21,7 @@ IntArray = NDArray[np.int64]
 FIRST_LOG = 8192
 _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _MOST_STEPS = 2_000_000  # without progress
+_PRODUCTS = 50_000_000  # a slice
 _PROGRESS = 1.0 / 1024.0  # of a period of the fastest input
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
@@ -47,9 +48,14 @@ class StepLimit:
 
     Such a march needs more than two thousand million steps for that period: hours, if it ends at all. The measure is
     the period of the fastest input and not T, which is long where orders have no small common multiple.
+
+    Args:
+        system: the driveline.
+        most: steps without progress; fewer where steps are made in Python.
     """
 
-    def __init__(self, system: PiecewiseSystem) -> None:
+    def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS) -> None:
+        self._most = most
         self._least = _PROGRESS / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
         self._steps, self._time = 0, -1.0
 
@@ -57,7 +63,7 @@ class StepLimit:
         """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
         if steps < self._steps or now < self._time or now - self._time >= self._least:
             self._steps, self._time = steps, now
-        return steps - self._steps > _MOST_STEPS
+        return steps - self._steps > self._most
 
 
 def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
@@ -91,7 +97,10 @@ def _by_row(rows: Array, states: Array) -> Array:
 
     stack = strips(rows)[None]
     out = np.empty((len(states), 4 * stack.shape[1]))
-    vectorised(rows_at)(stack, np.zeros(len(states), np.int64), states, out)
+    part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C is heard
+    for i in range(0, len(states), part):
+        some = states[i : i + part]
+        vectorised(rows_at)(stack, np.zeros(len(some), np.int64), some, out[i : i + part])
     return np.ascontiguousarray(out[:, : len(rows)])
 
 

@@ -123,7 +123,7 @@ class _Place:
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
         self.shop, self.desk = _shop(self.store), _desk(flow, self.cases)
         self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
-        self.inputs, self.notes = packed_inputs(flow), paper(size)
+        self.inputs, self.notes = packed_inputs(flow), paper(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         self.out = _tallies(count, size.clearances, self.cases.judged)

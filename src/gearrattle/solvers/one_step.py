@@ -14,8 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Marching, Motion, Place, Task
+from gearrattle.solvers.handover import StepLimit
 from gearrattle.solvers.stability import default_step, regions_visited, stability_notes
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.solvers.vector_field import FieldProblem
@@ -24,7 +26,10 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
 """Of a step, where the caller gives none."""
+MOST_STEPS = 1e9
+"""Fixed steps in a run; a run of more is refused: it takes hours."""
 _BUDGET = 5_000
+_PRODUCTS = 10_000_000  # the same, of large drivelines in products
 _FIRST_LOG = 4096
 _SHORTEST = 1e-14  # of a period
 
@@ -45,7 +50,10 @@ class StepMarch:
 
         self._step_on = vectorised(step_on)
         self.task, self.tableau, self.fixed, self.problem = task, tableau, fixed, FieldProblem.of(task)
-        self.step = _first_step(self.problem)
+        self.step, self._limit = _first_step(self.problem), StepLimit(task.system)
+        if fixed:
+            _check_count(task, self.step)
+        self._steps = max(10, min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1)))
         self.method, self.control = _method(tableau), self._control(held)
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
@@ -61,17 +69,27 @@ class StepMarch:
         shortest = _SHORTEST * self.task.system.inputs.period
         return Control(self.fixed, held, float(self.step), shortest, float(tolerance), self.problem.size)
 
-    def advance(self, steps: int = _BUDGET) -> Outcome:
+    def advance(self, steps: int | None = None) -> Outcome:
         """Take at most so many steps; grow the log where the kernel asks for it."""
+        steps = self._steps if steps is None else steps
         s, most = self.stepper, int(sum(law.pieces for law in self.task.system.laws))
         outcome = Outcome(
             self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, steps)
         )
+        if outcome is Outcome.SLICE_SPENT and self._is_stuck():
+            return Outcome.NO_PROGRESS
         if outcome is Outcome.LOG_FULL:
             log = {name: array for name, array in s._asdict().items() if name.startswith("event")}
             self.stepper = s._replace(**{name: np.concatenate([a, np.zeros_like(a)]) for name, a in log.items()})
             return Outcome.SLICE_SPENT
         return outcome
+
+    def _is_stuck(self) -> bool:
+        """Whether steps hardly get on."""
+        from gearrattle.kernels.steps import NOW, REJECTED, STEP
+
+        counts, period = self.stepper.counts, self.task.system.inputs.period
+        return self._limit.is_exceeded(int(counts[STEP] + counts[REJECTED]), float(self.stepper.clock[NOW]) / period)
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all."""
@@ -113,6 +131,23 @@ class StepMarch:
             notes=notes,
             aside=aside,
         )
+
+
+def _check_count(task: Task, step: float) -> None:
+    """Refuse a step that is too short for the length of the run.
+
+    Raises:
+        ModelError: more than a thousand million steps.
+    """
+    length = task.cycles * task.system.inputs.period
+    if length / step <= MOST_STEPS:
+        return
+    rule = (
+        f"a run of {length:.6g} s would take {length / step:.3g} steps of this length; at most {MOST_STEPS:g} are taken"
+    )
+    remedy = f"a step of {length / MOST_STEPS:.3g} s or longer, fewer cycles, or algorithm = 'exact'"
+    chosen = "" if task.step is not None else ", the default for the fastest mode"
+    raise ModelError(Problem("simulation.step", f"{step:.6g} s{chosen}", rule, remedy))
 
 
 def _first_step(problem: FieldProblem) -> float:

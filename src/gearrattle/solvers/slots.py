@@ -12,14 +12,18 @@ they need no more.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import fields
+from functools import partial
 from hashlib import sha256
-from threading import Lock
-from typing import Any
+from threading import Lock, Thread, current_thread, main_thread
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.errors import ConvergenceError
 from gearrattle.kernels.packed import DEEPEST, INTERVAL, TICKS, Inputs, Instants, Regions, step_of
 from gearrattle.remember import remembered
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
@@ -28,6 +32,9 @@ from gearrattle.system.store import Room, Store, strips_for
 
 Array = NDArray[np.float64]
 
+T = TypeVar("T")
+
+_QUICK = 100  # states; a region of as many is built in a tenth of a second
 MOST_BYTES = 256 << 20  # of arrays, which double when they are full: slots that would pass it take no more regions
 
 
@@ -93,8 +100,18 @@ class Slots:
     def slot_of(self, pieces: Pieces) -> int:
         """Slot of a region, building it at its first visit."""
         with self._lock:
+            if pieces in self._index:
+                return self._index[pieces]
+        return _interruptible(self.flow, partial(self._add, pieces))
+
+    def _add(self, pieces: Pieces) -> int:
+        with self._lock:
             if pieces not in self._index:
-                self._index[pieces] = self.store.add(pieces)
+                try:
+                    self._index[pieces] = self.store.add(pieces)
+                except FloatingPointError as error:
+                    remedy = "check units, and values that are far larger or smaller than the others"
+                    raise ConvergenceError(str(error), remedy=remedy) from None
             return self._index[pieces]
 
     def beyond(self, slot: int, clearance: int, upward: int) -> tuple[Slots, int]:
@@ -135,6 +152,25 @@ class Alone:
         return Slots(full.flow, self)
 
 
+def _interruptible(flow: Flow, work: Callable[[], T]) -> T:
+    """Do some work on a driveline; for a large one beside the main thread, which listens to Ctrl-C meanwhile.
+
+    LAPACK cannot be stopped: after Ctrl-C the work goes on to its end, and is kept.
+    """
+    if flow.states <= _QUICK or current_thread() is not main_thread():
+        return work()
+    done: Future[T] = Future()
+
+    def body() -> None:
+        try:
+            done.set_result(work())
+        except BaseException as error:
+            done.set_exception(error)
+
+    Thread(target=body, daemon=True).start()
+    return done.result()
+
+
 _KEPT: OrderedDict[bytes, Shelf] = OrderedDict()
 _KEPT_LOCK = Lock()
 _MOST_KEPT = 4
@@ -145,7 +181,8 @@ def slots_of(system: PiecewiseSystem) -> Slots:
     key = _fingerprint(system)
     with _KEPT_LOCK:
         if key not in _KEPT:
-            _KEPT[key] = Shelf(flow_of(system))
+            flow = flow_of(system)
+            _KEPT[key] = _interruptible(flow, partial(Shelf, flow))
         _KEPT.move_to_end(key)
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)

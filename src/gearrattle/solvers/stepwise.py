@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Motion, Place, Task
 from gearrattle.solvers.block import Block
+from gearrattle.solvers.handover import StepLimit
 from gearrattle.solvers.vector_field import FieldProblem
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ Interpolant = Callable[[float], Array]
 LARGEST = 1e150
 """A state this many times an ordinary motion's is on its way out of the numbers, whatever a library says of it."""
 _SLICE = 0.02  # seconds
+_MOST_STEPS = 100_000  # without progress
 _CLOSE = 4 * float(np.finfo(float).eps)  # a crossing's time, relative
 
 
@@ -77,7 +79,7 @@ class StepwiseMarch:
         self.piece = np.array(self.problem.start, dtype=np.int64)
         self.deflection = self._elements(0.0, self.block.initial)[0]
         self.log: list[tuple[float, int, int, int, float, float]] = []
-        self.steps, self.smallest = 0, np.inf
+        self.steps, self.smallest, self._limit = 0, np.inf, StepLimit(task.system, _MOST_STEPS)
 
     def advance(self) -> Outcome:
         """Take steps for one slice of time."""
@@ -87,7 +89,9 @@ class StepwiseMarch:
             if outcome is not Outcome.SLICE_SPENT:
                 return outcome
             if time.perf_counter() - begin > _SLICE:
-                return Outcome.SLICE_SPENT
+                now = self.stepper.time / self.task.system.inputs.period
+                tried = self.steps + self.stepper.rejected_steps
+                return Outcome.NO_PROGRESS if self._limit.is_exceeded(tried, now) else Outcome.SLICE_SPENT
         return Outcome.DONE
 
     def _step(self) -> Outcome:

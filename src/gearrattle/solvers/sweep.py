@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _BUDGET = 5_000  # windows and crossings a slice
+_COLUMNS = 500_000  # the same, of large drivelines in columns of the table: some tenths of a second
 MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afresh
 
 
@@ -130,7 +131,7 @@ class SweepMarch:
         outcome = Outcome(
             self._sweep_on(
                 plan.network, plan.laws, plan.near, plan.band, self.inputs, self.sweep, self.samples, self.log,
-                self.room, _BUDGET,
+                self.room, min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
             )
         )  # fmt: skip
         if outcome is Outcome.LOG_FULL:

@@ -14,6 +14,8 @@ from gearrattle.system.flow import Flow
 
 Array = NDArray[np.float64]
 
+_COLUMNS = 200_000  # of the table, over all windows of a slice: some tenths of a second
+
 
 class SweepAuditor:
     """An audit under way."""
@@ -49,14 +51,17 @@ class SweepAuditor:
         x, w = np.polynomial.legendre.leggauss(NODES)
         self.nodes = np.array([0.5 * (x + 1.0), 0.5 * w])
         self.done = 0
+        self._work = np.cumsum(np.ceil(self.path.duration) * samples.states.shape[1])
 
-    def advance(self, intervals: int = 2_000) -> bool:
-        """Work through some intervals; whether that was the last of them."""
+    def advance(self, columns: float = _COLUMNS) -> bool:
+        """Work through the next intervals, of about so many columns of windows; whether that was the last of them."""
         from gearrattle.kernels._jit import vectorised
         from gearrattle.kernels.works import integrate_works
 
         network, laws, inputs = self.arrays
-        last = min(self.done + intervals, len(self.path.duration))
+        spent = self._work[self.done - 1] if self.done else 0.0
+        last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
+        last = min(last, len(self.path.duration))
         vectorised(integrate_works)(
             network, laws, inputs, self.path, self.done, last, self.samples.states, self.samples.per_cycle,
             self.windows, self.bench, self.works, self.nodes,

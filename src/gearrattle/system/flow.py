@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 _DYADIC = 2.0**30
 Pieces = tuple[int, ...]
 
+_SLICE = 100_000  # times at once
+
 
 @dataclass(frozen=True)
 class Flow:
@@ -209,6 +211,9 @@ class Flow:
 
     def _waves_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, U) 1, cosines and sines at such times."""
+        if len(fraction) > _SLICE:  # so that Ctrl-C is heard
+            parts = [slice(i, i + _SLICE) for i in range(0, len(fraction), _SLICE)]
+            return np.vstack([self._waves_at(cycle[part], fraction[part]) for part in parts])
         high, low = split_cycles(self.system.inputs.cycles)
         turn = np.remainder(np.multiply.outer(cycle, high), 1.0) + np.multiply.outer(cycle, low)
         angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction, high + low), 1.0)

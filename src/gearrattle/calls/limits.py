@@ -1,0 +1,90 @@
+"""What a run would take, refused before it begins: rates beyond double precision, and more memory than there is."""
+
+from __future__ import annotations
+
+import os
+
+from gearrattle.assembly import elements_of, free_names
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Mesh, Model
+from gearrattle.system.piecewise import PiecewiseSystem
+
+FASTEST = 1e15
+"""Decays or radians a period: a motion as fast as that changes by rounding alone within the rounding of the period."""
+_SHARE = 0.5  # of the machine's memory
+_UNKNOWN = 8 << 30  # bytes, where the machine does not tell
+
+
+def check_rates(model: Model, system: PiecewiseSystem) -> None:
+    """Refuse elements and drags whose own motion is too fast for double precision.
+
+    Args:
+        model: the driveline.
+        system: made of it.
+
+    Raises:
+        ModelError: naming every value, and the largest that is taken.
+    """
+    period, problems = system.inputs.period, []
+    lightness = (system.rows**2 / system.inertia).sum(axis=1)
+    for element, law, light in zip(elements_of(model), system.laws, lightness.tolist(), strict=True):
+        kind = "mesh" if isinstance(element, Mesh) else "coupling"
+        for name, power in (("damping", 1), ("stiffness", 2)):
+            rate = period * (float(getattr(law, name).max()) * light) ** (1.0 / power)
+            if rate > FASTEST:
+                value = getattr(element, name)
+                most = value * (FASTEST / rate) ** power if isinstance(value, float) else None
+                problems.append(_too_fast(f"{kind}.{element.name}.{name}", value, most, rate, period))
+    for name, inertia, drag in zip(free_names(model), system.inertia.tolist(), system.drag.tolist(), strict=True):
+        if (rate := period * drag / inertia) > FASTEST:
+            problems.append(_too_fast(f"inertia.{name}.drag", drag, drag * FASTEST / rate, rate, period))
+    if problems:
+        raise ModelError(problems)
+
+
+def _too_fast(place: str, value: object, most: float | None, rate: float, period: float) -> Problem:
+    rule = f"what it acts on would change {rate:.3g} times a period of {period:.3g} s; at most {FASTEST:g} are taken"
+    lower = "lower it" if most is None else f"{most:.3g} or less in SI units"
+    remedy = f"{lower}, more inertia, a rigid connection in its place, or a higher speed"
+    return Problem(place, f"{value:.6g}" if isinstance(value, float) else "", rule, remedy)
+
+
+def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, place: str) -> None:
+    """Refuse a run whose samples would not fit into half of the machine's memory.
+
+    Args:
+        system: the driveline.
+        cycles, samples_per_cycle: of the run, or of what is in memory at a time.
+        place: the setting to name.
+
+    Raises:
+        ModelError: with what it would take, and what fits.
+    """
+    need, most = bytes_of_sample(system) * cycles * samples_per_cycle, _SHARE * memory()
+    if need <= most:
+        return
+    fits = max(1, int(cycles * most / need))
+    took, given = need / 2**30, most / 2**30
+    rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory, of {given:.3g} at most"
+    remedy = f"{fits} cycles or fewer, fewer samples_per_cycle, or gearrattle stream, which keeps one chunk in memory"
+    raise ModelError(Problem(place, f"{cycles}", rule, remedy))
+
+
+def bytes_of_sample(system: PiecewiseSystem) -> int:
+    """Memory a sample takes while a run is made into a trajectory, at most, about [bytes]."""
+    inputs = 1 + 2 * system.inputs.count + (0 if system.signals is None else system.signals.chain)
+    return 8 * (16 * system.size + 16 * len(system.laws) + 4 * len(system.companions) + 3 * inputs)
+
+
+def memory() -> int:
+    """Memory of this machine, or what its container may take [bytes]."""
+    found = [_UNKNOWN]
+    if hasattr(os, "sysconf") and {"SC_PHYS_PAGES", "SC_PAGE_SIZE"} <= set(os.sysconf_names):
+        found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
+    for limit in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        try:
+            with open(limit, encoding="ascii") as file:
+                found.append(int(file.read()))
+        except (OSError, ValueError):  # none, or "max"
+            continue
+    return min(size for size in found if size > 0)
