@@ -40,11 +40,9 @@ def write(findings: Findings, folder: str | os.PathLike[str]) -> Path:
 
 def fill(findings: Findings, folder: Path) -> None:
     """Write all files of the report into an existing empty folder."""
-    from gearrattle.report.drawn import charts_of
-    from gearrattle.report.ink import fill_figures
-    from gearrattle.report.page import page
+    from gearrattle.report.page import fill_page
+    from gearrattle.report.run_report import run_report
 
-    drawn = fill_figures(charts_of(findings), folder, legend=False)
-    (folder / "report.html").write_text(page(findings, drawn), encoding="utf-8")
+    fill_page(run_report(findings), folder)
     write_json(summary(findings), folder / "summary.json", "run summary")
     findings.run.save(folder / "results.nc")

@@ -8,11 +8,7 @@ Takes a Comparison and, if there is one, a WorkPrecision.
 
 from __future__ import annotations
 
-from base64 import b64encode
-from dataclasses import dataclass
 from pathlib import Path
-
-from markupsafe import Markup
 
 from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
@@ -27,50 +23,37 @@ from gearrattle.report.comparison_tables import (
     truth_table,
     verdict_table,
 )
-from gearrattle.report.ink import fill_figures
-from gearrattle.report.provenance import now, versions
+from gearrattle.report.page import Page, Section, fill_page
 from gearrattle.report.saved import write_json
-from gearrattle.report.tables import Table
-from gearrattle.report.templates import templates
 from gearrattle.wording import counted
-
-_HERE = Path(__file__).parent
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page: heading, a sentence, tables."""
-
-    key: str
-    title: str
-    words: str
-    tables: tuple[Table, ...]
 
 
 def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, folder: Path) -> None:
     """Write all files of a comparison into an existing folder."""
+    fill_page(_page(comparison, precision), folder, "compare.html")
+    content = {**comparison.to_dict(), "work_precision": None if precision is None else precision.to_dict()}
+    write_json(content, folder / "compare.json", "comparison summary")
+
+
+def _page(comparison: Comparison, precision: WorkPrecision | None) -> Page:
     labels = [row.label for row in comparison.rows[1:-1]]
     charts = [growth_of_errors(comparison)]
     if precision is not None:
         charts.append(work_precision_chart(precision, labels))
-    drawn = fill_figures(charts, folder, legend=False)
-    environment = templates()
-    page = environment.get_template("compare.html.j2").render(
-        title=comparison.model or "driveline",
-        recommendation=comparison.recommendation,
-        setting=_setting(comparison),
-        verdicts=verdict_table(comparison),
-        cost=cost_table(comparison),
-        truth=truth_table(comparison),
-        figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
-        sections=_sections(comparison),
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+    recommendation = Section(
+        "recommendation",
+        "Recommendation",
+        comparison.recommendation,
+        (_setting(comparison),),
+        tables=(verdict_table(comparison), cost_table(comparison), truth_table(comparison)),
     )
-    (folder / "compare.html").write_text(page, encoding="utf-8")
-    content = {**comparison.to_dict(), "work_precision": None if precision is None else precision.to_dict()}
-    write_json(content, folder / "compare.json", "comparison summary")
+    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts]
+    return Page(
+        "comparison",
+        comparison.model or "driveline",
+        (recommendation, *figures, *_sections(comparison)),
+        has_legends=False,
+    )
 
 
 def _setting(comparison: Comparison) -> str:
@@ -111,15 +94,26 @@ def _sections(comparison: Comparison) -> list[Section]:
         "Fixed steps can lie outside the method's stability region; chosen steps are kept inside by their error test."
     )
     return [
-        *([Section("stability", "Stability", words_on_steps, (stability,))] if stability.rows else []),
-        Section("statistics", "Statistics", on_statistics(comparison, found=bool(different)), different),
+        *([Section("stability", "Stability", words=(words_on_steps,), tables=(stability,))] if stability.rows else []),
         Section(
-            "transmissibility", "Transmissibility",
-            "How accuracy falls off away from the driving point.", (transmissibility_table(comparison),),
+            "statistics",
+            "Statistics",
+            words=(on_statistics(comparison, found=bool(different)),),
+            tables=different,
         ),
         Section(
-            "coherence", "Coherence",
-            "The 1995 paper's index of agreement, with the coherence that chance gives and the ceiling that even the "
-            "exact motion from nearby reaches.", (coherence_table(comparison),),
+            "transmissibility",
+            "Transmissibility",
+            words=("How accuracy falls off away from the driving point.",),
+            tables=(transmissibility_table(comparison),),
         ),
-    ]  # fmt: skip
+        Section(
+            "coherence",
+            "Coherence",
+            words=(
+                "The 1995 paper's index of agreement, with the coherence that chance gives and the ceiling that even "
+                "the exact motion from nearby reaches.",
+            ),
+            tables=(coherence_table(comparison),),
+        ),
+    ]

@@ -1,16 +1,11 @@
-"""Figures that a page shows as ink and, with JavaScript, as interactive plots.
+"""What makes a page's figures interactive: their data for plotly.js, plotly.js itself, and the page's own script.
 
-A figure is in the page twice: as SVG, which is shown without JavaScript and printed, and as data that plotly.js,
-inlined once, turns into a plot when it scrolls into view (``page.js``).
-
-Takes Charts and their SVG; gives what the templates need.
+Takes Charts; gives text for the template.
 """
 
 from __future__ import annotations
 
 import json
-from base64 import b64encode
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -22,23 +17,10 @@ from gearrattle.plots.interactive import plotly_figure
 _HERE = Path(__file__).parent
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A chart as the page needs it: ink as a data address, and data for plotly."""
-
-    chart: Chart
-    ink: str
-    data: str
-
-
-def figure_of(chart: Chart, svg: bytes) -> Figure:
-    """Return a chart and its SVG, ready for a template."""
+def plotly_data(chart: Chart) -> Markup:
+    """Return a chart as data for plotly.js, to stand in a page."""
     data = json.dumps(plotly_figure(chart), allow_nan=False, separators=(",", ":"))
-    return Figure(
-        chart,
-        ink=f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}",
-        data=Markup(data.replace("<", "\\u003c")),
-    )
+    return Markup(data.replace("<", "\\u003c"))
 
 
 def page_script() -> Markup:

@@ -7,13 +7,10 @@ Takes a model, its Modes and a Campbell.
 
 from __future__ import annotations
 
-from base64 import b64encode
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.calls.campbell import Campbell, Crossing
@@ -21,30 +18,13 @@ from gearrattle.calls.statics import Modes
 from gearrattle.model import Model
 from gearrattle.plots.mode_shapes import mode_sketch
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.ink import fill_figures
 from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
-from gearrattle.report.provenance import now, versions
+from gearrattle.report.page import Page, Picture, Section, fill_page
 from gearrattle.report.saved import write_json
 from gearrattle.report.summary import modes_dict, plain
-from gearrattle.report.templates import templates
 from gearrattle.wording import counted
 
-_HERE = Path(__file__).parent
 MOST_SHAPES = 24
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A figure of the page: file name without suffix, words, SVG."""
-
-    key: str
-    words: str
-    svg: bytes
-
-    @property
-    def ink(self) -> str:
-        """The figure as a data address."""
-        return f"data:image/svg+xml;base64,{b64encode(self.svg).decode('ascii')}"
 
 
 def modes_content(model: Model, modes: Modes, found: Campbell) -> dict[str, Any]:
@@ -67,42 +47,42 @@ def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder
         folder: where to.
     """
     si = model.units == "SI"
-    ((chart, ink),) = fill_figures(charts_of(found), folder, legend=False)
-    diagram = Drawing(chart.key, chart.caption, ink)
-    shapes = _shapes(model, modes, si)
-    for drawing in shapes:
-        (folder / "figures" / f"{drawing.key}.svg").write_bytes(drawing.svg)
-    environment = templates()
-    page = environment.get_template("modes.html.j2").render(
-        title=model.name or "driveline",
-        lead=_lead(modes, found, si),
-        setting=setting,
-        table=modes_in_words(modes, found.model_speed, si=si),
-        chart=chart,
-        diagram=diagram,
-        crossings=crossings_table(found, si=si),
-        shapes=shapes,
-        counted=counted,
-        omitted=len(modes.frequencies) - len(shapes),
-        wide=len(modes.inertia_names) > 12,
-        energies=energy_tables(modes, si=si),
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-    )
-    (folder / "modes.html").write_text(page, encoding="utf-8")
+    title = model.name or "driveline"
+    sections = _sections(model, modes, found, setting, si)
+    fill_page(Page("modes", title, sections, has_legends=False), folder, "modes.html")
     write_json(modes_content(model, modes, found), folder / "modes.json", "modes summary")
 
 
-def _shapes(model: Model, modes: Modes, si: bool) -> list[Drawing]:
+def _sections(model: Model, modes: Modes, found: Campbell, setting: str, si: bool) -> tuple[Section, ...]:
+    (chart,) = charts_of(found)
+    crossings = crossings_table(found, si=si)
+    none = () if crossings.rows else ("No order line meets a natural frequency in this range.",)
+    shapes = _shapes(model, modes, si)
+    key = (
+        "Stems: how far each inertia turns, the largest angle 1. Elements: the thicker and redder, the larger their "
+        "share of the strain energy; shares from 5 % on are written."
+    )
+    omitted = len(modes.frequencies) - len(shapes)
+    left_out = (f"{counted(omitted, 'higher mode')} not drawn; modes.json has all shapes.",) if omitted else ()
+    table = modes_in_words(modes, found.model_speed, si=si)
+    return (
+        Section("modes", "Modes", _lead(modes, found, si), (setting,), tables=(table,)),
+        Section("campbell", chart.title, words=none, charts=(chart,), tables=(crossings,)),
+        Section("shapes", "Shapes", words=(key, *left_out), pictures=shapes),
+        Section("energies", "Energies", tables=tuple(energy_tables(modes, si=si))),
+    )
+
+
+def _shapes(model: Model, modes: Modes, si: bool) -> tuple[Picture, ...]:
     """Draw the lowest modes on the driveline."""
     layout = name_plate(model, assemble(model))
     drawings = []
     for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
         told = "rigid motion" if frequency == 0.0 else rate(frequency, si=si)
         words = f"mode {mode + 1}, {told}"
-        drawings.append(Drawing(f"mode-{mode + 1}", words, mode_sketch(layout, modes, mode, words)))
-    return drawings
+        sketch = mode_sketch(layout, modes, mode, words)
+        drawings.append(Picture(f"mode-{mode + 1}", words, sketch, is_wide=len(modes.inertia_names) > 12))
+    return tuple(drawings)
 
 
 def _lead(modes: Modes, found: Campbell, si: bool) -> str:

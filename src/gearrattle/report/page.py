@@ -1,89 +1,126 @@
-"""The report as one page that needs nothing else: no network, no folder beside it.
+"""A page: sections of sentences, figures and tables, and the folder that it stands in.
 
-Every figure is in the page twice: as ink (SVG), which is shown without JavaScript and printed, and as data that
-plotly.js, inlined once, turns into an interactive plot when it scrolls into view. The page forbids itself to load
-anything from elsewhere.
+Every result has one template (``page.html.j2``); the report of a run extends it (``run_report.html.j2``). A page needs
+nothing else: no network, no folder beside it. Every figure is in it as SVG, which is shown without JavaScript and
+printed. On a page that is interactive it is there a second time as data, which plotly.js, inlined once, turns into a
+plot when the figure scrolls into view. A page forbids itself to load anything from elsewhere.
 
-Takes Findings and their drawn charts; gives HTML.
+Takes what a page says and shows; writes HTML, JSON and figures.
 """
 
 from __future__ import annotations
 
-from itertools import groupby
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from gearrattle.model import Model
-from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart
-from gearrattle.plots.sketch import sketch
-from gearrattle.report.advice_tables import scores_sentence, scores_table
-from gearrattle.report.energy_table import energy_table
-from gearrattle.report.linear_tables import modes_tables, rest_table
-from gearrattle.report.live_figures import figure_of, page_script, plotly_script
-from gearrattle.report.metric_tables import metric_tables
-from gearrattle.report.model_tables import cost_table, model_tables, versions_table
+from gearrattle.report.ink import fill_figures
+from gearrattle.report.live_figures import page_script, plotly_script
 from gearrattle.report.provenance import now, versions
-from gearrattle.report.summary import notes
-from gearrattle.report.templates import templates
-from gearrattle.report.trust import trust
-from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
-from gearrattle.wording import counted
+from gearrattle.report.tables import Table
 
 _HERE = Path(__file__).parent
-_LONGEST_TEXT = 200_000
-
-_HEADLINES = {
-    "quiet": "Quiet",
-    "single-sided": "Single-sided rattle",
-    "double-sided": "Double-sided rattle",
-}
 
 
-def page(findings: Findings, drawn: list[tuple[Chart, bytes]]) -> str:
-    """Build the report.
+@dataclass(frozen=True)
+class Picture:
+    """A drawing that is no chart: file name without suffix, words, SVG; a wide one has a row of its own."""
+
+    key: str
+    words: str
+    svg: bytes
+    is_wide: bool = False
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page. What is empty is left out; the order is that of the attributes.
+
+    Attributes:
+        key: anchor.
+        title: heading.
+        lead: the answer, in larger type.
+        words: paragraphs.
+        notes: items of a list.
+        charts: figures; several of one group are chosen by tabs.
+        pictures: drawings, side by side.
+        tables: those without rows are left out.
+        in_columns: whether tables stand side by side.
+        folds: whether a long table is folded until it is opened.
+        text: a title and a long text, folded.
+    """
+
+    key: str
+    title: str
+    lead: str = ""
+    words: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    charts: tuple[Chart, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    tables: tuple[Table, ...] = ()
+    in_columns: bool = False
+    folds: bool = False
+    text: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page says and shows.
+
+    Attributes:
+        brand: what kind of result it is, in a word or two.
+        title: heading.
+        sections: in reading order.
+        is_interactive: whether figures become interactive plots; plotly.js is then part of the page (4 MB).
+        template: the page's own, or one that extends it.
+        values: what that one needs besides.
+        has_legends: whether the files of the figures carry their legends, as the page does.
+    """
+
+    brand: str
+    title: str
+    sections: tuple[Section, ...]
+    is_interactive: bool = False
+    template: str = "page.html.j2"
+    values: Mapping[str, Any] = field(default_factory=dict)
+    has_legends: bool = True
+
+    @property
+    def charts(self) -> list[Chart]:
+        """All figures, in reading order."""
+        return [chart for section in self.sections for chart in section.charts]
+
+
+def fill_page(page: Page, folder: Path, name: str = "report.html") -> None:
+    """Write a page and figures/ into an existing folder that holds neither.
 
     Args:
-        findings: what the pipeline found.
-        drawn: every chart with its SVG, in reading order.
-
-    Returns:
-        A complete HTML document.
+        page: what it says and shows.
+        folder: to write into.
+        name: of the page's file.
     """
-    figures = [figure_of(chart, svg) for chart, svg in drawn]
-    sections = [list(group) for _, group in groupby(figures, key=lambda figure: figure.chart.group or figure.chart.key)]
-    environment = templates()
-    return environment.get_template("page.html.j2").render(
-        findings=findings,
-        counted=counted,
-        headline=_HEADLINES[findings.verdict.verdict],
-        tiles=tiles(findings),
-        parts=parts_table(findings),
-        scored=scores_sentence(findings),
-        scores=scores_table(findings),
-        sketch=Markup(sketch(findings)),
-        sections=sections,
-        rest=rest_table(findings),
-        modes=modes_tables(findings),
-        criteria=criteria_tables(findings),
-        metrics=metric_tables(findings),
-        model_tables=model_tables(findings),
-        model_text=escape(_model_text(findings.run.model)),  # to be copied as it is
-        cost=cost_table(findings),
-        energy=energy_table(findings),
-        versions=versions_table(),
-        trust=trust(findings),
-        notes=notes(findings),
+    drawn = fill_figures(page.charts, folder, legend=page.has_legends)
+    for section in page.sections:
+        for picture in section.pictures:
+            (folder / "figures" / f"{picture.key}.svg").write_bytes(picture.svg)
+    template = templates().get_template(page.template)
+    html = template.render(
+        page=page,
+        svg={chart.key: svg for chart, svg in drawn},
         created=now(),
         version=versions().get("gearrattle", ""),
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-        script=page_script(),
-        plotly=plotly_script(),
+        script=page_script() if page.is_interactive else "",
+        plotly=plotly_script() if page.is_interactive else "",
+        **page.values,
     )
+    (folder / name).write_text(html, encoding="utf-8")
 
 
-def _model_text(model: Model) -> str:
-    """Return the model file; the points of a long record are only named."""
-    text = model.to_toml()
-    return text if len(text) <= _LONGEST_TEXT else model.to_stored()[0]
+def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:
+    """Return the section of what is noted; none if nothing is."""
+    return (Section("notes", "Notes", notes=notes),) if notes else ()

@@ -7,25 +7,18 @@ Takes a RunUp.
 
 from __future__ import annotations
 
-from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.comparison import Section
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.ink import fill_figures
+from gearrattle.report.page import Page, Section, fill_page, notes_section
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
 from gearrattle.report.tables import Table
-from gearrattle.report.templates import templates
 from gearrattle.validation import RunUp
-from gearrattle.wording import noun_of
-
-_HERE = Path(__file__).parent
 
 
 def run_up_content(found: RunUp) -> dict[str, Any]:
@@ -56,21 +49,12 @@ def tracks_table(found: RunUp) -> Table:
 
 def fill_run_up(found: RunUp, folder: Path) -> None:
     """Write all files into an existing empty folder."""
-    drawn = fill_figures(charts_of(found), folder)
-    notes = Table(("",), tuple((note,) for note in found.notes))
-    environment = templates()
-    page = environment.get_template("study.html.j2").render(
-        brand="validation of a run-up",
-        title=f"{found.model} against {', '.join(Path(source).name for source in found.sources)}",
-        summary=found.verdict,
-        setting=f"Simulated by {found.algorithm}; orders fitted over blocks of {found.turns:g} "
-        f"{noun_of(found.turns, 'turn')}.",
-        counts=tracks_table(found),
-        figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
-        sections=[Section("notes", "Notes", "What the reader must know.", (notes,))] if found.notes else [],
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
+    title = f"{found.model} against {', '.join(Path(source).name for source in found.sources)}"
+    setting = f"Simulated by {found.algorithm}; orders fitted over blocks of {found.turns:g} turns."
+    summary = Section("summary", "Summary", found.verdict, (setting,), tables=(tracks_table(found),))
+    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts_of(found)]
+    fill_page(
+        Page("validation of a run-up", title, (summary, *figures, *notes_section(tuple(found.notes)))),
+        folder,
     )
-    (folder / "report.html").write_text(page, encoding="utf-8")
     write_json(run_up_content(found), folder / "summary.json", "run-up validation summary")

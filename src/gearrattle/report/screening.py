@@ -12,12 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
-
-from gearrattle.report.comparison import Section
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.ink import fill_figures
-from gearrattle.report.live_figures import figure_of, page_script, plotly_script
+from gearrattle.report.page import Page, Section, fill_page
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.screening_tables import (
@@ -29,12 +25,9 @@ from gearrattle.report.screening_tables import (
     thresholds_table,
 )
 from gearrattle.report.summary import plain
-from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_HERE = Path(__file__).parent
 
 
 def screening_content(data: xr.Dataset) -> dict[str, Any]:
@@ -67,24 +60,12 @@ def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
         folder: where to.
         title: heading of the page.
     """
-    drawn = fill_figures(charts_of(data), folder)
-    thresholds = thresholds_table(data)
-    environment = templates()
-    page = environment.get_template("live.html.j2").render(
-        brand="screening",
-        title=title,
-        heading="Which gears lift off",
-        summary=summary_of(data),
-        setting=setting_of(data),
-        found=gears_table(data),
-        sections=[Section("thresholds", "Thresholds", "", (thresholds,))] if thresholds.rows else [],
-        figures=[figure_of(chart, svg) for chart, svg in drawn],
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-        script=page_script(),
-        plotly=plotly_script(),
+    gears = Section(
+        "summary", "Which gears lift off", summary_of(data), (setting_of(data),), tables=(gears_table(data),)
     )
-    (folder / "report.html").write_text(page, encoding="utf-8")
+    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts_of(data)]
+    table = thresholds_table(data)
+    thresholds = [Section("thresholds", "Thresholds", tables=(table,))] if table.rows else []
+    fill_page(Page("screening", title, (gears, *figures, *thresholds), is_interactive=True), folder)
     write_json(screening_content(data), folder / "summary.json", "screening summary")
     write_netcdf(data, folder / "results.nc", "screening")

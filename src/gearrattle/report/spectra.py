@@ -14,24 +14,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gearrattle.plots.densities import spectra_charts
 from gearrattle.plots.order_maps import raised
-from gearrattle.report.comparison import Section
-from gearrattle.report.ink import fill_figures
-from gearrattle.report.live_figures import figure_of, page_script, plotly_script
-from gearrattle.report.provenance import now, versions
+from gearrattle.report.page import Page, Section, fill_page, notes_section
 from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
 from gearrattle.report.summary import plain
-from gearrattle.report.tables import Table
-from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_HERE = Path(__file__).parent
 _MOST = 8
 
 
@@ -62,25 +55,17 @@ def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[
     """
     content = spectra_content(data)
     table = peaks_table(content, si=si)
-    drawn = fill_figures(spectra_charts(data, si=si, natural=natural), folder)
-    notes = Table(("",), tuple((note,) for note in content["notes"]))
-    environment = templates()
-    page = environment.get_template("live.html.j2").render(
-        brand="spectra",
-        title=_title(data),
-        heading="Where the power is",
-        summary=summary_of(data, si=si),
-        setting=setting_of(data, si=si),
-        found=replace(table, head=tuple(map(raised, table.head))),
-        figures=[figure_of(chart, svg) for chart, svg in drawn],
-        sections=[Section("notes", "Notes", "What the reader must know.", (notes,))] if notes.rows else [],
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-        script=page_script(),
-        plotly=plotly_script(),
+    power = Section(
+        "summary",
+        "Where the power is",
+        summary_of(data, si=si),
+        (setting_of(data, si=si),),
+        tables=(replace(table, head=tuple(map(raised, table.head))),),
     )
-    (folder / "report.html").write_text(page, encoding="utf-8")
+    charts = spectra_charts(data, si=si, natural=natural)
+    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts]
+    sections = (power, *figures, *notes_section(tuple(content["notes"])))
+    fill_page(Page("spectra", _title(data), sections, is_interactive=True), folder)
     write_json(content, folder / "summary.json", "spectra summary")
     write_netcdf(data, folder / "results.nc", "spectra")
     _write_csv(data, folder / "results.csv", si=si)

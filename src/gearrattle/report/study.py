@@ -8,23 +8,16 @@ Takes the Dataset of a study and the messages of its failed cases.
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
 from gearrattle.plots.numerals import unbroken
-from gearrattle.report.ink import fill_figures
-from gearrattle.report.provenance import now, versions
+from gearrattle.report.page import Page, Section, fill_page
 from gearrattle.report.study_pages import page_of
-from gearrattle.report.templates import templates
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_HERE = Path(__file__).parent
 
 
 def fill_study(
@@ -40,18 +33,7 @@ def fill_study(
         cost: a sentence on what it cost.
     """
     kind = page_of(data)
-    drawn = fill_figures(kind.charts(data), folder)
-    environment = templates()
-    page = environment.get_template("study.html.j2").render(
-        brand="study",
-        title=title,
-        summary=unbroken(kind.summary(data)),
-        setting=unbroken(f"{kind.setting(data)} {cost}".strip()),
-        counts=kind.counts(data),
-        figures=[(chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn],
-        sections=kind.sections(data, messages),
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-    )
-    (folder / "study.html").write_text(page, encoding="utf-8")
+    setting = unbroken(f"{kind.setting(data)} {cost}".strip())
+    summary = Section("summary", "Summary", unbroken(kind.summary(data)), (setting,), tables=(kind.counts(data),))
+    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in kind.charts(data)]
+    fill_page(Page("study", title, (summary, *figures, *kind.sections(data, messages))), folder, "study.html")

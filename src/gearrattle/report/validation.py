@@ -8,17 +8,13 @@ Takes a Validation.
 
 from __future__ import annotations
 
-from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.ink import fill_figures
+from gearrattle.report.page import Page, Section, fill_page, notes_section
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.saved import write_json
-from gearrattle.report.templates import templates
 from gearrattle.report.validation_tables import (
     budget_table,
     impacts_table,
@@ -30,8 +26,6 @@ from gearrattle.report.validation_tables import (
 )
 from gearrattle.validation import Validation
 
-_HERE = Path(__file__).parent
-
 
 def validation_content(found: Validation) -> dict[str, Any]:
     """Return everything for machines, in JSON types."""
@@ -40,26 +34,28 @@ def validation_content(found: Validation) -> dict[str, Any]:
 
 def fill_validation(found: Validation, folder: Path) -> None:
     """Write all files into an existing folder."""
-    drawn = fill_figures(charts_of(found), folder, legend=False)
-    figures = {
-        chart.key: (chart, f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}") for chart, svg in drawn
-    }
-    tables = {
-        "sigma": [levels_table(found)],
-        "budget": [budget_table(found), ways_table(found), *parameter_tables(found)],
-        "orders": [orders_table(pair) for pair in found.pairs if pair.orders],
-    }
-    environment = templates()
-    page = environment.get_template("validation.html.j2").render(
-        title=f"{found.model} against {Path(found.source).name}",
-        found=found,
-        figures=figures,
-        tables=tables,
-        impacts=impacts_table(found),
-        setting=setting_table(found),
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-    )
-    (folder / "report.html").write_text(page, encoding="utf-8")
+    fill_page(Page("validation", _title(found), _sections(found), has_legends=False), folder)
     write_json(validation_content(found), folder / "summary.json", "validation summary")
+
+
+def _title(found: Validation) -> str:
+    return f"{found.model} against {Path(found.source).name}"
+
+
+def _sections(found: Validation) -> tuple[Section, ...]:
+    tables = {
+        "sigma": (levels_table(found),),
+        "budget": (budget_table(found), ways_table(found), *parameter_tables(found)),
+        "orders": tuple(orders_table(pair) for pair in found.pairs if pair.orders),
+    }
+    figures = [
+        Section(chart.key, chart.title, charts=(chart,), tables=tables.get(chart.key, ())) for chart in charts_of(found)
+    ]
+    impacts = [Section("impacts", "Impacts", tables=(impacts_table(found),))] if found.impacts else []
+    return (
+        Section("verdict", "Verdict", found.verdict, notes=tuple(found.findings)),
+        *figures,
+        *impacts,
+        Section("setting", "What was compared", tables=(setting_table(found),)),
+        *notes_section(tuple(found.notes)),
+    )

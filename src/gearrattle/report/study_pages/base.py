@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from gearrattle.plots.chart import Chart
 from gearrattle.report.answers import Answer
-from gearrattle.report.comparison import Section
+from gearrattle.report.page import Section
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from gearrattle.plots.basins import basin_map, keys_of, name_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.answers import Answer, json_value, shortened
-from gearrattle.report.comparison import Section
+from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
@@ -127,10 +127,16 @@ def attractor_table(data: xr.Dataset) -> Table:
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
     found = [
-        Section("attractors", "Attractors", "The motions that the initial states lead to, seen once a period.",
-                (attractor_table(data),)),
-        Section("failures", "Cases that failed", "The others went on.", (failure_table(data, messages),)),
-    ]  # fmt: skip
+        Section(
+            "attractors",
+            "Attractors",
+            words=("The motions that the initial states lead to, seen once a period.",),
+            tables=(attractor_table(data),),
+        ),
+        Section(
+            "failures", "Cases that failed", words=("The others went on.",), tables=(failure_table(data, messages),)
+        ),
+    ]
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
@@ -140,11 +146,13 @@ def answer_of(data: xr.Dataset) -> Answer:
     table = Table(whole.head[:4], tuple(row[:4] for row in whole.rows))
     motions = [
         {
-            "number": n, "motion": name_of(data, n), "period": int(data["attractor period"].values[n - 1]),
+            "number": n,
+            "motion": name_of(data, n),
+            "period": int(data["attractor period"].values[n - 1]),
             **{key: json_value(data[key].values[n - 1]) for key in ("cases", "share", "low", "high")},
         }
         for n in range(1, data.sizes[ATTRACTOR] + 1)
-    ]  # fmt: skip
+    ]
     quiet = quiet_share(data)
     others = {"chaotic": CHAOS, "undecided": UNSETTLED, "failed": NOTHING}
     content = {

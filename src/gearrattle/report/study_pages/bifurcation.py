@@ -16,7 +16,7 @@ from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.answers import Answer, json_value, shortened
-from gearrattle.report.comparison import Section
+from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table
@@ -163,13 +163,25 @@ def _number(value: float) -> str:
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
     found = [
-        Section("stretches", "Stretches", "Neighbouring values along which the motion keeps its kind.",
-                (stretch_table(data),)),
-        Section("coexistence", "Two motions", "Values at which going up and going down end in different motions.",
-                (coexistence_table(data),)),
-        Section("failures", "Cases that failed", "The sweep went on from the state before.",
-                (failure_table(data, messages),)),
-    ]  # fmt: skip
+        Section(
+            "stretches",
+            "Stretches",
+            words=("Neighbouring values along which the motion keeps its kind.",),
+            tables=(stretch_table(data),),
+        ),
+        Section(
+            "coexistence",
+            "Two motions",
+            words=("Values at which going up and going down end in different motions.",),
+            tables=(coexistence_table(data),),
+        ),
+        Section(
+            "failures",
+            "Cases that failed",
+            words=("The sweep went on from the state before.",),
+            tables=(failure_table(data, messages),),
+        ),
+    ]
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
@@ -178,12 +190,14 @@ def answer_of(data: xr.Dataset) -> Answer:
     names = ("from", "to", "motion", "period", "verdict", "values")
     told = [
         {"sweep": name, **dict(zip(names, map(json_value, _stretch(each)), strict=True))}
-        for name, one in sweeps_of(data) for each in stretches(one)
-    ]  # fmt: skip
+        for name, one in sweeps_of(data)
+        for each in stretches(one)
+    ]
     coexist = [
         {"held": held, "from": low, "to": high}
-        for held, one in (_combinations(data) if "motions" in data else ()) for low, high in _runs(one)
-    ]  # fmt: skip
+        for held, one in (_combinations(data) if "motions" in data else ())
+        for low, high in _runs(one)
+    ]
     path = paths_of(data, swept(data))[0]
     content = {
         "swept": path, "unit": str(data[path].attrs.get("units", "")), "stretches": told, "coexistence": coexist,

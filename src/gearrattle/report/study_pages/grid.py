@@ -17,8 +17,8 @@ from gearrattle.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.plots.scatter import histograms, probability_bars, tornado
 from gearrattle.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
-from gearrattle.report.comparison import Section
 from gearrattle.report.grid_answers import answer_of
+from gearrattle.report.page import Section
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
 from gearrattle.report.study_tables import (
@@ -58,10 +58,18 @@ def charts(data: xr.Dataset) -> list[Chart]:
     numbers = [name for name in outputs_in(data) if not words_of(data[name])][:_MOST_MAPS]
     apart = independent(data) if has_probabilities(data) else base_case(data)
     made = [
-        regime_map(apart), probability_map(apart), probability_sweep(apart), probability_bars(apart),
-        probability_convergence(apart), sobol_bars(data), swing_bars(data), tornado(data), output_sweep(apart),
-        *(chart for name in numbers for chart in number_maps(apart, name)), histograms(apart),
-    ]  # fmt: skip
+        regime_map(apart),
+        probability_map(apart),
+        probability_sweep(apart),
+        probability_bars(apart),
+        probability_convergence(apart),
+        sobol_bars(data),
+        swing_bars(data),
+        tornado(data),
+        output_sweep(apart),
+        *(chart for name in numbers for chart in number_maps(apart, name)),
+        histograms(apart),
+    ]
     return [chart for chart in made if chart is not None]
 
 
@@ -159,14 +167,25 @@ def _more(count: int) -> list[str]:
 def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[Section]:
     """The tables, those that have rows."""
     found = [
-        Section("probabilities", "Probabilities", "How likely each part rattles.", (probability_table(data),)),
         Section(
-            "sensitivities", "Sensitivities", "How outputs follow the values that scatter.",
-            tuple(sensitivity_tables(data)),
+            "probabilities",
+            "Probabilities",
+            words=("How likely each part rattles.",),
+            tables=(probability_table(data),),
         ),
-        Section("boundary", "Boundary", "Where the regime changes over the grid.", (boundary_table(data),)),
-        Section("failures", "Cases that failed", "The others went on.", (failure_table(data, messages),)),
-    ]  # fmt: skip
+        Section(
+            "sensitivities",
+            "Sensitivities",
+            words=("How outputs follow the values that scatter.",),
+            tables=tuple(sensitivity_tables(data)),
+        ),
+        Section(
+            "boundary", "Boundary", words=("Where the regime changes over the grid.",), tables=(boundary_table(data),)
+        ),
+        Section(
+            "failures", "Cases that failed", words=("The others went on.",), tables=(failure_table(data, messages),)
+        ),
+    ]
     return [section for section in found if any(table.rows for table in section.tables)]
 
 

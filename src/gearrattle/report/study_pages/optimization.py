@@ -14,7 +14,7 @@ from gearrattle.plots.chart import Chart
 from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
 from gearrattle.plots.numerals import numeral, quantity
 from gearrattle.report.answers import Answer, json_value
-from gearrattle.report.comparison import Section
+from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table
@@ -107,8 +107,13 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
     words = "By the first objective, the better first; each is front/NNN.toml, the one nearest to the ideal best.toml."
     found = [
-        Section("members", "Members of the front", words, (_front_table(data),)),
-        Section("failures", "Designs that failed", "The search passed them over.", (failure_table(data, messages),)),
+        Section("members", "Members of the front", words=(words,), tables=(_front_table(data),)),
+        Section(
+            "failures",
+            "Designs that failed",
+            words=("The search passed them over.",),
+            tables=(failure_table(data, messages),),
+        ),
     ]
     return [section for section in found if any(table.rows for table in section.tables)]
 
