@@ -16,7 +16,7 @@ import pytest
 from gearrattle import report
 from gearrattle.plots import FIGURES, charts
 from gearrattle.report.model_tables import cost_table, model_tables
-from gearrattle.report.summary import plain, summary
+from gearrattle.report.summary import summary
 from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
 from tests import synthetic
@@ -172,12 +172,6 @@ def test_summary_is_pure_json_and_holds_the_verdict(folder: Path) -> None:
     assert written["equilibrium"]["region"] == {"clutch": 0, "spline": 1, "gear": 0}
     assert written["versions"]["gearrattle"]
     json.dumps(summary(found), allow_nan=False)
-
-
-def test_plain_turns_everything_into_json_types() -> None:
-    assert plain({"a": np.array([1.0, np.nan]), "b": (np.int64(3), float("inf")), "c": "x"}) == {
-        "a": [1.0, None], "b": [3, None], "c": "x",
-    }  # fmt: skip
 
 
 def test_tiles_show_the_worst_part() -> None:

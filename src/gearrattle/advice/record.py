@@ -5,12 +5,12 @@ Takes text and forecasts; gives JSON types and text.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from gearrattle.advice.forecasts import Forecast, Score, scored
+from gearrattle.json_types import json_value
 from gearrattle.results import Run
 
 
@@ -69,19 +69,14 @@ class Advice:
         """Return the advice in JSON types."""
         return {
             "model": self.model,
-            "lines": [asdict(line) for line in self.lines],
-            "forecasts": [_plain(asdict(forecast)) for forecast in self.forecasts],
+            "lines": json_value(self.lines),
+            "forecasts": json_value(self.forecasts),
         }
 
 
 def scores_dict(scores: Iterable[Score]) -> list[dict[str, Any]]:
     """Return scores in JSON types: the forecast's fields, and happened, right, rule."""
     return [
-        _plain({**asdict(score.forecast), "happened": score.happened, "right": score.right, "rule": score.rule})
+        json_value({**asdict(score.forecast), "happened": score.happened, "right": score.right, "rule": score.rule})
         for score in scores
     ]
-
-
-def _plain(fields: dict[str, Any]) -> dict[str, Any]:
-    """Numbers that are not finite become None."""
-    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in fields.items()}

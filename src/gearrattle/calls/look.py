@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import json_value
 from gearrattle.readers import Column, Request, read_raw
 from gearrattle.readers.quantities import guess
 from gearrattle.recording import QUANTITIES, Array, Recording
@@ -99,7 +100,7 @@ class Contents:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the contents in JSON types; numbers that are not finite are null."""
-        rows = [{key: _plain(value) for key, value in row.items()} for row in self.table.to_dict("records")]
+        rows = [{key: json_value(value) for key, value in row.items()} for row in self.table.to_dict("records")]
         return {"source": self.source, "format": self.format, "channels": rows, "notes": list(self.notes)}
 
 
@@ -189,12 +190,3 @@ def _label(name: str, taken: list[str]) -> str:
 def _quoted(text: str) -> str:
     """Return a basic string of TOML."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of JSON types."""
-    if isinstance(value, list):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value.item() if isinstance(value, np.generic) else value

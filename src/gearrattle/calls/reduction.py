@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.json_types import json_value
 from gearrattle.model import Model
 from gearrattle.reductions import Accuracy
 from gearrattle.wording import counted
@@ -76,7 +77,7 @@ class ReductionError:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the errors in JSON types; numbers that are not finite are null."""
-        return {key: _plain(value) for key, value in vars(self).items()}
+        return {key: json_value(value) for key, value in vars(self).items()}
 
 
 def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
@@ -238,7 +239,7 @@ class Reduction:
             "up_to": self.up_to,
             "inertias": [body.name for body in self.model.inertias],
             "groups": {kept: dict(members) for kept, members in self.groups.items()},
-            "elements": {n: {k: _plain(v) for k, v in vars(fate).items()} for n, fate in self.elements.items()},
+            "elements": {n: {k: json_value(v) for k, v in vars(fate).items()} for n, fate in self.elements.items()},
             "error": self.error.to_dict(),
             "notes": list(self.notes),
             "simulated": None if self.simulated is None else _simulated(self.simulated),
@@ -278,14 +279,5 @@ def _shown(value: float | str) -> str:
 
 
 def _simulated(simulated: Simulated) -> dict[str, Any]:
-    entries = [{k: _plain(v) for k, v in vars(entry).items()} for entry in simulated.entries]
+    entries = [{k: json_value(v) for k, v in vars(entry).items()} for entry in simulated.entries]
     return {"full": simulated.full, "reduced": simulated.reduced, "entries": entries}
-
-
-def _plain(value: Any) -> Any:
-    """Return a value in JSON types."""
-    if isinstance(value, np.ndarray):
-        return [_plain(x) for x in value.tolist()]
-    if isinstance(value, Mapping):
-        return dict(value)
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -35,7 +35,7 @@ def advise(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
 
     driveline = gearrattle.load(model)
 

@@ -25,7 +25,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
         Model file (TOML).
     """
     import gearrattle
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
 
     try:
         driveline = gearrattle.load(model)

@@ -5,9 +5,7 @@ Takes rows of text; gives lines.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Iterable, Sequence
-from typing import Any
 
 
 def columns(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,)) -> str:
@@ -19,8 +17,3 @@ def columns(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collectio
         for row in table
     )
     return "\n".join(line.rstrip() for line in lines)
-
-
-def json_text(value: Any) -> str:
-    """Return a value of JSON types as indented text."""
-    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)

@@ -66,8 +66,8 @@ def compare(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.page_folder import page_folder
+    from gearrattle.json_types import json_text
 
     driveline, names = gearrattle.load(model), _names(algorithms)
     page = contest, work_precision

@@ -49,7 +49,7 @@ def condense(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
 
     _check(output)
     driveline = gearrattle.load(model)

@@ -18,8 +18,9 @@ def criteria(run: Path, /, *, json: Json = False) -> None:
     """
     import gearrattle
     from gearrattle.calls.judge import criteria as judged
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.json_types import json_text
 
     if run.suffix == ".toml":
         remedy = f"gearrattle run {run} simulates and judges a model"

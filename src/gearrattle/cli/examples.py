@@ -19,7 +19,8 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
         New or empty folder for models, studies, measured files and scripts.
     """
     import gearrattle
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
     from gearrattle.model.examples import example_files
 
     if output is not None:

@@ -118,7 +118,8 @@ def _as_options() -> Iterator[None]:
 
 def _tell(found: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
     """Print what was drawn."""
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
 
     folder, kinds = where
     rows = []

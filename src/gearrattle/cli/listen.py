@@ -64,9 +64,8 @@ def listen(
         Also loudness, sharpness and roughness (extra "sound").
     """
     import gearrattle
-    from gearrattle.cli.columns import json_text
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.report.summary import plain
+    from gearrattle.json_types import json_text, json_value
 
     if not motions:
         raise ModelError(
@@ -79,7 +78,7 @@ def listen(
     if output is not None:
         _save(sound, output, bits)
     if json:
-        print(json_text(plain({**record, "output": None if output is None else str(output)})))
+        print(json_text(json_value({**record, "output": None if output is None else str(output)})))
         return
     _tell(sound, record)
     if output is not None:

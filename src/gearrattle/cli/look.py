@@ -39,9 +39,9 @@ def look(
         Rate of a file without times, such as "10 kHz".
     """
     import gearrattle
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.model_output import check_output
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.json_types import json_text
 
     check_output(output, source)
     if output is not None and output.exists():

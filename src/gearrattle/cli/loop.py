@@ -56,16 +56,15 @@ def loop(
         File for the fitted law drawn over the loop, ending in .svg; for print .pdf, .eps, .png or .tiff.
     """
     import gearrattle
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.model_output import check_output
-    from gearrattle.report.summary import plain
+    from gearrattle.json_types import json_text, json_value
 
     check_output(output, data)
     _check_figure(figure)
     found = gearrattle.fit_loop(data, **reading.arguments())
     _save(found, output, figure)
     if json:
-        print(json_text(plain({**found.to_dict(), "output": None if output is None else str(output)})))
+        print(json_text(json_value({**found.to_dict(), "output": None if output is None else str(output)})))
         return
     print(found.report)
     for path in (output, figure):

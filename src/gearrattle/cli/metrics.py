@@ -57,11 +57,11 @@ def metrics(
 
 
 def _tell(table: pd.DataFrame, *, json: bool) -> None:
-    from gearrattle.cli.columns import columns, json_text
-    from gearrattle.report.summary import plain
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text, json_value
 
     if json:
-        print(json_text({"metrics": plain(table.to_dict("records")), "notes": table.attrs["notes"]}))
+        print(json_text({"metrics": json_value(table.to_dict("records")), "notes": table.attrs["notes"]}))
         return
     rows = [
         (

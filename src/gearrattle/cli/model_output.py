@@ -51,7 +51,7 @@ class Found(Protocol):
 
 def tell(found: Found, output: Path | None, *, json: bool) -> None:
     """Save the model where one is asked for, and print the record, in words or as JSON."""
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
 
     if output is not None:
         _save(found.model, output)

@@ -52,8 +52,8 @@ def modes(
     """
     import gearrattle
     from gearrattle.cli.assignments import labels, lists, numbers
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.page_folder import page_folder
+    from gearrattle.json_types import json_text
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)

@@ -203,7 +203,8 @@ def _tell(content: dict[str, Any], *, si: bool, json: bool) -> None:
     """Print what was found."""
     import math
 
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
 
     notes, unit = content["notes"].splitlines(), content["units"].removesuffix("1")
     turning = 30.0 / math.pi if si else 1.0

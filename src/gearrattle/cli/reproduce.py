@@ -37,8 +37,8 @@ def reproduce(
         Shorten the runs to about a tenth: samples, not results.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.page_folder import page_folder
+    from gearrattle.json_types import json_text
     from gearrattle.reproduction import reproduce as run
     from gearrattle.reproduction.page import fill
 

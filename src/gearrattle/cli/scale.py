@@ -34,10 +34,10 @@ def scale(
     """
     import gearrattle
     from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.json_types import json_text, json_value
     from gearrattle.model.file import text_of
-    from gearrattle.report.summary import plain
     from gearrattle.writing import Staging
 
     driveline = gearrattle.load(model)
@@ -57,7 +57,7 @@ def scale(
             "r_lambda": stiff.r_lambda,
             "condition": stiff.condition,
         }
-        print(json_text(plain(found)))
+        print(json_text(json_value(found)))
         return
     units = {"frequency": "rad/s", "angle": "rad", "radius": "m", "inertia": "kg m^2"}
     print(columns(("unit", ""), [(k, f"{v:.6g} {units[k]}") for k, v in asdict(scaled.scales).items()]))

@@ -167,7 +167,8 @@ def _work(
 
 def _tell(found: xr.Dataset, output: Path | None, *, json: bool) -> None:
     """Print what was found."""
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
     from gearrattle.report.screening import screening_content
     from gearrattle.report.screening_tables import gears_table, summary_of
 

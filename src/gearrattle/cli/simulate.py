@@ -39,8 +39,9 @@ def simulate(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.json_types import json_text
     from gearrattle.writing import Staging
 
     if output is not None and output.suffix not in _ENDINGS:
@@ -80,7 +81,7 @@ def simulate(
 
 def _content(run: Run, output: Path | None) -> dict[str, Any]:
     """Say what came out, in JSON types."""
-    from gearrattle.report.summary import plain
+    from gearrattle.json_types import json_value
 
     trajectory = run.trajectory
     names = trajectory.layout.clearance_names
@@ -91,7 +92,7 @@ def _content(run: Run, output: Path | None) -> dict[str, Any]:
         "samples_per_cycle": trajectory.samples_per_cycle,
         "period": trajectory.layout.period,
         "crossings": {name: int((trajectory.events.clearance == k).sum()) for k, name in enumerate(names)},
-        "cost": plain(asdict(run.cost)),
+        "cost": json_value(asdict(run.cost)),
         "notes": list(run.notes),
         "output": None if output is None else str(output),
     }

@@ -136,7 +136,8 @@ def _si(signal: Run | Recording) -> bool:
 
 def _tell(found: xr.Dataset, output: Path | None, *, si: bool, json: bool) -> None:
     """Print what was found."""
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
     from gearrattle.report.spectra import spectra_content
     from gearrattle.report.spectra_tables import peaks_table
 

@@ -56,8 +56,7 @@ def stiffness(
     from gearrattle.calls.stiffness import regions
     from gearrattle.cli.assignments import numbers
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
-    from gearrattle.report.summary import plain
+    from gearrattle.json_types import json_text, json_value
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
@@ -72,7 +71,7 @@ def stiffness(
     if json:
         steps = [asdict(limit) for limit in limits]
         over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
-        print(json_text(plain({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
+        print(json_text(json_value({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
         return
     si = driveline.units == "SI"
     _tell(found, met, grid, si=si)

@@ -44,7 +44,7 @@ def stream(
     """
     import gearrattle
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
 
     driveline = gearrattle.load(model)
     folder = output if output is not None else Path(f"{model.stem}-stream")

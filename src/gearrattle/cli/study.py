@@ -62,7 +62,7 @@ def study(
         MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
+    from gearrattle.json_types import json_text
     from gearrattle.studies.claims import check_place
     from gearrattle.studies.file import read_study
     from gearrattle.studies.places import place_of
@@ -195,7 +195,8 @@ def _at(data: xr.Dataset, dimension: str, i: int) -> str:
 
 
 def _tell(done: Done, folder: Place, *, json: bool) -> None:
-    from gearrattle.cli.columns import columns, json_text
+    from gearrattle.cli.columns import columns
+    from gearrattle.json_types import json_text
     from gearrattle.report.study_pages import page_of
     from gearrattle.studies.places import File
 

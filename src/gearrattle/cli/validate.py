@@ -101,8 +101,8 @@ def validate(
         Folder for the page; default: the table on the terminal only.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.page_folder import page_folder
+    from gearrattle.json_types import json_text
 
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up

@@ -52,8 +52,8 @@ def validate_run_up(
 ) -> None:  # fmt: skip
     """Compare a run-up, and print or write what was found."""
     from gearrattle.cli.background import watched
-    from gearrattle.cli.columns import json_text
     from gearrattle.cli.page_folder import page_folder
+    from gearrattle.json_types import json_text
     from gearrattle.report.run_up_validation import run_up_content
 
     asked = how, match, settings

@@ -16,13 +16,13 @@ Takes trajectories; gives entries, parts and the verdict to reports and users.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
+from gearrattle.json_types import json_value
 from gearrattle.signals import Regime, Spectrum, Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
@@ -316,7 +316,7 @@ class Verdict:
         """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "spectra"}
         fields["window"] = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
-        converted: dict[str, Any] = _plain(fields)
+        converted: dict[str, Any] = json_value(fields)
         return converted
 
 
@@ -325,15 +325,3 @@ def worst_first(parts: list[Part]) -> tuple[Part, ...]:
     return tuple(
         sorted(parts, key=lambda part: (not part.rattles, -SEVERITY[part.regime], -(part.max_impact_energy or 0.0)))
     )
-
-
-def _plain(value: Any) -> Any:
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.identification.identifiability import Combination
 from gearrattle.identification.problem import Residual
+from gearrattle.json_types import json_value
 from gearrattle.model import Model
 from gearrattle.wording import counted
 
@@ -107,14 +108,14 @@ class Fit:
         """Return the record in JSON types; numbers that are not finite are null."""
         return {
             "name": self.model.name,
-            "parameters": [_plain(vars(p)) for p in self.parameters],
-            "residuals": [_plain(vars(r)) for r in self.residuals],
+            "parameters": json_value(self.parameters),
+            "residuals": json_value(self.residuals),
             "chi_square": self.chi_square,
             "degrees_of_freedom": self.degrees_of_freedom,
-            "covariance": _plain(self.covariance.tolist()),
-            "minima": [_plain(vars(m)) for m in self.minima],
+            "covariance": json_value(self.covariance),
+            "minima": json_value(self.minima),
             "starts": self.starts,
-            "undetermined": [_plain(vars(c)) for c in self.undetermined],
+            "undetermined": json_value(self.undetermined),
             "notes": list(self.notes),
         }
 
@@ -190,12 +191,3 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
         ).rstrip()
         for row in rows
     ]
-
-
-def _plain(value: Any) -> Any:
-    """Return a value in JSON types."""
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

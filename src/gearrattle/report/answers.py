@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from gearrattle.report.tables import Table
 
 
@@ -31,12 +29,3 @@ def shortened(table: Table, most: int = 12) -> Table:
     """Return a table with a few rows for a terminal; the page has the others."""
     left = len(table.rows) - most
     return table if left <= 0 else replace(table, rows=table.rows[:most], note=f"{left} more rows stand on the page.")
-
-
-def json_value(value: object) -> float | int | str | None:
-    """Return a number or a word as a JSON type; NaN and infinity, which JSON has not, become None."""
-    if isinstance(value, bool | int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return str(value)

@@ -15,13 +15,14 @@ import numpy as np
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.calls.campbell import Campbell, Crossing
 from gearrattle.calls.statics import Modes
+from gearrattle.json_types import json_value
 from gearrattle.model import Model
 from gearrattle.plots.mode_shapes import mode_sketch
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
 from gearrattle.report.page import Page, Picture, Section, fill_page
 from gearrattle.report.saved import write_json
-from gearrattle.report.summary import modes_dict, plain
+from gearrattle.report.summary import modes_dict
 from gearrattle.wording import counted
 
 MOST_SHAPES = 24
@@ -32,7 +33,7 @@ def modes_content(model: Model, modes: Modes, found: Campbell) -> dict[str, Any]
     return {
         "model": {"name": model.name, "units": model.units},
         **modes_dict(modes),
-        "campbell": plain(found.to_dict()),
+        "campbell": json_value(found.to_dict()),
     }
 
 

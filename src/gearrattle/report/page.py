@@ -22,6 +22,7 @@ from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import page_script, plotly_script
 from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
+from gearrattle.report.templates import templates
 
 _HERE = Path(__file__).parent
 

@@ -12,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gearrattle.json_types import json_value
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.page import Page, Section, fill_page
 from gearrattle.report.provenance import now, versions
@@ -24,7 +25,6 @@ from gearrattle.report.screening_tables import (
     summary_of,
     thresholds_table,
 )
-from gearrattle.report.summary import plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,10 +43,10 @@ def screening_content(data: xr.Dataset) -> dict[str, Any]:
         "summary": summary_of(data),
         "cases": int(inside(data).size),
         "exact": int(inside(data).sum()),
-        "gears": plain(gears),
-        "axes": {str(name): plain(each.values) for name, each in data.coords.items()},
+        "gears": json_value(gears),
+        "axes": {str(name): json_value(each.values) for name, each in data.coords.items()},
         "dimensions": ["speed", "load", "gear"],
-        **{name: plain(data[name].values) for name in names},
+        **{name: json_value(data[name].values) for name in names},
         "versions": versions(),
         "created": now(),
     }

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.json_types import json_value
 from gearrattle.plots.densities import spectra_charts
 from gearrattle.plots.order_maps import raised
 from gearrattle.report.page import Page, Section, fill_page, notes_section
 from gearrattle.report.saved import write_json, write_netcdf
 from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
-from gearrattle.report.summary import plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,10 +38,10 @@ def spectra_content(data: xr.Dataset) -> dict[str, Any]:
         names += ["coherence", "coherence_low", "coherence_high", "response_magnitude", "response_radius"]
         names += ["response_phase", "response_phase_limit"]
     rows = [{"frequency": float(data["frequency"][k]), **{n: float(data[n][k]) for n in names}} for k in highest]
-    attributes: dict[str, Any] = plain(dict(data.attrs))
+    attributes: dict[str, Any] = json_value(dict(data.attrs))
     attributes["notes"] = str(data.attrs["notes"]).splitlines()
     units = {name: str(data[name].attrs["units"]) for name in names}
-    return {**attributes, "bins": int(data.sizes["frequency"]), "units_of": units, "peaks": plain(rows)}
+    return {**attributes, "bins": int(data.sizes["frequency"]), "units_of": units, "peaks": json_value(rows)}
 
 
 def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[float] = ()) -> None:

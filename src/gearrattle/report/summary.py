@@ -9,14 +9,12 @@ Takes Findings; gives a dictionary.
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.advice.record import scores_dict
+from gearrattle.json_types import json_value
 from gearrattle.pipeline import Findings
 from gearrattle.report.energy_table import energy_dict
 from gearrattle.report.provenance import now, versions
@@ -41,12 +39,12 @@ def summary(findings: Findings) -> dict[str, Any]:
             "samples_per_cycle": trajectory.samples_per_cycle,
             "crossings": len(trajectory.events),
             "switches": switches(trajectory),
-            "predictability_horizon": plain(findings.run.predictability_horizon),
-            "largest_lyapunov_exponent": plain(findings.run.largest_lyapunov_exponent),
+            "predictability_horizon": json_value(findings.run.predictability_horizon),
+            "largest_lyapunov_exponent": json_value(findings.run.largest_lyapunov_exponent),
         },
-        "energy": plain(energy_dict(findings)),
-        "cost": plain(dataclasses.asdict(trajectory.cost)),
-        "equilibrium": plain(
+        "energy": json_value(energy_dict(findings)),
+        "cost": json_value(trajectory.cost),
+        "equilibrium": json_value(
             {
                 "angle": dict(zip(trajectory.layout.inertia_names, rest.angle.tolist(), strict=True)),
                 "acceleration": dict(zip(trajectory.layout.inertia_names, rest.acceleration.tolist(), strict=True)),
@@ -58,7 +56,7 @@ def summary(findings: Findings) -> dict[str, Any]:
         "modes_contact": modes_dict(findings.modes_contact),
         "advice": None if findings.advice is None else findings.advice.to_dict(),
         "scores": scores_dict(findings.scores),
-        "metrics": plain([dataclasses.asdict(row) for row in findings.metrics]),
+        "metrics": json_value(findings.metrics),
         "versions": versions(),
         "created": now(),
     }
@@ -84,7 +82,7 @@ def modes_dict(modes: Modes) -> dict[str, Any]:
     """Return modes in JSON types: frequencies [rad/s], damping ratios; shapes and shares one mapping a mode."""
     count = range(len(modes.frequencies))
     by_inertia = {name: getattr(modes, name) for name in ("shapes", "kinetic_energy", "participation")}
-    converted: dict[str, Any] = plain(
+    converted: dict[str, Any] = json_value(
         {
             "frequencies": modes.frequencies,
             "damping_ratios": modes.damping_ratios,
@@ -103,16 +101,3 @@ def modes_dict(modes: Modes) -> dict[str, Any]:
 
 def _columns(names: tuple[str, ...], table: Any) -> list[dict[str, float]]:
     return [dict(zip(names, column, strict=True)) for column in table.T.tolist()]
-
-
-def plain(value: Any) -> Any:
-    """Return nested mappings, sequences, arrays and numbers in JSON types; what is not finite becomes None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value

@@ -113,7 +113,7 @@ class Reproduction:
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the charts in JSON types; numbers that are not finite become None."""
-        from gearrattle.comparison.record import plain
+        from gearrattle.json_types import json_value
 
         sections = [
             {
@@ -125,7 +125,7 @@ class Reproduction:
             }
             for section in self.sections
         ]
-        content: dict[str, Any] = plain(
+        content: dict[str, Any] = json_value(
             {"quick": self.quick, "seconds": self.seconds, "counts": self.counts(), "sections": sections}
         )
         return content

@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.comparison.record import Record, plain
+from gearrattle.comparison.record import Record
+from gearrattle.json_types import json_value
 from gearrattle.trajectory import Array
 from gearrattle.validation.effects import Explained
 
@@ -182,7 +183,7 @@ class Pair(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields in JSON types, without the curves."""
-        return {each.name: plain(getattr(self, each.name)) for each in fields(self) if each.name != "curves"}
+        return {each.name: json_value(getattr(self, each.name)) for each in fields(self) if each.name != "curves"}
 
 
 @dataclass(frozen=True)
@@ -285,7 +286,7 @@ class Validation(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the curves in JSON types."""
-        told = {each.name: plain(getattr(self, each.name)) for each in fields(self) if each.name != "pairs"}
+        told = {each.name: json_value(getattr(self, each.name)) for each in fields(self) if each.name != "pairs"}
         return {**told, "pairs": [pair.to_dict() for pair in self.pairs]}
 
     def to_dataframe(self) -> pd.DataFrame:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.comparison.record import Record, plain
+from gearrattle.comparison.record import Record
+from gearrattle.json_types import json_value
 from gearrattle.trajectory import Array
 from gearrattle.validation.record import NEGLIGIBLE
 from gearrattle.validation.sigma import sigma
@@ -84,7 +85,7 @@ class Track(Record):
             "peak_speed": at, "peak": peak,
             "simulated_peak_speed": simulated_at, "simulated_peak": simulated_peak, "outside": self.outside,
         }  # fmt: skip
-        return {key: plain(value) for key, value in told.items()}
+        return {key: json_value(value) for key, value in told.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,12 +141,12 @@ class RunUp(Record):
     def to_dict(self) -> dict[str, Any]:
         """Return everything in JSON types."""
         tracks = [
-            {**track.summary(), "speed": plain(track.speed), "measured_over_speed": plain(track.measured),
-             "simulated_over_speed": plain(track.simulated), "standard_error": plain(track.error)}
+            {**track.summary(), "speed": json_value(track.speed), "measured_over_speed": json_value(track.measured),
+             "simulated_over_speed": json_value(track.simulated), "standard_error": json_value(track.error)}
             for track in self.tracks
         ]  # fmt: skip
         told = ("model", "sources", "algorithm", "turns", "units", "notes")
-        return {**{name: plain(getattr(self, name)) for name in told}, "verdict": self.verdict, "tracks": tracks}
+        return {**{name: json_value(getattr(self, name)) for name in told}, "verdict": self.verdict, "tracks": tracks}
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row a channel and order: levels over speed, sigma [%], the peaks and their speeds [rad/s]."""

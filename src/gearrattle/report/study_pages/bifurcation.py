@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearrattle.json_types import json_value
 from gearrattle.plots.axis_names import Measure, measure_of, paths_of
 from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.answers import Answer, json_value, shortened
+from gearrattle.report.answers import Answer, shortened
 from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table

@@ -1,0 +1,40 @@
+"""What results say to machines: values in the types that JSON has, and their text.
+
+Takes numbers, arrays, records and mappings; gives what ``json`` writes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+
+def json_value(value: Any) -> Any:
+    """Return a value in JSON types: arrays become lists, dataclasses objects; what is not finite becomes None.
+
+    Args:
+        value: numbers, text and None; arrays, lists, tuples, mappings and dataclasses of them, nested.
+
+    Example:
+        >>> json_value({"ratio": float("inf"), "levels": (1.5, 2)})
+        {'ratio': None, 'levels': [1.5, 2]}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {entry.name: json_value(getattr(value, entry.name)) for entry in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): json_value(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return json_value(value.tolist())
+    if isinstance(value, list | tuple):
+        return [json_value(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def json_text(value: Any) -> str:
+    """Return a value as indented JSON text; ``json_value`` says which values have one."""
+    return json.dumps(json_value(value), indent=2, ensure_ascii=False, allow_nan=False)
