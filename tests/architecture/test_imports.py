@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 
 import grimp
 import pytest
 
-from tests.architecture.places import ROOT
+from tests.architecture.places import ROOT, SOURCE
 
 HEAVY = ("numba", "scipy.signal", "scipy.integrate", "xarray", "pandas", "pint", "matplotlib", "plotly", "h5netcdf")
 
@@ -40,6 +41,19 @@ def test_public_names_are_not_shadowed_by_rooms_of_the_same_name() -> None:
         "print(*(name for name in gr.__all__ if not name.startswith('_') and not callable(getattr(gr, name))))"
     )
     assert _python(code).split() == []
+
+
+def test_a_name_that_is_also_that_of_a_file_comes_from_it() -> None:
+    """Any other file of that name, once imported, would take the place of the name in its room."""
+    shadowed = []
+    for init in SOURCE.rglob("__init__.py"):
+        room = ".".join(init.parent.relative_to(SOURCE.parent).parts)
+        files = {path.stem for path in init.parent.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+        for node in ast.parse(init.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ImportFrom):
+                names = {alias.asname or alias.name for alias in node.names} & files
+                shadowed += [f"{room}.{name}" for name in names if node.module not in (room, f"{room}.{name}")]
+    assert shadowed == []
 
 
 @pytest.mark.parametrize(

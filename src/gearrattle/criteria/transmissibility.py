@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gearrattle.criteria.base import PAPER, Entry, Scope, Tally, Telling, entry
-from gearrattle.signals.last_cycles import gather_levels, peak_to_peak_of, rms_of, shortened
+from gearrattle.signals.last_levels import gather_levels, peak_to_peak_of, rms_of, shortened
 from gearrattle.trajectory import Trajectory
 
 
