@@ -9,6 +9,8 @@ CONSTRAINTS ?= constraints.txt
 PYTEST_ARGS ?=
 TESTS       ?=
 FUZZ_ARGS   ?=
+BASE        ?= HEAD
+KINDS       ?=
 
 VENV := .venv
 PY   := $(VENV)/bin/python
@@ -23,6 +25,7 @@ export MPLBACKEND           ?= Agg
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 .PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -45,6 +48,9 @@ lint: $(VENV)/.lint         ## style, types, import floors
 docs: $(VENV)/.docs         ## the manual: docs/_build/html/index.html
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "manual: docs/_build/html/index.html"
+
+same: $(VENV)/.test         ## every difference between what commit BASE and this tree answer (minutes)
+	$(PY) -m tests.same $(BASE) $(KINDS)
 
 bench: $(VENV)/.test        ## exact against the fastest plain RK2, same process
 	$(PY) -m pytest benchmarks -p no:xdist --benchmark-only --benchmark-timer=time.process_time $(PYTEST_ARGS)

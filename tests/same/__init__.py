@@ -1,0 +1,1 @@
+"""Two trees side by side: what the one answers otherwise than the other."""
