@@ -24,8 +24,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
-.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions images constraints clean distclean
+.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
