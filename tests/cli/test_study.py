@@ -66,7 +66,7 @@ def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytes
     folder = Path("gaps-study")
     first = (folder / "study.html").read_bytes()
     assert sorted(p.name for p in (folder / "figures").glob("*.svg")) == ["map-impacts-per-cycle.svg", "map.svg"]
-    monkeypatch.setattr("gearrattle.report.study.versions", lambda: {}["broken"])
+    monkeypatch.setattr("gearrattle.report.page.versions", lambda: {}["broken"])
     assert main(["study", str(study), "--resume"]) != 0
     assert (folder / "study.html").read_bytes() == first
     monkeypatch.undo()
@@ -128,7 +128,7 @@ def test_a_lost_cluster_is_told_in_one_line(study: Path) -> None:
         ("from = 0.005", 'from = "5 kg"', "clearance"),
         ("count = 3", "count = 3000000", "6000000 cases (3000000 x 2), more than the 1000000 allowed"),
         ("two.toml", "three.toml", "no such file"),
-        ("schema = 1", "schema = 2", "schema must be 1"),
+        ("schema = 1", "schema = 2", "reads schema 1 only"),
         ("schema = 1", "schema =", "gaps.toml:2"),
     ],
 )

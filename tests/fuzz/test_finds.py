@@ -94,7 +94,7 @@ def test_a_list_as_kind_of_a_filter_is_refused(tmp_path: Path) -> None:
         gr.read(tmp_path / "m.toml")
 
 
-@pytest.mark.parametrize("rate", ["9223372036854775807", '"1e12 Hz"', "1e300"])
+@pytest.mark.parametrize("rate", ["9223372036854775807", '"1e12 Hz"', "1e30"])
 def test_a_rate_that_fills_the_memory_is_refused(rate: str, tmp_path: Path) -> None:
     mapping = TARGETS["mapping file"]
     mapping.around(tmp_path)

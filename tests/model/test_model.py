@@ -14,6 +14,7 @@ from tests.model.test_broken_files import SOUND
 
 from gearrattle.errors import ModelError
 from gearrattle.model import DEFAULTS, Coupling, Initial, Model, Piece, loads
+from gearrattle.model.quantity import LARGEST, SMALLEST
 
 
 @pytest.fixture(scope="module")
@@ -168,9 +169,9 @@ def test_initial_state_is_read() -> None:
     assert initial.velocity == (2.0 * math.pi, 2.0)
 
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
-positive = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
-non_negative = st.floats(min_value=0.0, allow_infinity=False)
+finite = st.floats(-LARGEST, LARGEST)
+positive = st.floats(SMALLEST, LARGEST)
+non_negative = st.floats(0.0, LARGEST)
 sine = st.fixed_dictionaries({"order": positive, "amplitude": finite}, optional={"phase": finite})
 sines = st.lists(sine, max_size=2)
 

@@ -8,6 +8,7 @@ from gearrattle.assembly import elements_of, free_names
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Mesh, Model
 from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.wording import counted
 
 FASTEST = 1e15
 """Decays or radians a period: a motion as fast as that changes by rounding alone within the rounding of the period."""
@@ -66,7 +67,8 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, p
     fits = max(1, int(cycles * most / need))
     took, given = need / 2**30, most / 2**30
     rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory, of {given:.3g} at most"
-    remedy = f"{fits} cycles or fewer, fewer samples_per_cycle, or gearrattle stream, which keeps one chunk in memory"
+    fewer = f"{counted(fits, 'cycle')} or fewer, fewer samples_per_cycle"
+    remedy = f"{fewer}, or gearrattle stream, which holds a chunk at a time"
     raise ModelError(Problem(place, f"{cycles}", rule, remedy))
 
 

@@ -169,7 +169,7 @@ def read_state(folder: Path) -> State | None:
         return None
     except Refused as error:
         raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
-    except (MemoryError, PermissionError):
+    except (MemoryError, PermissionError, ModelError):
         raise
     except Exception as error:  # what reads the parts of a damaged archive complains as it likes
         words = " ".join(str(error).split())[:120] or type(error).__name__

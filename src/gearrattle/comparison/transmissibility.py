@@ -17,8 +17,7 @@ import numpy as np
 
 from gearrattle.comparison.pair import fundamental_order, same_grid
 from gearrattle.comparison.record import Record
-from gearrattle.criteria.transmissibility import Transmissibility
-from gearrattle.signals import band_rms, last_cycles
+from gearrattle.signals import band_rms, last_cycles, peak_to_peak, rms
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
 HARMONICS = 5
@@ -119,7 +118,9 @@ def elements_from(layout: Layout, start: int) -> IntArray:
 
 
 def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMONICS) -> Ratios:
-    """Return the transmissibilities of the last cycles of one motion.
+    """Return the transmissibilities of the last cycles of one motion, of its samples.
+
+    Algorithms that step have nothing between their samples, so the exact motion is judged by its samples as well.
 
     Args:
         trajectory: the motion.
@@ -130,14 +131,17 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
         ModelError: no cycle left.
     """
     plate, window = trajectory.layout, last_cycles(trajectory, cycles)
-    entries = Transmissibility(cycles).evaluate(trajectory)
-    rms, peak = (np.array([float(e.value) for e in entries if e.quantity == q]) for q in ("TR rms", "TR peak"))
+    acceleration = window.closed(trajectory.acceleration)
     periods = round(window.cycles * plate.period * fundamental_order(trajectory) * plate.omega / (2.0 * np.pi))
     level = band_rms(window.periodic(trajectory.acceleration), max(1, periods), harmonics)
-    base = level[:, [plate.reference]]
+    return Ratios(*(_over(part, plate.reference) for part in (rms(acceleration), peak_to_peak(acceleration), level)))
+
+
+def _over(level: Array, reference: int) -> Array:
+    """(..., n) levels over that of one of them; NaN where that one is zero."""
+    base = level[..., [reference]]
     with np.errstate(divide="ignore", invalid="ignore"):
-        band = np.where(base > 0.0, level / base, np.nan)
-    return Ratios(rms, peak, band)
+        return np.asarray(np.where(base > 0.0, level / base, np.nan))
 
 
 def _relative(given: Array, reference: Array) -> Array:

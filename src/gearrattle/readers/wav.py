@@ -63,6 +63,8 @@ def check_length(path: Path) -> None:
         size = os.fstat(stream.fileno()).st_size
         within_limit(8 * size)  # of one-byte samples
         head = stream.read(12)
+        if head[:4] not in (b"RIFF", b"RIFX", b"RF64"):
+            return
         order = ">" if head[:4] == b"RIFX" else "<"
         long = 0
         while len(chunk := stream.read(8)) == 8:

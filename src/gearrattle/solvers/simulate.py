@@ -81,7 +81,9 @@ def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> 
     }
     state = {f"deflection.{name}": float(value) for name, value in zip(names, place.deflection, strict=True)}
     message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {place.time:.9g} s"
-    return ConvergenceError(message, time=place.time, state=state, remedy=outcome.advice)
+    of_tolerance = outcome is Outcome.NO_PROGRESS and place.fastest is None  # steps are chosen by their error
+    remedy = Outcome.NO_CONVERGENCE.advice if of_tolerance else outcome.advice
+    return ConvergenceError(message, time=place.time, state=state, remedy=remedy)
 
 
 def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
