@@ -7,6 +7,7 @@ import math
 import time
 
 import pytest
+from numba.core import event
 
 from gearrattle.cli import main
 from gearrattle.cli.reproduce import _tell
@@ -20,7 +21,13 @@ from gearrattle.solvers import SOLVERS
 
 @pytest.fixture(scope="module")
 def timed():
-    """A quick reproduction, and the processor time at which every share was finished."""
+    """A quick reproduction, and the processor time of every share; once more if kernels had to be compiled."""
+    with event.install_recorder("numba:compile") as compilations:
+        outcome = _timed()
+    return _timed() if compilations.buffer else outcome
+
+
+def _timed():
     shares = [(0.0, time.thread_time())]
     result = reproduce(quick=True, progress=lambda share: shares.append((share, time.thread_time())))
     return result, shares
