@@ -2,8 +2,8 @@
 
 Each start runs a trust-region method with bounds (Branch, Coleman and Li, SIAM J. Sci. Comput. 21 (1999) 1, in SciPy)
 on the logarithms of the parameters. The first start is the model given, the others a Latin hypercube in the bounds
-(McKay, Beckman and Conover, Technometrics 21 (1979) 239) with a seed of its own. Directions no datum notices stay at
-the start's values: they are projected out of every start and of every minimum.
+(McKay, Beckman and Conover, Technometrics 21 (1979) 239; ``scipy.stats.qmc``) with a seed of its own. Directions no
+datum notices stay at the start's values: they are projected out of every start and of every minimum.
 
 Takes residual functions and a box; gives distinct minima, the best first.
 """
@@ -190,9 +190,9 @@ def _starts(box: tuple[Array, Array], count: int, seed: int, null: Array) -> lis
     low, high = box
     points = [np.zeros(low.size)]
     if count > 1:
-        random = np.random.default_rng(seed)
-        cells = np.array([random.permutation(count - 1) for _ in range(low.size)]).T
-        share = (cells + random.random(cells.shape)) / (count - 1)
+        from scipy.stats import qmc
+
+        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
         points += [np.clip(x - null @ (null.T @ x), low, high) for x in low + share * (high - low)]
     return points
 
