@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import signal as scipy_signal
 
 from gearrattle.signals import cross_spectra as module
-from gearrattle.signals.cross_spectra import WINDOWS, cross_spectra, cut, power_density
+from gearrattle.signals import psd
+from gearrattle.signals.cross_spectra import WINDOWS, Segments, cross_spectra, cut, periodograms, power_density
+from tests.architecture.places import source_files
 
 RATE = 512.0
 
@@ -32,6 +36,34 @@ def test_all_three_densities_are_those_of_scipy(length: int, overlap: float, win
     assert np.abs(found.cross - across).max() < 1e-13 * scale
     assert found.power_x == pytest.approx(scipy_signal.welch(x, **how)[1], rel=1e-9, abs=1e-15)
     assert found.power_y == pytest.approx(power_density(y, RATE, segments)[1], rel=1e-12)
+
+
+@pytest.mark.parametrize(("cycles", "per_cycle"), [(40, 16), (45, 7), (3, 9)])
+def test_the_density_over_whole_cycles_is_that_of_scipy(cycles: int, per_cycle: int) -> None:
+    signals = np.random.default_rng(4).standard_normal((cycles * per_cycle, 3))
+    found, length = psd(signals, 0.5, per_cycle), min(8, cycles) * per_cycle
+    frequency, density = scipy_signal.welch(signals, 2.0 * per_cycle, nperseg=length, noverlap=length // 2, axis=0)
+    assert found.frequency == pytest.approx(frequency)
+    assert np.abs(found.density - density).max() < 1e-14 * density.max()
+
+
+def test_the_densities_of_every_segment_are_those_of_scipy() -> None:
+    signals = np.stack(noise(1000), axis=1)
+    each = np.concatenate(list(periodograms(signals, RATE, cut(1000, 64, 0.5, "hann"))))
+    how = {"window": "hann", "nperseg": 64, "noverlap": 32, "detrend": "constant", "axis": 0}
+    assert np.abs(each.T - scipy_signal.spectrogram(signals, RATE, **how)[2]).max() < 1e-14 * each.max()
+
+
+def test_means_of_segments_stay_where_they_are_wanted() -> None:
+    x, y = noise(1000)
+    segments = Segments(np.ones(100), 100, 10, centred=False)
+    across = scipy_signal.csd(x, y, RATE, "boxcar", 100, 0, detrend=False)[1]
+    assert np.abs(cross_spectra(x, y, RATE, segments).cross - across).max() < 1e-14 * np.abs(across).max()
+
+
+def test_no_other_file_estimates_densities() -> None:
+    library = re.compile(r"\b(welch|csd|spectrogram|periodogram|ShortTimeFFT)\b\(|import .*\b(welch|csd|spectrogram)\b")
+    assert [path.name for path in source_files() if library.search(path.read_text(encoding="utf-8"))] == []
 
 
 def test_groups_of_segments_add_up_to_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:

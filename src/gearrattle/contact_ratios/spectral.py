@@ -29,6 +29,8 @@ from numpy.typing import NDArray
 
 from gearrattle.contact_ratios.base import ContactRatio, clearances, elastic, largest_slope, law_of
 from gearrattle.signals import steady
+from gearrattle.signals.cross_spectra import Segments, cross_spectra
+from gearrattle.signals.cross_spectra import taper as window
 from gearrattle.signals.spectra import CYCLES_PER_SEGMENT
 from gearrattle.trajectory import Array, Trajectory
 
@@ -37,7 +39,6 @@ Taper = Literal["hann", "none"]
 
 _LEVEL = 0.95
 _WINDOW: dict[Taper, str] = {"hann": "hann", "none": "boxcar"}
-_NO_POWER = 1e-24  # below this share of the largest bin a power is rounding
 _WANTED_SEGMENTS = 8
 
 
@@ -75,29 +76,21 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
         segments: into how many equal parts they are cut, the remainder dropped at the start.
         taper: "hann" or "none".
     """
-    from scipy.signal import csd, get_window
-
     length = deflection.size // segments
     d, f = (x[x.size - segments * length :] for x in (deflection, force))
     d, f = d - d.mean(), f - f.mean()
-
-    def density(x: Array, y: Array) -> tuple[Array, Complex]:
-        found: tuple[Array, Complex] = csd(
-            x, y, fs=rate, window=_WINDOW[taper], nperseg=length, noverlap=0, detrend=False
-        )
-        return found
-
-    frequency, across = density(d, f)
-    power_d, power_f = density(d, d)[1].real, density(f, f)[1].real
-    alive = (power_d > _NO_POWER * power_d.max()) & (power_f > _NO_POWER * power_f.max())
-    there = np.where(alive, 1.0, np.nan)
+    parts = Segments(window(_WINDOW[taper], length), length, segments, centred=False)
+    densities = cross_spectra(d, f, rate, parts)
+    power_d, power_f, across = densities.power_x, densities.power_y, densities.cross
+    coherence = densities.coherence
+    there = np.where(np.isfinite(coherence), 1.0, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         h1: Complex = there * across / power_d
         h2 = np.asarray(there * power_f / np.conj(across), dtype=np.complex128)
         hv: Complex = there * np.sqrt(power_f / power_d) * across / np.abs(across)
-        coherence = there * np.minimum(1.0, np.abs(across) ** 2 / (power_d * power_f))
         error = np.sqrt((1.0 - coherence) / (coherence * 2.0 * segments))
-    square = get_window(_WINDOW[taper], length) ** 2  # Parseval: sums over all bins are sums over time
+    frequency = densities.frequency
+    square = parts.window**2  # Parseval: sums over all bins are sums over time
     a, b = ((x * f).reshape(segments, length) @ square for x, f in ((d, f), (d, d)))
     value = float(a.sum() / b.sum())
     if segments == 1:

@@ -20,13 +20,13 @@ from typing import Literal
 import numpy as np
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.signals.cross_spectra import cross_spectra, cut
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 Taper = Literal["hann", "none"]
 ENSEMBLES, POINTS, HARMONICS = 4, 128, 5  # Padmanabhan et al. 1995, sec. 8
 USABLE = 0.8  # share of half the sampling rate that the anti-aliasing filter leaves as it is
-NO_POWER = 1e-24  # below this share of the largest bin a power is rounding
 _CELLS = 1000  # of the grid on which densities are folded
 
 
@@ -163,14 +163,15 @@ def coherence_at_harmonics(
         every = decimation(len(given), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
     x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (given, reference))
     decimation(len(x), rate / every, frequency[-1] * USABLE, needed=needed, points=points, spacing=fundamental)
-    grid, spectrum = _gamma_squared(x, y, rate / every, points, taper)
-    width = float(grid[1])
+    segments = cut(needed, points, 0.0, {"hann": "hann", "none": "boxcar"}[taper])
+    spectra = cross_spectra(x, y, rate / every, segments)
+    width = float(spectra.frequency[1])
     bins = np.rint(frequency / width).astype(np.int64)
-    value = spectrum[bins]
+    value = spectra.coherence[bins]
     shown = value[np.isfinite(value)]
     return Coherence(
         frequency=frequency,
-        bin_frequency=grid[bins],
+        bin_frequency=spectra.frequency[bins],
         value=value,
         mean=float(shown.mean()) if shown.size else float("nan"),
         chance=by_chance(ensembles, max(1, shown.size)),
@@ -183,18 +184,6 @@ def coherence_at_harmonics(
         points=points,
         notes=tuple(_notes(frequency / width, value)),
     )
-
-
-def _gamma_squared(x: Array, y: Array, rate: float, points: int, taper: Taper) -> tuple[Array, Array]:
-    """Return frequencies and gamma^2 at every bin; NaN where one of the signals has no power."""
-    from scipy.signal import csd, welch
-
-    how = {"fs": rate, "window": {"hann": "hann", "none": "boxcar"}[taper], "nperseg": points, "noverlap": 0}
-    grid, across = csd(x, y, **how)
-    power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]
-    alive = (power_x > NO_POWER * power_x.max()) & (power_y > NO_POWER * power_y.max())
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return grid, np.where(alive, np.abs(across) ** 2 / (power_x * power_y), np.nan)
 
 
 def _whole(number: float) -> bool:

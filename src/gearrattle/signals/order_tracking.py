@@ -169,7 +169,7 @@ def order_spectra(signal: Turned, turns: int, overlap: float, window: str, highe
     amplitude = np.empty((blocks.count, kept), np.complex128)
     begin = 0
     for group in groups(signal.values, blocks):
-        amplitude[begin : begin + len(group)] = transformed(group, blocks.window)[:, :kept]
+        amplitude[begin : begin + len(group)] = transformed(group, blocks)[:, :kept]
         begin += len(group)
     amplitude *= 2.0j / blocks.window.sum()  # of a sine: exp(i phi) a L / (2 i)
     start = signal.angle + TURN / signal.per_turn * blocks.step * np.arange(blocks.count)

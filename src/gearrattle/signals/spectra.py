@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.signals.cross_spectra import Segments, power_density, taper
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
@@ -53,8 +54,6 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
     Raises:
         ModelError: if a segment would hold fewer than four samples.
     """
-    from scipy.signal import welch
-
     cycles = min(cycles_per_segment, signal.shape[0] // samples_per_cycle)
     length = cycles * samples_per_cycle
     if length < 4:
@@ -66,19 +65,10 @@ def psd(signal: Array, period: float, samples_per_cycle: int, cycles_per_segment
                 remedy="raise samples_per_cycle, or simulate more cycles",
             )
         )
-    overlap = length // 2
-    frequency, density = welch(
-        signal,
-        fs=samples_per_cycle / period,
-        window="hann",
-        nperseg=length,
-        noverlap=overlap,
-        detrend="constant",
-        scaling="density",
-        axis=0,
-    )
-    segments = 1 + (signal.shape[0] - length) // (length - overlap)
-    return Spectrum(frequency=frequency, density=density, window=averaged(cycles, segments), segments=segments)
+    step = length - length // 2
+    segments = Segments(taper("hann", length), step, 1 + (signal.shape[0] - length) // step)
+    frequency, density = power_density(signal, samples_per_cycle / period, segments)
+    return Spectrum(frequency, density, averaged(cycles, segments.count), segments.count)
 
 
 def averaged(cycles: int, segments: int) -> str:

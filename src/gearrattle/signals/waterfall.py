@@ -61,7 +61,7 @@ def waterfall(
     values = np.empty((segments.count, kept))
     begin = 0
     for group in groups(signal, segments):
-        modulus = np.abs(transformed(group, window))
+        modulus = np.abs(transformed(group, segments))
         if density:
             rows = one_sided(modulus**2 / (rate * float(window @ window)), segments.length)
         else:

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearrattle.signals import cross_spectra
 from gearrattle.trajectory import Array
 from gearrattle.validation.cycles import Cycles
 from gearrattle.validation.record import Band
@@ -57,15 +58,13 @@ def densities(measured: Cycles, simulated: Cycles) -> tuple[Segments, Segments]:
 
 
 def _segments(record: Cycles, cycles: int) -> Segments:
-    from scipy.signal import spectrogram
-
     samples = record.values.shape[1]
     length = cycles * samples
-    frequency, _, each = spectrogram(
-        record.values.reshape(-1, record.values.shape[2]), fs=record.rate, window="hann", nperseg=length,
-        noverlap=length // 2, detrend="constant", scaling="density", axis=0,
-    )  # fmt: skip
-    return Segments(frequency, each)
+    signal = record.values.reshape(-1, record.values.shape[2])
+    step = length - length // 2
+    segments = cross_spectra.Segments(cross_spectra.taper("hann", length), step, 1 + (len(signal) - length) // step)
+    each = np.concatenate(list(cross_spectra.periodograms(signal, record.rate, segments)))
+    return Segments(cross_spectra.frequencies(segments, record.rate), each.T)
 
 
 def averages(powers: Array) -> float:
