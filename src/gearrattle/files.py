@@ -10,6 +10,7 @@ Takes paths; gives bytes, text and paths that may be opened.
 from __future__ import annotations
 
 import io
+import mmap
 import os
 import stat
 import zipfile
@@ -23,6 +24,9 @@ LIMIT = "GEARRATTLE_READ_LIMIT"
 """Environment variable: how many bytes of a measured file, unpacked, are read at most."""
 _DEFAULT_LIMIT = 1_000_000_000
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+
+_HEAP = b"GCOL\x01\0\0\0"
+_FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
 _ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
 
@@ -120,13 +124,14 @@ def opened_hdf5(path: str | os.PathLike[str]) -> Any:
     """Open an HDF5 file (``h5py.File``), unless it points elsewhere or its datasets are larger than the limit together.
 
     Raises:
-        Refused: external links, external storage, virtual datasets, or too large; and as ``opened``.
+        Refused: external links, external storage, virtual datasets, too large, or damaged; and as ``opened``.
     """
     import h5py
 
     check_regular(path)
     file = h5py.File(path, "r")
     try:
+        _check_heaps(path, file.id.get_create_plist().get_sizes()[1])
         _check_hdf5(file)
     except BaseException:
         file.close()
@@ -135,11 +140,81 @@ def opened_hdf5(path: str | os.PathLike[str]) -> Any:
 
 
 def _check_hdf5(file: Any) -> None:
-    within_limit(sum(item.size * max(item.dtype.itemsize, 8) for _, item in datasets(file) if item.shape))
+    import h5py
+
+    size = 0
+    _check_types(file)
+    for _, item in _objects(file):
+        _check_types(item)
+        if isinstance(item, h5py.Dataset) and item.shape:
+            size += item.size * max(item.dtype.itemsize, 8)
+    within_limit(size)
+
+
+def _check_types(item: Any) -> None:
+    """Refuse a dataset or an attribute with a type on which the library ends the process (HDF5 2.0.0).
+
+    Raises:
+        Refused: a type of variable length that is neither a sequence nor a string.
+    """
+    import h5py
+
+    kinds = [item.id.get_type()] if isinstance(item, h5py.Dataset) else []
+    kinds += [h5py.h5a.open(item.id, index=i).get_type() for i in range(h5py.h5a.get_num_attrs(item.id))]
+    while kinds:
+        kind = kinds.pop()
+        group = kind.get_class()
+        if group == h5py.h5t.COMPOUND:
+            kinds += [kind.get_member_type(i) for i in range(kind.get_nmembers())]
+        elif group in (h5py.h5t.VLEN, h5py.h5t.ARRAY):
+            kinds.append(kind.get_super())
+        if group == h5py.h5t.VLEN and kind.encode()[_FLAGS] & 0xF > 1:
+            raise Refused("is damaged: an impossible type of variable length", "write it again")
+
+
+def _check_heaps(path: str | os.PathLike[str], width: int) -> None:
+    """Refuse an HDF5 file with a global heap in which the library would not get on.
+
+    Strings of any length lie in global heaps: a header of 8 bytes and the heap's size, then objects, each with its
+    index (2 bytes), 6 bytes of counts and its size. The library goes from object to object by their sizes, for ever
+    if one is zero or so large that it overflows (HDF5 2.0.0, H5HG__cache_heap_deserialize). Format: The HDF Group,
+    HDF5 File Format Specification 3.0, III.E.
+
+    Args:
+        path: the file.
+        width: bytes of a size.
+
+    Raises:
+        Refused: such an object.
+    """
+    size, header, objects = os.path.getsize(path), 8 + width, 0
+    if not size:
+        return
+    with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        begin = content.find(_HEAP)
+        while begin >= 0:
+            end = min(begin + int.from_bytes(content[begin + 8 : begin + header], "little"), size)
+            at = begin + header
+            while at + header <= end:
+                index = int.from_bytes(content[at : at + 2], "little")
+                length = int.from_bytes(content[at + 8 : at + header], "little")
+                padded = (header + (length + 7) // 8 * 8 if index else length) % 2 ** (8 * width)
+                objects += 1
+                if not header <= padded < 2 ** (8 * width - 1) or objects > size // header:
+                    raise Refused("is damaged: an object of a global heap has an impossible size", "write it again")
+                at += padded
+            begin = content.find(_HEAP, begin + 1)
 
 
 def datasets(file: Any) -> Iterator[tuple[str, Any]]:
-    """Yield names and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
+    """Yield names and datasets of an HDF5 file, in its order; raises as ``_objects``."""
+    import h5py
+
+    return ((name, item) for name, item in _objects(file) if isinstance(item, h5py.Dataset))
+
+
+def _objects(file: Any) -> Iterator[tuple[str, Any]]:
+    """Yield names, groups and datasets of an HDF5 file, in its order; soft links and what was visited are left out.
 
     Raises:
         Refused: an external link, external storage or a virtual dataset.
@@ -167,10 +242,9 @@ def datasets(file: Any) -> Iterator[tuple[str, Any]]:
         visited.add(address)
         if isinstance(item, h5py.Group):
             open_groups.append((f"{name}/", item, iter(list(item))))
-        elif isinstance(item, h5py.Dataset):
-            if item.external or item.is_virtual:
-                raise Refused(f"{name}: {rule}", remedy)
-            yield name, item
+        elif isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
+            raise Refused(f"{name}: {rule}", remedy)
+        yield name, item
 
 
 def private_folder(path: Path) -> bool:

@@ -30,6 +30,8 @@ from gearrattle.identification.measured import State
 from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
 from gearrattle.plots.stored import packed_charts, read_charts
 from gearrattle.recording import Channel, Recording
+from gearrattle.report.drawn import charts_of
+from gearrattle.report.saved import write_netcdf
 from gearrattle.sound.wave import read_wav
 from gearrattle.studies.file import read_study
 
@@ -195,6 +197,12 @@ def _stream(folder: Path) -> None:
     list(gr.stream(gr.loads(SMALL), store=folder / "kept", cycles=4, chunk=2, discard=1))
 
 
+def _densities(folder: Path) -> list[bytes]:
+    spectrum = gr.spectra(recording(), "n", resolution="100 Hz")
+    write_netcdf(spectrum, folder / "seed.nc", "spectra")
+    return [(folder / "seed.nc").read_bytes()]
+
+
 def _study(folder: Path) -> None:
     gr.study(gr.loads(SMALL), {"torque.0.mean": [0.3, 0.6]}, output=folder / "kept", workers=1, scheduler="threads")
 
@@ -277,6 +285,7 @@ def _targets() -> Iterator[Target]:
     yield Target("stored charts, npz", "charts.npz", _charts, read_charts)
     yield Target("saved run", "r.nc", _saved, gr.open_run)
     yield Target("saved run as record", "r.nc", _saved, _read)
+    yield Target("saved spectra as figures", "r.nc", _densities, charts_of)
     for name in ("state.npz", "chunk-000001.nc"):
         yield Target(
             f"stream, {name}", f"kept/{name}", _of(_stream, name), lambda path: list(gr.open_stream(path.parent)),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import struct
+import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.plots.stored import read_charts
 from gearrattle.sound.wave import read_wav
-from tests.fuzz.targets import TARGETS
+from tests.fuzz.targets import TARGETS, recording
 
 
 def wav(channels: int = 1, align: int = 2, parts: tuple[bytes, ...] = (b"fmt ", b"data")) -> bytes:
@@ -110,3 +112,78 @@ def test_a_damaged_marker_of_a_chunk_is_as_none(text: str, tmp_path: Path) -> No
     for marker in (kept / "done").glob("*.json"):
         marker.write_text(text)
     assert gr.open_study(kept).attrs["failures"] == []
+
+
+def with_objects(path: Path, change: bytes, at: int) -> None:
+    """Write a change into the size of an object of the only global heap of a file."""
+    content = bytearray(path.read_bytes())
+    heap = content.index(b"GCOL")
+    first = heap + 16 + at
+    content[first : first + len(change)] = change
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("size", [2**64 - 16, 2**64 - 9, 2**63])
+def test_a_global_heap_that_the_library_would_read_for_ever_is_refused(size: int, tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = np.arange(4.0)
+        file["x"].attrs["units"] = "rad/s"
+        file["time"] = np.arange(4.0)
+    assert [channel.name for channel in gr.read(path).channels] == ["x"]
+    whole = path.read_bytes()
+    with_objects(path, struct.pack("<Q", size), at=8)
+    for read in (gr.read, gr.open_run):
+        with pytest.raises(ModelError, match="an object of a global heap has an impossible size"):
+            read(path)
+    path.write_bytes(whole)
+    with_objects(path, struct.pack("<HHIQ", 0, 0, 0, 0), at=0)  # free space of no size
+    with pytest.raises(ModelError, match="an object of a global heap has an impossible size"):
+        gr.read(path)
+
+
+def test_heaps_within_heaps_are_refused_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = np.arange(4.0)
+    heap = struct.pack("<4sB3xQ", b"GCOL", 1, 2**40)
+    path.write_bytes(path.read_bytes() + (heap + struct.pack("<HHIQ", 1, 0, 0, 16)) * 20_000)
+    begun = time.process_time()
+    with pytest.raises(ModelError, match="an object of a global heap has an impossible size"):
+        gr.read(path)
+    assert time.process_time() - begun < 2.0
+
+
+@pytest.mark.parametrize("counts", ["11 -1000", "11 99999999", "99999999999 8", "-5 8"])
+def test_impossible_sizes_of_a_binary_universal_file_are_refused(counts: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.uff"
+    gr.write(recording(), path)
+    content = path.read_bytes()
+    lines, size = content.split(b"\n")[1].split()[3:5]
+    path.write_bytes(
+        content.replace(lines, counts.split(maxsplit=1)[0].encode(), 1).replace(size, counts.split()[1].encode(), 1)
+    )
+    begun = time.process_time()
+    with pytest.raises(ModelError, match="ends inside a dataset"):
+        gr.read(path)
+    assert time.process_time() - begun < 2.0
+
+
+@pytest.mark.parametrize("place", ["attribute", "dataset", "member"])
+def test_an_impossible_type_of_variable_length_is_refused(place: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    text = h5py.string_dtype()
+    with h5py.File(path, "w") as file:
+        file["x"] = file["time"] = np.arange(4.0)
+        if place == "attribute":
+            file["x"].attrs["units"] = "rad/s"
+        else:
+            kind = text if place == "dataset" else np.dtype([("label", text)])
+            file.create_dataset("label", (1,), kind)
+    assert gr.read(path).channels[0].name == "x"
+    content = path.read_bytes()
+    string = b"\x19\x01\x01\x00\x10\x00\x00\x00"  # version 1 of class 9, a string in UTF-8, 16 bytes
+    assert content.count(string) == 1
+    path.write_bytes(content.replace(string, b"\x19\x03" + string[2:]))
+    with pytest.raises(ModelError, match="an impossible type of variable length"):
+        gr.read(path)

@@ -25,12 +25,10 @@ _OF_INERTIAS = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
 
 def knows(path: Path, head: bytes) -> bool:
     """Tell the format that the root group names."""
-    import h5py
-
     if head[:8] != HDF5_SIGNATURE:
         return False
     try:
-        with h5py.File(path, "r") as file:
+        with opened_hdf5(path) as file:
             return str(file.attrs.get("format", "")).startswith("gearrattle run ")
     except (OSError, KeyError, RuntimeError, ValueError):  # damaged: the reader of HDF5 will say so
         return False

@@ -95,6 +95,8 @@ def _blocks(path: Path) -> Iterator[_Block]:
         words = head.split()
         if head[5:7].lower() == "8b" and len(words) >= 5:
             fields = [int(word) for word in head[7:].split()]
+            if not (0 <= fields[2] <= end - at and 0 <= fields[3] <= end - at):
+                raise _cut(path)
             lines = [line().decode("latin-1") for _ in range(fields[2])]
             data, at = content[at : at + fields[3]], at + fields[3]
             if fields[1] != 2:

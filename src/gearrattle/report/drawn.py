@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.calls.campbell import Campbell
 from gearrattle.comparison.rows import Comparison
 from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format
 from gearrattle.identification.loop_result import LoopFit
 from gearrattle.pipeline import Findings, judged
@@ -134,10 +135,16 @@ def _of_netcdf(path: Path) -> list[Chart]:
     if path.suffix.lower() != ".nc":
         raise ModelError(Problem(str(path), path.suffix or "no ending", rule, _REMEDY))
     try:
+        opened_hdf5(path).close()
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             data = opened.load()
-    except (ValueError, KeyError) as error:
-        raise ModelError(Problem(str(path), " ".join(str(error).split()), rule)) from None
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
+    except MemoryError:
+        raise
+    except Exception as error:  # a damaged file: h5py and what reads its parts complain in many ways
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        raise ModelError(Problem(str(path), words, rule, _REMEDY)) from None
     check_format(data.attrs.pop("format", ""), path, "orders", "spectra", "screening")
     if _of_data(data) is None:
         raise ModelError(Problem(str(path), ", ".join(map(str, data.data_vars)) or "empty", "has no figures", _REMEDY))
