@@ -7,18 +7,20 @@ kernel file, so the folder carries a stamp of all of them: warm starts stay warm
 
 from __future__ import annotations
 
+import atexit
+import contextvars
 import ctypes
 import gc
 import hashlib
 import os
 import sys
 import tempfile
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from threading import RLock
 from typing import Any
 
 import numba
@@ -63,6 +65,7 @@ def _stamped_folder() -> str:
 _FOLDER = _stamped_folder()
 
 
+_LOOK, _PATIENCE = 0.1, 10.0  # seconds: between two looks at a compilation; in which it must end
 _RULES: dict[str, Any] = {"cache": bool(_FOLDER), "error_model": "numpy", "fastmath": {"contract"}}
 
 
@@ -78,9 +81,56 @@ def _cached() -> Iterator[None]:
         settings.CACHE_DIR = before
 
 
+def is_compiling() -> bool:
+    """Whether kernels are compiled at all, and have addresses."""
+    return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+
+
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     with _cached():
-        return numba.njit(nogil=True, **{**_RULES, **options})(function)
+        made: Any = numba.njit(nogil=True, **{**_RULES, **options})(function)
+    if is_compiling():
+        made._compile_for_args = partial(_apart, made._compile_for_args)  # what the first call with new types calls
+    return made
+
+
+def _apart(compilation: Callable[..., Any], *arguments: Any) -> Any:
+    """Compile in a thread of its own if this is the main thread, so that Ctrl-C is heard at once.
+
+    A KeyboardInterrupt inside numba is late by as long as LLVM works on a function, is lost in what LLVM calls back, or
+    becomes an error of numba's. The compilation goes on after it, for the next call; the end of the process ends it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return compilation(*arguments)
+    results: list[Any] = []
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            results.append(compilation(*arguments))
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=contextvars.copy_context().run, args=(work,), name="compilation", daemon=True)
+    thread.start()
+    try:
+        while thread.is_alive():
+            thread.join(_LOOK)
+    except BaseException:
+        atexit.register(_end, thread)
+        raise
+    if errors:
+        raise errors[0]
+    return results[0]
+
+
+def _end(thread: threading.Thread) -> None:
+    """Have a thread end at its next line of Python: LLVM must not be at work while the process is taken down."""
+    for _ in range(round(_PATIENCE / _LOOK)):
+        if not thread.is_alive():
+            return
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
+        thread.join(_LOOK)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -252,11 +302,6 @@ def _strip_product(adds: bool) -> Any:
     return intrinsic(product) if is_compiling() else plain
 
 
-def is_compiling() -> bool:
-    """Whether kernels are compiled at all, and have addresses."""
-    return not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
-
-
 strip_product = _strip_product(False)
 """strip_product(stack, (first, stride, apart, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
 entries apart from the entry ``first`` of the stack on, their columns so many ``apart``, times y[:columns]."""
@@ -300,7 +345,7 @@ def lapack_routine(name: str, arguments: int) -> Callable[..., None]:
     return ctypes.CFUNCTYPE(None, *arguments * [ctypes.c_void_p])(lapack_address(name))
 
 
-_COMPILING = RLock()
+_COMPILING = threading.RLock()
 
 
 def vectorised(entry: Callable[..., Any]) -> Callable[..., Any]:
@@ -329,21 +374,21 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
 
     def call(*arguments: Any) -> Any:
         kinds = tuple(map(type, arguments))
-        if kinds in compiled:
-            return entry(*arguments)
+        if kinds not in compiled:
+            if is_compiling():
+                _apart(compile_, *arguments)
+            compiled.add(kinds)
+        return entry(*arguments)
+
+    def compile_(*arguments: Any) -> None:
         with _set(setting, value):
-            try:
-                return entry(*arguments)
-            finally:
-                compiled.add(kinds)
+            kernel._compile_for_args(*arguments)
 
     def address(*arguments: Any) -> int:
         shape = tuple(map(_kind, arguments))
         if shape not in addresses:
-            kinds = tuple(map(numba.typeof, arguments))
-            with _set(setting, value):
-                kernel.compile(kinds)
-            code = kernel.overloads[kinds]
+            _apart(compile_, *arguments)
+            code = kernel.overloads[tuple(map(numba.typeof, arguments))]
             addresses[shape] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
         return addresses[shape]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
+from gearrattle.slices import slices
 from gearrattle.solvers.base import Crossings
 from gearrattle.system.flow import Flow
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -82,12 +83,17 @@ def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
 
 def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
     """(t, Z) states and inputs at the samples."""
-    cycle, part = np.divmod(samples.first + np.arange(len(samples.states)), samples.per_cycle)
-    states = samples.states[:, : flow.states]
-    if not len(samples.waves):
-        return np.hstack([states, flow.inputs_at(cycle, part / samples.per_cycle)])
-    inputs = (samples.waves * flow.input_size)[part]
-    return np.hstack([states, inputs, flow.chains_at(cycle, part / samples.per_cycle)])
+    out = np.empty((len(samples.states), flow.width))
+    behind = flow.states + flow.inputs
+    for part in slices(*out.shape):
+        cycle, remainder = np.divmod(samples.first + np.arange(part.start, part.stop), samples.per_cycle)
+        out[part, : flow.states] = samples.states[part, : flow.states]
+        if len(samples.waves):
+            out[part, flow.states : behind] = samples.waves[remainder] * flow.input_size
+            out[part, behind:] = flow.chains_at(cycle, remainder / samples.per_cycle)
+        else:
+            out[part, flow.states :] = flow.inputs_at(cycle, remainder / samples.per_cycle)
+    return out
 
 
 def _by_row(rows: Array, states: Array) -> Array:
@@ -106,39 +112,57 @@ def _by_row(rows: Array, states: Array) -> Array:
 
 def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[str, Any]:
     """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
-    system, coordinates = flow.system, flow.coordinates
-    r, n, m = len(coordinates.references), system.size, len(system.laws)
-    references = samples.states[:, flow.states :][:, :r]
+    system, count, clearances = flow.system, len(z), len(flow.system.clearances)
+    sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
+    out = {name: np.empty((count, size)) for name, size in sizes.items()}
+    out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
+    forces, memory = np.empty((2, count, len(system.companions)))
+    for part in slices(count, flow.width + sum(sizes.values())):
+        pieces = samples.pieces[part]
+        sampled = _seen(flow, z[part])
+        deflection, rate, torque = sampled["deflection"], sampled["rate"], sampled["torque"]
+        force = out["force"][part]
+        force[...] = _forces_of_laws(system, pieces, deflection, rate)
+        forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
+        for c, each in enumerate(system.companions):
+            force[:, each.element] += forces[part, c]
+        balance = torque - system.drag * sampled["velocity"] - _by_row(np.ascontiguousarray(system.rows.T), force)
+        references = samples.states[part, flow.states :][:, : len(flow.coordinates.references)]
+        turned = _by_row(flow.coordinates.angle_from_reference, np.ascontiguousarray(references))
+        out["angle"][part] = sampled["angle"] + turned
+        out["velocity"][part] = sampled["velocity"]
+        out["acceleration"][part] = balance / system.inertia
+        out["deflection"][part] = deflection[:, list(system.clearances)]
+    beside = forces, memory, samples.pieces[:, clearances:]
+    return {**out, "piece": samples.pieces[:, :clearances], "beside": beside}
+
+
+def _seen(flow: Flow, z: Array) -> dict[str, Array]:
+    """Angles but for those of the references, velocities, torques, deflections and rates at some states [SI]."""
+    coordinates, n, m = flow.coordinates, flow.system.size, len(flow.system.laws)
     shape = np.zeros((n, flow.width))
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
-    seen = _by_row(np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate]), z)
-    angle, velocity, torque, deflection, rate = np.split(seen, np.cumsum([n, n, n, m]), axis=1)
-    clearances, piece_of = list(system.clearances), dict(zip(system.places, samples.pieces.T, strict=True))
-    force, linear = np.empty_like(deflection), np.zeros(len(z), np.int64)
+    rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
+    names = ("angle", "velocity", "torque", "deflection", "rate")
+    return dict(zip(names, np.split(_by_row(rows, z), np.cumsum([n, n, n, m]), axis=1), strict=True))
+
+
+def _forces_of_laws(system: PiecewiseSystem, pieces: IntArray, deflection: Array, rate: Array) -> Array:
+    """(t, m) forces of all elements, without what stands beside their laws [SI]."""
+    force, piece_of = np.empty_like(deflection), dict(zip(system.places, pieces.T, strict=True))
+    linear = np.zeros(len(pieces), np.int64)
     for k, law in enumerate(system.laws):
         piece = piece_of.get(k, linear)
         force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
-    forces, memory = forces_beside(flow, z, samples, deflection, rate)
-    for c, each in enumerate(system.companions):
-        force[:, each.element] += forces[:, c]
-    balance = torque - system.drag * velocity - _by_row(np.ascontiguousarray(system.rows.T), force)
-    return {
-        "angle": angle + _by_row(coordinates.angle_from_reference, np.ascontiguousarray(references)),
-        "velocity": velocity,
-        "acceleration": balance / system.inertia,
-        "deflection": deflection[:, clearances],
-        "force": force,
-        "piece": samples.pieces[:, : len(clearances)],
-        "beside": (forces, memory, samples.pieces[:, len(clearances) :]),
-    }
+    return force
 
 
-def forces_beside(flow: Flow, z: Array, samples: packed.Samples, deflection: Array, rate: Array) -> tuple[Array, Array]:
+def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rate: Array) -> tuple[Array, Array]:
     """Force and state e of every companion at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
     memory = z @ flow.memory_rows.T
     force, first = np.empty_like(memory), len(flow.system.clearances)
     for c, each in enumerate(flow.system.companions):
-        k, piece = each.element, samples.pieces[:, first + c]
+        k, piece = each.element, pieces[:, first + c]
         force[:, c] = each.stiffness[piece] * deflection[:, k] + each.damping[piece] * rate[:, k] + each.offset[piece]
         force[:, c] += each.memory[piece] * memory[:, c]
     return force, memory

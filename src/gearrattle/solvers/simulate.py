@@ -9,6 +9,7 @@ import numpy as np
 
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
+from gearrattle.slices import slices
 from gearrattle.solvers import SOLVERS
 from gearrattle.solvers.base import Marching, Motion, Place, Task
 from gearrattle.trajectory import Companions, Cost, EventLog, Layout, Trajectory
@@ -107,18 +108,26 @@ def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Mo
     first_cycle, discard = skipped
     first, crossings = layout.region_of_first_piece, motion.crossings
     label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
-    per_cycle = task.samples_per_cycle
-    index = first_cycle * per_cycle + np.arange(motion.angle.shape[0], dtype=float)
+    per_cycle, samples = task.samples_per_cycle, len(motion.angle)
+    time, torque = np.empty(samples), np.empty_like(motion.force)
+    force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
+    region = np.empty(motion.piece.shape, motion.piece.dtype)
+    for part in slices(samples, 4 * len(layout.radii) + 1):
+        index = first_cycle * per_cycle + np.arange(part.start, part.stop, dtype=float)
+        time[part] = index * (layout.period / per_cycle)
+        force[part] = motion.force[part][:, layout.clearance]
+        region[part] = motion.piece[part] + first
+        torque[part] = motion.force[part] * layout.radii[:, 0]
     return Trajectory(
         layout=layout,
-        time=index * (layout.period / per_cycle),
+        time=time,
         angle=motion.angle,
         velocity=motion.velocity,
         acceleration=motion.acceleration,
         deflection=motion.deflection,
-        force=motion.force[:, layout.clearance],
-        region=motion.piece + first,
-        element_torque=motion.force * layout.radii[:, 0],
+        force=force,
+        region=region,
+        element_torque=torque,
         events=EventLog(
             time=crossings.time,
             clearance=crossings.clearance,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
 from gearrattle.remember import remembered
+from gearrattle.slices import slices
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.handover import (
     StepLimit,
@@ -176,10 +177,13 @@ class SweepMarch:
     def _states(self, columns: Array) -> Array:
         """(t, N + R + K) scaled states, reference angles and force integrals, from columns of the table."""
         flow, m, n = self.flow, len(self.flow.system.laws), self.flow.system.size
-        carried = m + n + len(flow.system.clearances)
-        x = columns[:, list(flow.coordinates.elements)] * flow.scaling.deflection
-        v = columns[:, m : m + n] * flow.scaling.velocity
-        return np.hstack([x, v, columns[:, carried:], columns[:, m + n : carried]])
+        elements, carried = list(flow.coordinates.elements), m + n + len(flow.system.clearances)
+        out = np.empty((len(columns), len(elements) + columns.shape[1] - m))
+        for part in slices(*columns.shape):
+            x = columns[part, elements] * flow.scaling.deflection
+            v = columns[part, m : m + n] * flow.scaling.velocity
+            out[part] = np.hstack([x, v, columns[part, carried:], columns[part, m + n : carried]])
+        return out
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.slices import slices
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.building import typical_of
@@ -106,15 +107,24 @@ class FieldProblem:
 
         system, coordinates = self.task.system, self.flow.coordinates
         r, n, clearances = len(coordinates.elements), system.size, list(system.clearances)
-        acceleration, deflection, piece, force = element_samples(self.field, self.sample_times, states)
-        references = states[:, r + n : r + n + len(coordinates.references)]
+        angle, velocity, acceleration = np.empty((3, len(states), n))
+        force, deflection = np.empty((len(states), len(system.laws))), np.empty((len(clearances), len(states))).T
+        pieces = np.empty((len(clearances), len(states)), np.int64).T
+        for part in slices(*states.shape):
+            some, time = states[part], self.sample_times[part]
+            acceleration[part], deflections, piece, force[part] = element_samples(self.field, time, some)
+            deflection[part], pieces[part] = deflections[:, clearances], piece[:, clearances]
+            references = some[:, r + n : r + n + len(coordinates.references)]
+            turned = references @ coordinates.angle_from_reference.T
+            angle[part] = some[:, :r] @ coordinates.angle_from_basis.T + turned
+            velocity[part] = some[:, r : r + n]
         return Motion(
-            angle=states[:, :r] @ coordinates.angle_from_basis.T + references @ coordinates.angle_from_reference.T,
-            velocity=states[:, r : r + n].copy(),
+            angle=angle,
+            velocity=velocity,
             acceleration=acceleration,
-            deflection=deflection[:, clearances],
+            deflection=deflection,
             force=force,
-            piece=piece[:, clearances],
+            piece=pieces,
             crossings=crossings,
             initial_piece=np.array([self.start[k] for k in clearances], dtype=np.int64),
             final_force_integral=states[-1, r + n + len(coordinates.references) :][clearances],

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.slices import slices
 from gearrattle.system.companion import Companion
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.system.forced import oscillation
@@ -27,8 +28,6 @@ from gearrattle.system.signals import Signals
 Array = NDArray[np.float64]
 _DYADIC = 2.0**30
 Pieces = tuple[int, ...]
-
-_SLICE = 100_000  # times at once
 
 
 @dataclass(frozen=True)
@@ -211,13 +210,14 @@ class Flow:
 
     def _waves_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, U) 1, cosines and sines at such times."""
-        if len(fraction) > _SLICE:  # so that Ctrl-C is heard
-            parts = [slice(i, i + _SLICE) for i in range(0, len(fraction), _SLICE)]
-            return np.vstack([self._waves_at(cycle[part], fraction[part]) for part in parts])
         high, low = split_cycles(self.system.inputs.cycles)
-        turn = np.remainder(np.multiply.outer(cycle, high), 1.0) + np.multiply.outer(cycle, low)
-        angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction, high + low), 1.0)
-        return np.hstack([np.ones((len(fraction), 1)), np.cos(angle), np.sin(angle)])
+        out = np.ones((len(fraction), self.inputs))
+        for part in slices(*out.shape):
+            turn = np.remainder(np.multiply.outer(cycle[part], high), 1.0) + np.multiply.outer(cycle[part], low)
+            angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction[part], high + low), 1.0)
+            out[part, 1 : 1 + high.size] = np.cos(angle)
+            out[part, 1 + high.size :] = np.sin(angle)
+        return out
 
     def chains_at(self, cycle: Array, fraction: Array) -> Array:
         """(t, Q) scaled chains of the signals at such times."""
