@@ -187,3 +187,24 @@ def test_an_impossible_type_of_variable_length_is_refused(place: str, tmp_path: 
     path.write_bytes(content.replace(string, b"\x19\x03" + string[2:]))
     with pytest.raises(ModelError, match="an impossible type of variable length"):
         gr.read(path)
+
+
+def test_a_channel_beyond_its_records_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    block = content.rindex(b"##CN")
+    (links,) = struct.unpack_from("<Q", content, block + 16)
+    struct.pack_into("<I", content, block + 24 + 8 * links + 4, 8_454_160)  # the byte of a record where it begins
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match="a channel lies beyond the records of its group"):
+        gr.read(path)
+
+
+@pytest.mark.parametrize(("row", "message"), [("0.1_5, 2", 'x.csv:3: t: found "0.1_5"'), ("0.2", "x.csv:3: 1 entries")])
+def test_a_row_that_only_python_takes_for_numbers_is_refused(row: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text(f"t [s], n [rpm]\n0, 1\n{row}\n0.3\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=message):
+        gr.read(path)

@@ -159,19 +159,27 @@ def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool =
 
 def _or_nan(cell: str) -> float:
     """Return a number; NaN for an empty entry."""
+    if "_" in cell:  # Python reads 1_0 as ten
+        raise ValueError(cell)
     return float(cell.strip() or "nan")
 
 
 def _rows(path: Path, layout: Layout) -> Iterator[str]:
     """Yield the rows; each must have as many entries as there are names."""
-    separator, count = layout.separator, len(layout.heads)
     for number, line in layout.rows(path):
-        if line.count(separator) != count - 1:
-            several = separator == "," and line.count(separator) >= count
-            remedy = "decimals need a point where commas part columns" if several else ""
-            rule = f"must have {count}, as the header has"
-            raise RecordError(f"{path}:{number}", f"{line.count(separator) + 1} entries", rule, remedy)
+        if error := _wrong_count(f"{path}:{number}", line, layout):
+            raise error
         yield layout.with_points(line)
+
+
+def _wrong_count(place: str, line: str, layout: Layout) -> RecordError | None:
+    """Return the error of a row that has not as many entries as there are names."""
+    separator, count = layout.separator, len(layout.heads)
+    if line.count(separator) == count - 1:
+        return None
+    several = separator == "," and line.count(separator) >= count
+    remedy = "decimals need a point where commas part columns" if several else ""
+    return RecordError(place, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy)
 
 
 def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
@@ -192,6 +200,8 @@ def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimen
 def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:
     """Find the first line that cannot be read."""
     for number, line in layout.rows(path):
+        if error := _wrong_count(f"{path}:{number}", line, layout):
+            return error
         cells = line.rstrip("\r\n").split(layout.separator)
         for name, index in columns.items():
             cell = cells[index].strip().strip('"')
@@ -206,6 +216,6 @@ def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps
 def _number(text: str) -> float:
     """Return a number; NaN for what is none."""
     try:
-        return float(text)
+        return _or_nan(text)
     except ValueError:
         return math.nan

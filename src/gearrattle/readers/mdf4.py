@@ -26,6 +26,8 @@ NAME = "mdf4"
 SUFFIXES = (".mf4", ".mdf", ".dat")
 _MARK = "gearrattle: "
 _MOST_BLOCKS = 1_000_000
+_VIRTUAL = (3, 6)  # types of channels that have no bytes
+_CAN_BE_INVALID = 2  # flag of a channel
 
 
 def knows(_path: Path, head: bytes) -> bool:
@@ -43,6 +45,7 @@ def read(path: Path, request: Request) -> Raw:
     columns: list[Column] = []
     skipped: list[str] = []
     with _opened(mdf, path) as file:
+        _check_records(file)
         masters = set(file.masters_db.items())
         entries = [(name, *at) for name, places in file.channels_db.items() for at in places if at not in masters]
         entries.sort(key=lambda entry: entry[1:])
@@ -85,6 +88,27 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
             within_limit(unpacked)
             if number > _MOST_BLOCKS:
                 raise Refused("its list of data blocks does not end", "copy or export it again")
+
+
+def _check_records(file: Any) -> None:
+    """Refuse channels that lie beyond the records of their group: the library would read past them.
+
+    Raises:
+        Refused: there is one.
+    """
+    for group in file.groups:
+        sizes = (getattr(group.channel_group, f"{part}_nr", 0) for part in ("samples_byte", "invalidation_bytes"))
+        bits, invalid = (8 * size for size in sizes)
+        for channel in group.channels:
+            if hasattr(channel, "start_offset"):  # version 3
+                first = channel.start_offset + 8 * getattr(channel, "additional_byte_offset", 0)
+                beyond = first + channel.bit_count > bits
+            else:
+                first = 8 * channel.byte_offset + channel.bit_offset
+                beyond = channel.channel_type not in _VIRTUAL and first + channel.bit_count > bits
+                beyond |= bool(channel.flags & _CAN_BE_INVALID) and channel.pos_invalidation_bit >= invalid
+            if beyond:
+                raise Refused("is damaged: a channel lies beyond the records of its group", "copy or export it again")
 
 
 def write(recording: Recording, path: Path) -> None:
