@@ -202,7 +202,9 @@ def test_a_channel_beyond_its_records_is_refused(tmp_path: Path) -> None:
         gr.read(path)
 
 
-@pytest.mark.parametrize(("row", "message"), [("0.1_5, 2", 'x.csv:3: t: found "0.1_5"'), ("0.2", "x.csv:3: 1 entries")])
+@pytest.mark.parametrize(
+    ("row", "message"), [("0.1_5, 2", 'x.csv:3: t: found "0.1_5"'), ("0.2", "x.csv:3: found 1 entries")]
+)
 def test_a_row_that_only_python_takes_for_numbers_is_refused(row: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     path.write_text(f"t [s], n [rpm]\n0, 1\n{row}\n0.3\n", encoding="utf-8")
