@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -274,3 +275,43 @@ def test_chunks_of_another_motion_are_not_read_as_one(model: gr.Model, reference
     (tmp_path / "a" / "chunk-000001.nc").replace(tmp_path / "a" / "chunk-000002.nc")
     with pytest.raises(gr.ModelError, match=r"chunk-000001.nc|must begin at cycle"):
         list(gr.open_stream(tmp_path / "a"))
+
+
+SUMS = {
+    "contact": "dwell",
+    "impacts": "begun count drive final left mass met open push speed square top_change top_push top_speed",
+    "loose_gear": "miss peak",
+    "peak_to_peak": "above below high low off rms",
+    "regime": "sides",
+    "spectrum": "density gram last moments rest segments",
+    "transmissibility": "above below high low off rms",
+}
+"""What ``gearrattle stream 2`` keeps of the criteria. If this changes, in name, shape or meaning, the version rises."""
+
+
+def test_the_sums_that_a_store_keeps_are_those_of_its_version(reference: Path) -> None:
+    with np.load(reference / "state.npz") as file:
+        assert str(file["owner"]).startswith("gearrattle stream 2\n")
+        gathered = {name.removeprefix("gathered/") for name in file.files if name.startswith("gathered/")}
+        march = {name.removeprefix("march/") for name in file.files if name.startswith("march/")}
+    assert gathered == {"grid", "span", *(f"{name}/{key}" for name, keys in SUMS.items() for key in keys.split())}
+    assert march == {"bound", "carried", "clock", "counts", "cycle", "region", "sample", "side", "tried", "u", "y"}
+
+
+def test_a_motion_of_an_earlier_version_opens_and_is_not_gone_on_with(
+    reference: Path, model: gr.Model, tmp_path: Path
+) -> None:
+    folder = tmp_path / "store"
+    shutil.copytree(reference, folder)
+    with np.load(folder / "state.npz") as file:
+        arrays = {name: file[name] for name in file.files if name != "gathered/transmissibility/rms"}
+    earlier = str(arrays["owner"]).replace("gearrattle stream 2", "gearrattle stream 1")
+    np.savez(folder / "state.npz", **{**arrays, "owner": np.array(earlier)})
+    before = content(folder)
+    assert len(list(gr.open_stream(folder))) == 7
+    with pytest.raises(gr.ModelError) as caught:
+        gr.stream(model, **{**SETTINGS, "cycles": 90}, store=folder, resume=True)
+    message = str(caught.value)
+    assert 'found "gearrattle stream 1"; was begun by an earlier version of gearrattle' in message
+    assert "compute the motion again in another folder" in message
+    assert content(folder) == before

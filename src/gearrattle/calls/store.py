@@ -93,6 +93,10 @@ class Store:
         if state is not None and not resume:
             rule = f"holds {counted(state.done, 'cycle')} of a run already"
             raise ModelError(Problem(str(path), "", rule, "resume to go on with it, or choose another folder"))
+        if state is not None and (begun := state.owner.partition("\n")[0]) != format_name("stream"):
+            rule = "was begun by an earlier version of gearrattle, whose sums of criteria this one cannot go on with"
+            remedy = "gearrattle.open_stream reads what is there; to go on, compute the motion again in another folder"
+            raise ModelError(Problem(str(path), f'"{begun}"', rule, remedy))
         if state is not None and state.owner != owner:
             raise ModelError(_difference(path, state.owner, owner))
         store = cls(path, owner, state)
