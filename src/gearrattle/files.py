@@ -26,6 +26,7 @@ _DEFAULT_LIMIT = 1_000_000_000
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 
 _HEAP = b"GCOL\x01\0\0\0"
+_EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file tells wrong places
 _FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
 _ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
@@ -131,8 +132,8 @@ def opened_hdf5(path: str | os.PathLike[str]) -> Any:
     check_regular(path)
     file = h5py.File(path, "r")
     try:
-        _check_heaps(path, file.id.get_create_plist().get_sizes()[1])
         _check_hdf5(file)
+        _check_heaps(path, file)
     except BaseException:
         file.close()
         raise
@@ -172,38 +173,48 @@ def _check_types(item: Any) -> None:
             raise Refused("is damaged: an impossible type of variable length", "write it again")
 
 
-def _check_heaps(path: str | os.PathLike[str], width: int) -> None:
+def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     """Refuse an HDF5 file with a global heap in which the library would not get on.
 
     Strings of any length lie in global heaps: a header of 8 bytes and the heap's size, then objects, each with its
     index (2 bytes), 6 bytes of counts and its size. The library goes from object to object by their sizes, for ever
-    if one is zero or so large that it overflows (HDF5 2.0.0, H5HG__cache_heap_deserialize). Format: The HDF Group,
-    HDF5 File Format Specification 3.0, III.E.
-
-    Args:
-        path: the file.
-        width: bytes of a size.
+    if one is zero or so large that it overflows (HDF5 2.0.0, H5HG__cache_heap_deserialize). The free space of a heap
+    has index 0 and a size that counts its own header. The inside of large datasets is not searched for heaps. Format:
+    The HDF Group, HDF5 File Format Specification 3.0, III.E.
 
     Raises:
         Refused: such an object.
     """
-    size, header, objects = os.path.getsize(path), 8 + width, 0
-    if not size:
-        return
+    width, size, objects = file.id.get_create_plist().get_sizes()[1], os.path.getsize(path), 0
+    header, most = 8 + width, 2 ** (8 * width)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        begin = content.find(_HEAP)
-        while begin >= 0:
+        for begin in _heaps(content, _insides(file)):
             end = min(begin + int.from_bytes(content[begin + 8 : begin + header], "little"), size)
             at = begin + header
             while at + header <= end:
                 index = int.from_bytes(content[at : at + 2], "little")
                 length = int.from_bytes(content[at + 8 : at + header], "little")
-                padded = (header + (length + 7) // 8 * 8 if index else length) % 2 ** (8 * width)
+                padded = (header + (length + 7) // 8 * 8 if index else length) % most
                 objects += 1
-                if not header <= padded < 2 ** (8 * width - 1) or objects > size // header:
+                if not header <= padded < most // 2 or objects > size // header:
                     raise Refused("is damaged: an object of a global heap has an impossible size", "write it again")
                 at += padded
-            begin = content.find(_HEAP, begin + 1)
+
+
+def _heaps(content: mmap.mmap, insides: list[tuple[int, int]]) -> Iterator[int]:
+    """Yield where heaps begin, but for those inside of large datasets."""
+    last = 0
+    for first, end in [*insides, (len(content), len(content))]:
+        while (last := content.find(_HEAP, last, first + len(_HEAP))) >= 0:
+            yield last
+            last += 1
+        last = end
+
+
+def _insides(file: Any) -> list[tuple[int, int]]:
+    """Where the insides of large datasets lie in an HDF5 file, ascending: begins and ends [bytes]."""
+    found = [(item.id.get_offset() or 0, item.id.get_storage_size()) for _, item in datasets(file)]
+    return sorted((at + _EDGE, at + size - _EDGE) for at, size in found if at and size > 4 * _EDGE)
 
 
 def datasets(file: Any) -> Iterator[tuple[str, Any]]:

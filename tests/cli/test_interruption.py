@@ -12,13 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from gearrattle.cli import background
+import gearrattle as gr
+from gearrattle.cli import background, main
 from gearrattle.cli.background import Watch, watched
 from gearrattle.cli.failures import guarded
 from gearrattle.cli.page_folder import page_folder
 from gearrattle.errors import Cancelled
 from gearrattle.writing import Staging
 from tests import synthetic
+from tests.interruption import longest_deafness
 
 LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
 """A shell's background jobs ignore SIGINT and hand that on to what they start."""
@@ -86,6 +88,42 @@ def test_sigterm_is_that_of_the_program_again_when_a_command_has_ended(model: Pa
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert guarded(lambda: None) == 0
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+class Signalled:
+    """Sends the process a signal while Python clears it away: what a handler raises then is lost."""
+
+    def __init__(self, number: signal.Signals) -> None:
+        self.number = number
+
+    def __del__(self) -> None:
+        signal.raise_signal(self.number)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interruption_that_python_loses_is_raised_again(number: signal.Signals, code: int) -> None:
+    reached = []
+
+    def work() -> None:
+        Signalled(number)
+        reached.append(number)  # the exception was lost
+        time.sleep(10.0)
+        reached.append(number)
+
+    hook = sys.unraisablehook
+    assert guarded(work) == code
+    assert reached == [number]
+    assert sys.unraisablehook is hook
+
+
+def test_an_interruption_before_the_work_has_begun_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_: threading.Thread) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        watched(lambda watch: watch(1.0))
 
 
 def _on_a_disk(options: str, folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
@@ -171,3 +209,25 @@ def test_a_page_whose_replacement_was_cut_short_is_completed_and_replaced(tmp_pa
     with page_folder(tmp_path):
         assert (tmp_path / "report.html").read_text() == "new"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html", "summary.json"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "words",
+    [("criteria",), ("metrics",), ("spectra", "--channel", "acceleration.hub"), ("orders", "acceleration.hub")],
+    ids=lambda words: words[0],
+)
+def test_a_command_on_a_long_motion_looks_at_signals_many_times_a_second(
+    words: tuple[str, ...], long_motion: Path
+) -> None:
+    command, *more = words
+    longest, where = longest_deafness(lambda: main([command, str(long_motion), *more]))
+    assert longest < ANSWER, where
+
+
+@pytest.fixture(scope="module")
+def long_motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved motion of 1.5 million samples."""
+    path = tmp_path_factory.mktemp("long") / "long.nc"
+    gr.simulate(gr.example("case3"), cycles=1500, audit=False).save(path)
+    return path

@@ -142,6 +142,19 @@ def test_a_global_heap_that_the_library_would_read_for_ever_is_refused(size: int
         gr.read(path)
 
 
+def test_a_heap_behind_a_large_dataset_is_looked_at(tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = file["time"] = np.arange(1e5)
+        file.flush()
+        file["x"].attrs["units"] = "rad/s"
+    assert gr.read(path).time.size == 100_000
+    assert path.read_bytes().index(b"GCOL") > 1_000_000
+    with_objects(path, struct.pack("<Q", 2**64 - 16), at=8)
+    with pytest.raises(ModelError, match="an object of a global heap has an impossible size"):
+        gr.read(path)
+
+
 def test_heaps_within_heaps_are_refused_at_once(tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as file:

@@ -18,6 +18,7 @@ from gearrattle.assembly.prescribed import free_names, free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.model import Model
 from gearrattle.remember import remembered
+from gearrattle.slices import slices
 from gearrattle.system.flow import Flow, Pieces, flow_of
 from gearrattle.system.series import Rows, Series
 from gearrattle.system.statistics import Path, Statistics, Walk, walk_of
@@ -148,14 +149,17 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
         time, watch, upward = beside.time, beside.watch, beside.upward
         memories = beside.stretch[:, list(flow.system.memories)] * flow.memory
     count = len(flow.system.laws) + len(flow.system.companions)
-    angle, velocity = t.angle[window], t.velocity[window]
-    if len(free) < angle.shape[1]:
-        angle, velocity = angle[:, free], velocity[:, free]
+    angle, velocity, memory = t.angle[window], t.velocity[window], memories[window]
     samples = np.empty((len(angle), flow.width))
     deflections, moving = len(flow.coordinates.basis), flow.states - flow.memory.size
-    samples[:, :deflections] = angle @ (flow.coordinates.basis.T * flow.scaling.deflection)
-    np.multiply(velocity, flow.scaling.velocity, out=samples[:, deflections:moving])
-    samples[:, moving : flow.states] = memories[window]
+    from_angle = flow.coordinates.basis.T * flow.scaling.deflection
+    for part in slices(*samples.shape):
+        angles, velocities = angle[part], velocity[part]
+        if len(free) < angle.shape[1]:
+            angles, velocities = angles[:, free], velocities[:, free]
+        samples[part, :deflections] = angles @ from_angle
+        np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
+        samples[part, moving : flow.states] = memory[part]
     _write_inputs(flow, t, samples[:, flow.states :])
     return Path(
         tuple(int(pieces.get(k, 0)) for k in range(count)),
@@ -180,8 +184,10 @@ def _write_inputs(flow: Flow, trajectory: Trajectory, inputs: Array) -> None:
             some[:] = waves[: len(some)]
     if alike and not flow.chain.size:
         return
-    cycle, part = np.divmod(before + np.arange(trajectory.discard * per_cycle, len(trajectory.time)), per_cycle)
-    if alike:
-        inputs[:, flow.inputs :] = flow.chains_at(cycle, part / per_cycle)
-    else:
-        inputs[:] = flow.inputs_at(cycle, part / per_cycle)
+    skipped = before + trajectory.discard * per_cycle
+    for rows in slices(*inputs.shape):
+        cycle, part = np.divmod(skipped + np.arange(rows.start, rows.stop), per_cycle)
+        if alike:
+            inputs[rows, flow.inputs :] = flow.chains_at(cycle, part / per_cycle)
+        else:
+            inputs[rows] = flow.inputs_at(cycle, part / per_cycle)

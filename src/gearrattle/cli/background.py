@@ -106,7 +106,8 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
             display.update()
     except KeyboardInterrupt:
         watch.stop()
-        thread.join(grace)
+        if thread.is_alive():  # else interrupted before it began
+            thread.join(grace)
         raise
     finally:
         display.close()

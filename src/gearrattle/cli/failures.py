@@ -8,6 +8,7 @@ Takes errors; gives exit codes and text on stderr.
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import errno
 import os
@@ -21,6 +22,7 @@ from gearrattle.errors import Cancelled, GearRattleError, ModelError
 DONE, FAILED, MISUSED, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 WORKER = "gearrattle-worker"
 """Name of the thread that computes."""
+_AGAIN = 0.01  # seconds until a lost interruption is raised again
 
 
 class Terminated(KeyboardInterrupt):
@@ -36,7 +38,7 @@ def guarded(work: Callable[[], object]) -> int:
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
-        with _terminated_cleanly():
+        with _terminated_cleanly(), _interruptions_kept():
             work()
         sys.stdout.flush()
         return DONE
@@ -59,21 +61,48 @@ def guarded(work: Callable[[], object]) -> int:
 
 @contextlib.contextmanager
 def _terminated_cleanly() -> Iterator[None]:
-    """Raise ``Terminated`` on the first SIGTERM, and ignore what follows: cleaning up takes a moment."""
+    """Raise ``Terminated`` on the first SIGTERM."""
     in_charge = threading.current_thread() is threading.main_thread()
     if not in_charge or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
         return
-
-    def stop(*_: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        raise Terminated
-
-    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextlib.contextmanager
+def _interruptions_kept() -> Iterator[None]:
+    """Raise an interruption again that Python loses: one in ``__del__``, or in a callback of a weak reference or of C.
+
+    Importing modules calls such functions all the time, as do h5py and llvmlite.
+    """
+    before = sys.unraisablehook
+
+    def keep(lost: sys.UnraisableHookArgs) -> None:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            before(lost)
+            return
+        number = signal.SIGTERM if isinstance(lost.exc_value, Terminated) else signal.SIGINT
+        if number == signal.SIGTERM:
+            signal.signal(number, _terminate)
+        again = threading.Timer(_AGAIN, _thread.interrupt_main, [number])
+        again.daemon = True
+        again.start()
+
+    sys.unraisablehook = keep
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+
+
+def _terminate(*_: object) -> None:
+    """Raise ``Terminated``, and ignore what follows: cleaning up takes a moment."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    raise Terminated
 
 
 def explain(error: BaseException) -> tuple[int, str]:
