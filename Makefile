@@ -24,7 +24,7 @@ export MPLBACKEND           ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
+.PHONY: help run test test-long lint docs same bench peers growth cost orders variants inputs loops advice forecast metrics horizon scaling compositions fuzz reliability images constraints wheel pythons lowest clean distclean
 
 help:           ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/  make \1 \t\2/p' Makefile | expand -t 22
@@ -67,6 +67,9 @@ variants: $(VENV)/.package  ## variants of a driveline a second, on one thread a
 	$(PY) -m benchmarks.variants
 inputs: $(VENV)/.package    ## friction, alternation, records, run-ups: what each costs beside the same run without
 	$(PY) -m benchmarks.inputs
+
+loops: $(VENV)/.test         ## fits of torque-angle loops against SciPy's least squares: writes docs/reference/loops.md (minutes)
+	$(PY) -m benchmarks.loops
 
 growth: $(VENV)/.package    ## cost against the number of inertias: writes docs/reference/growth.md (minutes)
 	$(PY) -m benchmarks.growth
