@@ -117,6 +117,17 @@ def test_an_interruption_that_python_loses_is_raised_again(number: signal.Signal
     assert sys.unraisablehook is hook
 
 
+def test_an_interruption_while_a_class_is_made_is_one() -> None:
+    class Interrupted:
+        def __set_name__(self, owner: type, name: str) -> None:
+            raise KeyboardInterrupt
+
+    def work() -> None:
+        type("Made", (), {"part": Interrupted()})  # a RuntimeError before Python 3.12
+
+    assert guarded(work) == 130
+
+
 def test_an_interruption_before_the_work_has_begun_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(_: threading.Thread) -> None:
         raise KeyboardInterrupt

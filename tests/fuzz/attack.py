@@ -79,6 +79,7 @@ class Attack:
         if time.process_time() - begun > SECONDS:
             return "slow"
         if largest_resident() > MOST_MEMORY + self.resident_before:
+            largest_resident(afresh=True)  # the next input is not to blame
             return "memory"
         return told
 

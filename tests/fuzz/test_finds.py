@@ -223,3 +223,17 @@ def test_a_row_that_only_python_takes_for_numbers_is_refused(row: str, message: 
     path.write_text(f"t [s], n [rpm]\n0, 1\n{row}\n0.3\n", encoding="utf-8")
     with pytest.raises(ModelError, match=message):
         gr.read(path)
+
+
+def test_a_string_of_an_unknown_encoding_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "x.nc"
+    with h5py.File(path, "w") as file:
+        file["x"] = file["time"] = np.arange(4.0)
+        file["label"] = np.array([b"abcd"], "S4")
+    content = path.read_bytes()
+    string = b"\x13\x01\x00\x00\x04\x00\x00\x00"  # version 1 of class 3, padded with NUL, in ASCII, 4 bytes
+    assert content.count(string) == 1
+    path.write_bytes(content.replace(string, b"\x13\x21" + string[2:]))
+    for read in (gr.read, gr.open_run):
+        with pytest.raises(ModelError, match=r"x\.nc"):
+            read(path)

@@ -107,8 +107,9 @@ def _terminate(*_: object) -> None:
 
 def explain(error: BaseException) -> tuple[int, str]:
     """Return the exit code and the message of an error."""
-    if isinstance(error, KeyboardInterrupt | Cancelled):
-        terminated = any(isinstance(one, Terminated) for one in (error, error.__cause__))
+    chain = _chain(error)
+    if any(isinstance(one, KeyboardInterrupt | Cancelled) for one in chain):
+        terminated = any(isinstance(one, Terminated) for one in chain)
         word = "terminated" if terminated else "interrupted"
         return TERMINATED if terminated else INTERRUPTED, getattr(error, "kept", "") or f"{word}: nothing was written"
     if isinstance(error, ModelError):
@@ -118,6 +119,14 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, NotADirectoryError | IsADirectoryError):
         return MISUSED, f"error: {error.filename}: {error.strerror}; choose another place with -o"
     return FAILED, f"error: {_reason(error)}"
+
+
+def _chain(error: BaseException) -> list[BaseException]:
+    """Return an error and what it was raised from; an interruption while a class is made arrives as a RuntimeError."""
+    chain = [error]
+    while (cause := chain[-1].__cause__) is not None and cause not in chain:
+        chain.append(cause)
+    return chain
 
 
 def disk_is_full(error: BaseException) -> bool:
