@@ -1,17 +1,16 @@
-"""Maps of numbers as ink: one picture of shades inside an SVG, and how rows of spectra become equal cells.
+"""Maps of numbers as SVG: one picture of shades inside an SVG, and how rows of spectra become equal cells.
 
 A map of thousands of rows and bins has more cells than a page has points. Each point shows the *largest* of the cells
 it covers, as a line one bin wide must not vanish; a point that no cell covers shows the cell about it. The picture is a
-PNG of 256 shades (W3C, Portable Network Graphics, 2003): signature, header, palette, transparency, compressed rows.
+PNG of 256 shades.
 
 Takes a Heat and axes; gives text for ``static``. Takes spectra; gives a Heat's values.
 """
 
 from __future__ import annotations
 
-import struct
-import zlib
 from base64 import b64encode
+from io import BytesIO
 
 import numpy as np
 
@@ -33,25 +32,18 @@ def raster(heat: Heat, x: Axis, y: Axis) -> str:
 
 def _png(heat: Heat) -> bytes:
     """Return a picture with one point a cell, the first row lowest; shade 0 is transparent."""
+    from PIL import Image
+
     with np.errstate(invalid="ignore"):
         share = np.clip((heat.values - heat.low) / (heat.high - heat.low), 0.0, 1.0)
         codes = np.where(np.isfinite(heat.values), 1.0 + np.rint(share * (_SHADES - 1)), 0.0).astype(np.uint8)
     height, width = codes.shape
-    rows = np.zeros((height, width + 1), np.uint8)  # each row begins with its filter, none
-    rows[:, 1:] = codes[::-1]
+    picture = Image.frombytes("P", (width, height), codes[::-1].tobytes())
     colours = ["#ffffff", *(shade(k / (_SHADES - 1)) for k in range(_SHADES))]
-    return b"".join((
-        b"\x89PNG\r\n\x1a\n",
-        _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)),
-        _chunk(b"PLTE", bytes.fromhex("".join(colour[1:] for colour in colours))),
-        _chunk(b"tRNS", b"\x00"),
-        _chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)),
-        _chunk(b"IEND", b""),
-    ))  # fmt: skip
-
-
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+    picture.putpalette(bytes.fromhex("".join(colour[1:] for colour in colours)))
+    content = BytesIO()
+    picture.save(content, "PNG", transparency=0, compress_level=9)
+    return content.getvalue()
 
 
 def largest_along(values: Array, places: Array, edges: Array) -> Array:
