@@ -248,7 +248,7 @@ class StandInRun:
     def cost(self) -> Cost:
         return self.trajectory.cost
 
-    def save(self, path: Path) -> None:
+    def write(self, path: Path) -> None:
         np.savez_compressed(path.open("wb"), angle=self.trajectory.angle)
 
 
@@ -261,11 +261,11 @@ class StandInEquilibrium:
     notes: tuple[str, ...] = ()
 
 
-def stand_in_modes(frequencies: list[float], damping: list[float], shapes: Array) -> Modes:
+def stand_in_modes(model: Model, frequencies: list[float], damping: list[float], shapes: Array) -> Modes:
     """Return made-up modes whose energies follow from nothing."""
     share = np.full((3, 4), 1.0 / 3.0)
     return Modes(
-        np.array(frequencies), np.array(damping), shapes, NAMES, ("clutch", "spline", "gear"), np.ones(4), share,
+        model, np.array(frequencies), np.array(damping), shapes, NAMES, ("clutch", "spline", "gear"), np.ones(4), share,
         np.full((4, 4), 0.25), np.full((4, 4), 0.5), ("torque on flywheel",), np.full((1, 4), 0.25),
     )  # fmt: skip
 
@@ -284,8 +284,8 @@ def findings(kind: str = "double-sided", *, units: str = "SI", **settings: int) 
             {"clutch": 0, "spline": 1, "gear": 0},
             np.zeros(4),
         ),
-        modes=stand_in_modes([0.0, 110.0, 5800.0, 0.0], [0.0, 0.02, 0.01, 0.0], shapes),
-        modes_contact=stand_in_modes([0.0, 350.0, 5800.0, 37000.0], [0.0, 0.03, 0.01, 0.1], shapes),
-        run=StandInRun(motion, model),
+        modes=stand_in_modes(model, [0.0, 110.0, 5800.0, 0.0], [0.0, 0.02, 0.01, 0.0], shapes),
+        modes_contact=stand_in_modes(model, [0.0, 350.0, 5800.0, 37000.0], [0.0, 0.03, 0.01, 0.1], shapes),
+        motion=StandInRun(motion, model),
         verdict=judge(motion, units=units),
     )

@@ -56,9 +56,9 @@ def files(model: gr.Model, tmp_path_factory: pytest.TempPathFactory) -> dict[str
         "study": folder / "study",
         "optimization": folder / "optimization",
         "charts": folder / "spectra" / "figures" / "charts.npz",
-        "orders": folder / "orders.nc",
-        "spectra": folder / "spectra" / "results.nc",
-        "screening": folder / "screening" / "results.nc",
+        "result": folder / "screening" / "results.nc",
+        "result.orders": folder / "orders.nc",
+        "result.spectra": folder / "spectra" / "results.nc",
         "recording": folder / "recording.h5",
         "recording.mat": folder / "recording.mat",
     }
@@ -107,9 +107,9 @@ OPENED: dict[str, tuple[Renamed, Callable[[Path], Any]]] = {
     "study": (_renamed_study, gr.open_study),
     "optimization": (_renamed_study, gr.open_study),
     "charts": (_renamed_charts, lambda path: list(gr.figures(path))),
-    "orders": (_renamed_hdf5, lambda path: list(gr.figures(path))),
-    "spectra": (_renamed_hdf5, lambda path: list(gr.figures(path))),
-    "screening": (_renamed_hdf5, lambda path: list(gr.figures(path))),
+    "result": (_renamed_hdf5, lambda path: list(gr.figures(path))),
+    "result.orders": (_renamed_hdf5, lambda path: list(gr.figures(path))),
+    "result.spectra": (_renamed_hdf5, lambda path: list(gr.figures(path))),
     "recording": (_renamed_hdf5, gr.read),
     "recording.mat": (_renamed_mat, gr.read),
 }
@@ -153,11 +153,10 @@ def test_a_study_of_another_version_is_not_resumed(version: int, files: dict[str
 
 
 def test_files_written_before_formats_were_named_open(files: dict[str, Path]) -> None:
-    for kind in ("orders", "spectra", "screening", "recording"):
-        with h5py.File(files[kind], "r+") as file:
-            del file.attrs["format"]
-        OPENED[kind][1](files[kind])
-        _renamed_hdf5(files[kind], format_name(kind))
+    with h5py.File(files["recording"], "r+") as file:
+        del file.attrs["format"]
+    OPENED["recording"][1](files["recording"])
+    _renamed_hdf5(files["recording"], format_name("recording"))
     del zarr.open_group(files["study"] / "results.zarr", mode="r+").attrs["format"]
     assert "format" not in gr.open_study(files["study"]).attrs
     _renamed_charts(files["charts"], "number 1")
@@ -172,33 +171,41 @@ def test_another_kind_no_format_and_an_earlier_version_are_told_apart() -> None:
     with pytest.raises(gr.ModelError, match=r"earlier version.*\(compute the study again in another folder\)"):
         check_format("gearrattle study 1", "a", "study", "optimization")
     with pytest.raises(gr.ModelError, match=r'found "other 1"'):
-        check_format("other 1", "a.nc", "spectra")
-    check_format("", "a.nc", "spectra")
+        check_format("other 1", "a.nc", "recording")
+    check_format("", "a.nc", "recording")
 
 
-SUMMARIES: dict[str, tuple[list[str], str]] = {
-    "run summary": (["run", CASE, *OPTIONS], "summary.json"),
-    "modes summary": (["modes", CASE], "modes.json"),
-    "comparison summary": (["compare", CASE, *OPTIONS, "-a", "exact", "--no-work-precision"], "compare.json"),
-    "validation summary": (["validate", CASE, "RECORD", "--cycles", "30", "--discard", "10"], "summary.json"),
+SUMMARIES: dict[str, list[str]] = {
+    "run": ["run", CASE, *OPTIONS],
+    "modes": ["modes", CASE],
+    "comparison": ["compare", CASE, *OPTIONS, "-a", "exact", "--no-work-precision"],
+    "validation": ["validate", CASE, "RECORD", "--cycles", "30", "--discard", "10"],
 }
 
 
 @pytest.mark.parametrize("kind", SUMMARIES)
-def test_a_summary_begins_with_its_format(kind: str, tmp_path: Path) -> None:
-    words, name = SUMMARIES[kind]
+def test_a_summary_begins_with_its_format_and_kind(kind: str, tmp_path: Path) -> None:
+    words = SUMMARIES[kind]
     if "RECORD" in words:
         gr.simulate(gr.example("case1"), cycles=30, discard=10).save(tmp_path / "record.csv")
     arguments = [str(tmp_path / "record.csv") if word == "RECORD" else word for word in words]
     assert main([*arguments, "-o", str(tmp_path / "out")]) == 0
-    content = json.loads((tmp_path / "out" / name).read_text(encoding="utf-8"))
-    assert next(iter(content.items())) == ("format", format_name(kind))
+    content = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert list(content.items())[:2] == [("format", format_name("summary")), ("result", kind)]
 
 
-def test_summaries_of_spectra_and_screenings_name_their_formats(files: dict[str, Path]) -> None:
-    for kind in ("spectra", "screening"):
-        content = json.loads((files[kind].parent / "summary.json").read_text(encoding="utf-8"))
-        assert content["format"] == format_name(f"{kind} summary")
+def test_summaries_of_spectra_and_screenings_name_format_and_kind(files: dict[str, Path]) -> None:
+    for kind, name in {"spectra": "result.spectra", "screening": "result"}.items():
+        content = json.loads((files[name].parent / "summary.json").read_text(encoding="utf-8"))
+        assert (content["format"], content["result"]) == (format_name("summary"), kind)
+
+
+def test_maps_of_earlier_versions_are_refused_with_the_remedy(files: dict[str, Path]) -> None:
+    for name in ("gearrattle orders 1", "gearrattle spectra 1", "gearrattle screening 1"):
+        _renamed_hdf5(files["result.orders"], name)
+        with pytest.raises(gr.ModelError, match=rf'"{name}"; a file of the format .*run the command or the call'):
+            gr.figures(files["result.orders"])
+    _renamed_hdf5(files["result.orders"], format_name("result"))
 
 
 @pytest.mark.parametrize("ending", ["npz", "mat"])
@@ -211,11 +218,11 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 WRITERS = {
     "calls/store.py": "stream",
-    "cli/condense.py": "matrices",
+    "report/reductions.py": "matrices",
     "plots/stored.py": "charts",
     "readers/hdf5.py": "recording",
     "readers/mat.py": "recording",
-    "report/saved.py": "summaries and datasets",
+    "report/numbers.py": "result",
     "results.py": "run",
     "studies/diagram.py": "part of a chunk, read by the study that wrote it alone",
     "studies/fronts.py": "optimization",

@@ -27,7 +27,7 @@ def test_the_stages_are_the_public_calls(model: gr.Model, findings: pipeline.Fin
     assert np.array_equal(findings.modes.frequencies, gr.modes(model, region=rest.region).frequencies)
     assert np.array_equal(findings.modes_contact.frequencies, gr.modes(model).frequencies)
     run = gr.simulate(model, cycles=6, samples_per_cycle=64, discard=2)
-    assert np.array_equal(findings.run.trajectory.angle, run.trajectory.angle)
+    assert np.array_equal(findings.motion.trajectory.angle, run.trajectory.angle)
     assert findings.verdict.to_dict() == criteria(run).to_dict()
     assert findings.model is model
 
@@ -36,7 +36,7 @@ def test_settings_reach_the_simulation(model: gr.Model) -> None:
     found = pipeline.run(
         model, algorithm="rk4", cycles=2, samples_per_cycle=8, discard=0, step=2e-5, initial="zero", tolerance=1e-9
     )
-    motion = found.run.trajectory
+    motion = found.motion.trajectory
     assert (motion.cost.algorithm, motion.cycles, motion.samples_per_cycle, motion.discard) == ("rk4", 2, 8, 0)
     assert not motion.angle[0].any()
     assert motion.cost.average_step == pytest.approx(2e-5, rel=0.01)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import gearrattle as gr
 from benchmarks.growth.models import gearbox
-from gearrattle import pipeline, report
 from gearrattle.calls.stiffness import regions, regions_visited
 
 SIZES = ((4, 2), (16, 8), (64, 20), (128, 64))
@@ -21,7 +19,7 @@ Call = Callable[[gr.Model, gr.Run], Any]
 
 def _reported(model: gr.Model, _: gr.Run) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        report.fill(pipeline.run(model, cycles=CYCLES), Path(folder))
+        gr.run(model, cycles=CYCLES).save(folder)
 
 
 def _channel(model: gr.Model) -> str:

@@ -9,6 +9,7 @@ The flow, in the order of the 1995 paper it starts from (Padmanabhan, Barlow, Ro
     advice  = gr.advise(model)               what to expect of a run, and on what evidence
     run     = gr.simulate(model)             its motion, every impact found
     verdict = gr.criteria(run)               does it rattle, where, how badly
+    all     = gr.run(model)                  all of it; all.save("folder") writes the report
 
 The public names and the files they come from stand in ``__init__.pyi``, for type checkers and for lazy_loader alike
 (Scientific Python Ecosystem Coordination, SPEC 1). A name is imported at its first use, so that ``import gearrattle``

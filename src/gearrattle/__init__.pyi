@@ -54,11 +54,15 @@ from .model import example as example
 from .model import json_schema as json_schema
 from .model import load as load
 from .model import loads as loads
+from .pipeline import Findings as Findings
+from .pipeline import run as run
 from .readers import write as write
 from .recording import Channel as Channel
 from .recording import Recording as Recording
 from .report.figures import Figures as Figures
 from .report.figures import figures as figures
+from .report.saved import save as save
+from .result import Result as Result
 from .results import Run as Run
 from .results import open_run as open_run
 from .sound.listen import Sound as Sound

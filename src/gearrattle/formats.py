@@ -37,19 +37,10 @@ FORMATS = {
     "study": Format(2, "compute the study again in another folder", oldest=2),
     "optimization": Format(1, "optimise again in another folder"),
     "charts": Format(1, "run the command that wrote the folder again"),
-    "orders": Format(1, "run gearrattle orders again", oldest=0),
-    "spectra": Format(1, "run gearrattle spectra again", oldest=0),
-    "screening": Format(1, "run gearrattle screen again", oldest=0),
+    "result": Format(1, "run the command or the call that saved it again"),
+    "summary": Format(1, "run the command or the call that saved it again"),
     "recording": Format(1, "write the recording again", oldest=0),
     "matrices": Format(1, "run gearrattle condense again", oldest=0),
-    "run summary": Format(1, "run gearrattle run again", oldest=0),
-    "modes summary": Format(1, "run gearrattle modes again", oldest=0),
-    "comparison summary": Format(1, "run gearrattle compare again", oldest=0),
-    "validation summary": Format(1, "run gearrattle validate again", oldest=0),
-    "run-up validation summary": Format(1, "run gearrattle validate again", oldest=0),
-    "spectra summary": Format(1, "run gearrattle spectra again", oldest=0),
-    "screening summary": Format(1, "run gearrattle screen again", oldest=0),
-    "reproduction summary": Format(1, "run gearrattle reproduce again", oldest=0),
 }
 """Every kind of file that gearrattle writes in a format of its own."""
 

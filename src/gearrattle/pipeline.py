@@ -11,7 +11,7 @@ simulation, evaluation. The engineer closes the loop, by changing the model and 
     5. whether it rattles              criteria: a verdict with its rule, worst part first
     6. whether we knew                 scores: every forecast against the run
 
-Takes a checked Model; gives Findings, which plots and reports draw and the command line prints.
+Takes a checked Model; gives Findings.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearrattle.errors import ConvergenceError
+from gearrattle.result import Result
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
@@ -33,35 +34,41 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Findings:
-    """Everything one pass through the procedure found out.
+class Findings(Result):
+    """Everything one pass through the procedure found out; ``gearrattle.run`` returns it.
 
     Attributes:
         model: the driveline.
         equilibrium: static rest under the mean loads.
         modes: natural frequencies and shapes about that rest, each clearance in the region it rests in.
         modes_contact: the same with every clearance in full contact.
-        run: the motion, its events, notes and cost.
+        motion: the motion, its events, notes and cost.
         verdict: the judgement.
         advice: what was advised before the run; None if its pilot failed, and under records or a sweep.
         scores: what became of its forecasts.
     """
 
+    kind: ClassVar[str] = "run"
     model: Model
     equilibrium: Equilibrium
     modes: Modes
     modes_contact: Modes
-    run: Run
+    motion: Run
     verdict: Verdict
     advice: Advice | None = None
     scores: tuple[Score, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Everything that is noted, by the run, the equilibrium and the criteria, once each."""
+        return tuple(dict.fromkeys([*self.motion.notes, *self.equilibrium.notes, *self.verdict.notes]))
 
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
         """Every rattle metric of the run, measured once for all pages and files."""
         from gearrattle.calls.measure import heard_of, rows_of
 
-        return tuple(rows_of(heard_of(self.run), units=self.model.units))
+        return tuple(rows_of(heard_of(self.motion), units=self.model.units))
 
 
 def run(
@@ -77,26 +84,35 @@ def run(
     progress: Callable[[float], None] | None = None,
     phase: Callable[[str], None] | None = None,
 ) -> Findings:
-    """Carry out the whole procedure.
+    """Carry out the whole procedure: check, rest, modes, advice, motion, verdict.
 
     Args:
         model: the driveline.
-        algorithm, cycles, samples_per_cycle, discard, tolerance, step [s], initial: settings of the simulation; None
+        algorithm, cycles, samples_per_cycle, discard, tolerance, step, initial: settings as of ``simulate``; None
             leaves each to the model file, then to its default.
         progress: called now and then with the finished share of the simulation, 0 to 1; may raise to cancel.
         phase: called with words as another part of the procedure begins.
 
     Returns:
-        The findings.
+        The findings: ``verdict``, ``motion`` (a ``Run``), ``advice``, ``modes`` and more; ``save`` writes the report.
 
     Raises:
         ModelError: a setting out of range, or a driveline that cannot bear its mean loads.
         ConvergenceError: the algorithm failed or went unstable.
+
+    Example:
+        >>> import gearrattle as gr
+        >>> findings = gr.run(gr.example("case3"), cycles=20)
+        >>> findings.verdict.verdict
+        'double-sided'
+        >>> page = findings.save("case3-results")
     """
     from gearrattle.calls.judge import criteria
     from gearrattle.calls.simulate import simulate
 
-    before = _linear(model)
+    if phase is not None:
+        phase("static rest and modes")
+    linear = _linear(model)
     settings: dict[str, Any] = {
         "algorithm": algorithm, "cycles": cycles, "samples_per_cycle": samples_per_cycle, "discard": discard,
         "tolerance": tolerance, "step": step, "initial": initial,
@@ -112,7 +128,7 @@ def run(
     if advice is not None:
         motion.variation.follow(progress)
     scores = () if advice is None else advice.scores(motion)
-    return Findings(model, *before, motion, criteria(motion), advice, scores)
+    return Findings(model, *linear, motion, criteria(motion), advice, scores)
 
 
 def judged(motion: Run) -> Findings:

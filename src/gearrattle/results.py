@@ -26,6 +26,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, Points, loads
+from gearrattle.result import Result
 from gearrattle.system import variation as growth
 from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.system.energy import EnergyAudit
@@ -33,7 +34,6 @@ from gearrattle.system.flow import flow_of
 from gearrattle.system.perturbed import Gradient
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
-from gearrattle.writing import whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,13 +52,15 @@ _BESIDE = {"slider_stretch": ("stretch", "rad"), "slider_force": ("torque", "N m
 _BESIDE_LOG = {"time": "f8", "watch": "i2", "upward": "i1", "rate": "f8"}
 
 
-class Run:
+class Run(Result):
     """A simulated motion with its model.
 
     Attributes:
         trajectory: plain arrays (see ``Trajectory``).
         model: the model with the settings this run used.
     """
+
+    kind = "motion"
 
     def __init__(self, trajectory: Trajectory, model: Model) -> None:
         self.trajectory = exact_between(model, trajectory)
@@ -216,19 +218,10 @@ class Run:
         """Everything the user must know about this run."""
         return list(self.trajectory.notes)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run as netCDF-4 (``.nc``) or its samples as CSV (``.csv``).
-
-        Raises:
-            ModelError: another ending.
-            OSError: the machine refused; nothing half-written is left.
-        """
-        target = Path(path)
+    def write(self, path: Path) -> None:
+        """Write a new file: the whole run as netCDF-4 (.nc), or its samples as CSV (.csv)."""
         writers: dict[str, Callable[[Path], None]] = {".nc": self._write_netcdf, ".csv": self._write_csv}
-        if target.suffix not in writers:
-            raise ModelError(Problem(str(target), target.suffix or "no ending", "a run is saved as .nc or .csv"))
-        with whole(target) as path_while_written:
-            writers[target.suffix](path_while_written)
+        writers[path.suffix](path)
 
     def _attributes(self) -> dict[str, Any]:
         t = self.trajectory

@@ -1,11 +1,11 @@
-"""English that depends on a number or on the word that follows: plurals and indefinite articles.
+"""English that depends on a number or on the word that follows, and text in columns.
 
-Takes numbers and nouns; gives text to messages, notes and pages.
+Takes numbers, nouns and cells; gives text to messages, notes, pages and terminals.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 _SILENT_H = ("hour", "honest", "heir")
 _Y_SOUND = ("uni", "use", "eu", "one")
@@ -41,6 +41,23 @@ def with_article(noun: str) -> str:
     return f"{'an' if vowel else 'a'} {noun}"
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return names as a list in a sentence: "a", "a and b", "a, b and c"."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """Return names as a list in a sentence: "a", "a and b", "a, b and c"; ``last`` stands before the last."""
+    return f" {last} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def columns(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,)) -> str:
+    """Return a table as lines: the columns of words aligned left, the others right, two spaces between.
+
+    Args:
+        head: titles of the columns; none of them: no line of titles.
+        rows: cells, as long as ``head``.
+        words: indices of the columns of words.
+    """
+    table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))] if table else []
+    lines = (
+        "  ".join(cell.ljust(widths[k]) if k in words else cell.rjust(widths[k]) for k, cell in enumerate(row))
+        for row in table
+    )
+    return "\n".join(line.rstrip() for line in lines)

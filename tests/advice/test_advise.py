@@ -31,7 +31,7 @@ def rattling() -> gr.Advice:
 def test_every_topic_has_a_line_with_evidence(rattling: gr.Advice) -> None:
     assert [line.topic for line in rattling.lines] == TOPICS
     assert all(line.words.endswith(".") and line.evidence for line in rattling.lines)
-    assert all(line.words in rattling.text for line in rattling.lines)
+    assert all(line.words in rattling.report for line in rattling.lines)
     assert json.loads(json.dumps(rattling.to_dict(), allow_nan=False))["lines"][0]["topic"] == "lumping"
 
 

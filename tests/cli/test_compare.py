@@ -33,14 +33,14 @@ def test_the_table_and_the_advice(model: Path, capsys: pytest.CaptureFixture[str
 
 def test_the_page_needs_nothing_else(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", str(model), *SHORT, "-o", "out", "--no-work-precision"]) == 0
-    page = Path("out/compare.html").read_text(encoding="utf-8")
-    assert capsys.readouterr().out.splitlines()[-1] == "page: out/compare.html"
+    page = Path("out/report.html").read_text(encoding="utf-8")
+    assert capsys.readouterr().out.splitlines()[-1] == "page: out/report.html"
     for words in ("Recommendation", "What it took", "How true it is", "Growth of errors", "rkv", "default-src 'none'"):
         assert words in page
     assert "http:" not in page
     assert "https:" not in page
     assert "<script" not in page
-    told = json.loads(Path("out/compare.json").read_text(encoding="utf-8"))
+    told = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
     assert [row["label"] for row in told["rows"]] == ["exact", "rk4", "rkv", "exact, 1e-12 away"]
     assert told["work_precision"] is None
     assert Path("out/figures/errors.svg").read_bytes().startswith(b"<svg")

@@ -13,14 +13,13 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.recording import Channel, Recording
-from gearrattle.report import write
 from tests import synthetic
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("run") / "out"
-    write(synthetic.findings("double-sided"), place)
+    synthetic.findings("double-sided").save(place)
     return place
 
 
@@ -87,7 +86,7 @@ def test_a_saved_map_keeps_the_lines_drawn_over_it(tmp_path: Path, capsys: pytes
     )
     gr.write(Recording(time, channels, "rig"), tmp_path / "rig.h5")
     case = Path(__file__).parents[2] / "examples" / "paper" / "case3.toml"
-    for words in ([], ["--spectra"]):
+    for words in ([], ["--spectra", "--speed-step", "20 rpm"], ["--spectra"]):
         saved = tmp_path / "map.nc"
         given = ["orders", str(tmp_path / "rig.h5"), "a", *words, "--model", str(case), "-o", str(saved)]
         assert main(given) == 0
@@ -95,7 +94,7 @@ def test_a_saved_map_keeps_the_lines_drawn_over_it(tmp_path: Path, capsys: pytes
         drawn = {line.get_label() for line in figure.axes[0].lines}
         assert any(str(label).startswith(("order", "natural", "f1")) for label in drawn), drawn
         with xr.open_dataset(saved, engine="h5netcdf") as kept:
-            assert kept.sizes["time"] > 3
+            assert kept.sizes["speed" if "--speed-step" in words else "time"] > 3
     capsys.readouterr()
     assert main(["figures", str(saved), "-o", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out" / "waterfall.pdf").read_bytes().startswith(b"%PDF")

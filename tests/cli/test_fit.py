@@ -38,7 +38,8 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", "start.toml", "data.toml", *FREE, "-o", "fitted.toml", "--starts", "4"]) == 0
     out, _ = capsys.readouterr()
-    assert out.splitlines()[0].split() == ["parameter", "start", "fitted", "standard", "error", "bounds"]
+    assert out.startswith("2 parameters fitted to 2 numbers: chi-square ")
+    assert out.splitlines()[3].split() == ["parameter", "start", "fitted", "standard", "error", "bounds"]
     assert "coupling.spline.stiffness  12000" in out
     assert "the data determine every parameter" in out
     assert out.splitlines()[-1] == "saved: fitted.toml"
@@ -76,9 +77,9 @@ def test_bounds_and_profile(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ((), "no parameter is free"),
         (("--free", "coupling.nothing.stiffness"), "no coupling is named nothing"),
-        ((*FREE, "-o", "fitted.json"), "must end in .toml"),
-        ((*FREE, "-o", "start.toml"), "is read by this command"),
-        ((*FREE, "-o", "data.toml"), "is read by this command"),
+        ((*FREE, "-o", "fitted.json"), "must be a folder, or a file that ends in .nc, .csv or .toml"),
+        ((*FREE, "-o", "start.toml"), "is read and would be lost"),
+        ((*FREE, "-o", "data.toml"), "is read and would be lost"),
         ((*FREE, "--bounds", "coupling.clutch.stiffness=3"), "must be PATH=LOW..HIGH"),
         ((*FREE, "--contact-ratio", "clutch=x"), "must be a number"),
         ((*FREE, "--starts", "none"), "starts"),

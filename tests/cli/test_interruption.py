@@ -16,8 +16,8 @@ import gearrattle as gr
 from gearrattle.cli import background, main
 from gearrattle.cli.background import Watch, watched
 from gearrattle.cli.failures import guarded
-from gearrattle.cli.page_folder import page_folder
 from gearrattle.errors import Cancelled
+from gearrattle.report.saved import result_folder
 from gearrattle.writing import Staging
 from tests import synthetic
 from tests.interruption import longest_deafness
@@ -217,7 +217,7 @@ def test_a_page_whose_replacement_was_cut_short_is_completed_and_replaced(tmp_pa
     (new / "figures").mkdir(parents=True)
     (new / "report.html").write_text("new")
     (tmp_path / "summary.json").write_text("new")
-    with page_folder(tmp_path):
+    with result_folder(tmp_path):
         assert (tmp_path / "report.html").read_text() == "new"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html", "summary.json"]
 

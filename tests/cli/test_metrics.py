@@ -43,7 +43,7 @@ def test_errors_of_sampling_stand_in_the_table_and_in_json(saved: Path, capsys: 
     """None for what is exact, an estimate for the band above the engine orders; the verdict's entries have them too."""
     assert main(["metrics", str(saved), "--name", "loose_gear_motion"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].endswith("error of sampling")
+    assert lines[2].endswith("error of sampling")
     assert [line.split()[-1] for line in lines if "peak acceleration  " in line or "rms acceleration  " in line]
     assert sum("±" in line for line in lines if "above the engine orders" in line) == 2
     assert main(["metrics", str(saved), "--json"]) == 0

@@ -33,9 +33,10 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_it_prints_the_strongest_orders(rig: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["orders", rig, "a"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split()[:2] == ["order", "largest"]
-    assert [line.split()[0] for line in lines[1:3]] == ["2", "4"]
-    assert float(lines[1].split()[1]) == pytest.approx(3.0, rel=1e-3)
+    assert lines[0].startswith("Order 2 is the largest: ")
+    assert lines[2].split()[:2] == ["order", "largest"]
+    assert [line.split()[0] for line in lines[3:5]] == ["2", "4"]
+    assert float(lines[3].split()[1]) == pytest.approx(3.0, rel=1e-3)
 
 
 def test_chosen_orders_as_json_and_their_numbers_as_a_file(
@@ -87,7 +88,7 @@ def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    (["a", "-o", "map.png"], ".svg or .nc"),
+    (["a", "-o", "map.jpg"], ".nc, .csv, .svg"),
     (["b"], "a, n"),
     (["a", "--spectra", "--highest", "4"], "maps of orders"),
     (["a", "--order", "2", "--highest", "9"], "maps"),

@@ -36,7 +36,9 @@ def test_chunks_are_written_and_the_verdict_is_printed(model: Path, capsys: pyte
     out, err = capsys.readouterr()
     run = gr.simulate(gr.load(model), cycles=20, samples_per_cycle=8, audit=False)
     verdict = gr.criteria(run)
-    assert out.splitlines() == [f"{verdict.verdict}: {verdict.sentence}", "20 cycles kept in: long"]
+    lines = out.splitlines()
+    assert (lines[0], lines[-1]) == (f"{verdict.verdict}: {verdict.sentence}", "20 cycles kept in: long")
+    assert [line.split()[0] for line in lines[3:-1]] == [part.name for part in verdict.parts]
     assert len(list(Path("long").glob("chunk-*.nc"))) == 4
     assert all(line.startswith(("note: ", "preparing", "simulating")) for line in err.splitlines())  # if it took long
     assert main(["criteria", "long"]) == 0

@@ -44,7 +44,7 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     lines = out.splitlines()
     assert lines[0] == "6 done"
     assert lines[1].startswith("joint is ")
-    assert lines[-2:] == [f"results: {folder / 'results.zarr'}", f"page: {folder / 'study.html'}"]
+    assert lines[-2:] == [f"page: {folder / 'report.html'}", f"results: {folder / 'results.zarr'}"]
     counts = next(line.split() for line in lines if line.startswith("joint ") and "is" not in line.split())
     codes = gr.open_study("gaps-study")["regime"].values
     assert [int(word) for word in counts[1:]] == [int((codes == code).sum()) for code in range(3)]
@@ -64,20 +64,20 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
 def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["study", str(study), "--workers", "1"]) == 0
     folder = Path("gaps-study")
-    first = (folder / "study.html").read_bytes()
+    first = (folder / "report.html").read_bytes()
     assert sorted(p.name for p in (folder / "figures").glob("*.svg")) == ["map-impacts-per-cycle.svg", "map.svg"]
     monkeypatch.setattr("gearrattle.report.page.versions", lambda: {}["broken"])
     assert main(["study", str(study), "--resume"]) != 0
-    assert (folder / "study.html").read_bytes() == first
+    assert (folder / "report.html").read_bytes() == first
     monkeypatch.undo()
     monkeypatch.chdir(study.parent)
-    (folder / "study.html").unlink()
+    (folder / "report.html").unlink()
     (folder / "figures" / "map.svg").write_text("old", encoding="utf-8")
     assert main(["study", str(study), "--resume"]) == 0
-    assert "joint is" in (folder / "study.html").read_text(encoding="utf-8")
+    assert "joint is" in (folder / "report.html").read_text(encoding="utf-8")
     assert "old" not in (folder / "figures" / "map.svg").read_text(encoding="utf-8")[:4]
     names = sorted(path.name for path in folder.iterdir())
-    assert names == [".lock", "done", "figures", "results.zarr", "study.html", "study.json"]
+    assert names == [".lock", "done", "figures", "report.html", "results.zarr", "study.json", "summary.json"]
 
 
 def test_an_estimate_writes_nothing(study: Path, capsys: pytest.CaptureFixture[str]) -> None:

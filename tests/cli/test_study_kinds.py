@@ -55,7 +55,7 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
     found = gr.open_study("over-study")
     assert found.attrs["kind"] == "bifurcation"
     assert set(found["motions"].dims) == {"torque.0.harmonics.0.amplitude"}
-    assert "Bifurcation diagram" in Path("over-study/study.html").read_text(encoding="utf-8")
+    assert "Bifurcation diagram" in Path("over-study/report.html").read_text(encoding="utf-8")
     assert main(["study", "over.toml", "--resume", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["outcomes"]["done"] == 10
@@ -98,12 +98,12 @@ def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]
         assert any(f"{100.0 * share:.3g} %" in line for line in lines)
     assert found.attrs["kind"] == "basins"
     assert found["basin"].shape == (6, 6)
-    page = Path("rest-study/study.html").read_text(encoding="utf-8")
+    page = Path("rest-study/report.html").read_text(encoding="utf-8")
     assert "The quiet state is reached from" in page
     drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
     (folder / "drawn.toml").write_text(drawn, encoding="utf-8")
     assert main(["study", "drawn.toml", "--workers", "1"]) == 0
-    assert "95 % interval" in Path("drawn-study/study.html").read_text(encoding="utf-8")
+    assert "95 % interval" in Path("drawn-study/report.html").read_text(encoding="utf-8")
     for old, new, match in (
         ("[over]", "[ower]", 'did you mean "over"'),
         (", count = 6", "", "needs count"),

@@ -117,6 +117,8 @@ CALLS: Mapping[str, Call] = {
     "torque_angle": lambda kit: gr.torque_angle(kit.model, "joint", -0.05, 0.05),
     "fit": lambda kit: gr.fit(kit.model, modes_data(kit.model), ["inertia.engine.J"], starts=1),
     "advise": lambda kit: gr.advise(kit.model),
+    "run": lambda kit: gr.run(kit.model),
+    "save": lambda kit: gr.save(gr.modes(kit.model), kit.folder / "modes"),
     "simulate": lambda kit: kit.run,
     "simulate: rk4": lambda kit: gr.simulate(kit.model, "rk4", step=1e-4),
     "criteria": lambda kit: gr.criteria(kit.run),

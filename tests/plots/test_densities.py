@@ -11,8 +11,9 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.plots import draw, plotly_figure
 from gearrattle.plots.densities import cross_chart, density_chart, response_chart, spectra_charts
+from gearrattle.plots.interactive import plotly_figure
+from gearrattle.plots.static import draw
 from gearrattle.recording import Channel, Recording
 
 RATE = 1000.0

@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 
 from gearrattle.pipeline import Findings
-from gearrattle.plots import FIGURES, Chart, charts, draw, plotly_figure
+from gearrattle.plots.chart import Chart
 from gearrattle.plots.clearances import deflections, forces, overview
 from gearrattle.plots.corners import reach, shading
 from gearrattle.plots.histories import accelerations
 from gearrattle.plots.impacts import impacts
+from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.palette import COAST, DRIVE
 from gearrattle.plots.phase_plane import deflection_rate, phase_plane
 from gearrattle.plots.run_ups import run_up_orders, run_up_spectra
+from gearrattle.plots.shelf import FIGURES, charts
 from gearrattle.plots.spectra import spectra
+from gearrattle.plots.static import draw
 from gearrattle.plots.torque_angle import torque_angles
 from gearrattle.signals import find_impacts, last_cycles, steady
 from tests import synthetic
@@ -96,7 +99,7 @@ def test_force_is_that_of_the_trajectory(rattling: Findings) -> None:
 
 
 def test_deflection_rate_is_the_derivative(findings: Findings) -> None:
-    motion = findings.run.trajectory
+    motion = findings.motion.trajectory
     kind = findings.verdict.verdict
     for k, deflection in enumerate(synthetic.DEFLECTIONS[kind]):
         exact = deflection(motion.time, 1)
@@ -180,7 +183,7 @@ def test_the_loop_of_friction_and_the_motion_over_it() -> None:
     """One panel for the one coupling with friction; the motion stays inside its static loop but for damping."""
     import gearrattle as gr
     from gearrattle.pipeline import run
-    from gearrattle.report.summary import summary
+    from gearrattle.report.summary import findings_content
     from tests.architecture.places import EXAMPLES
 
     model = gr.load(EXAMPLES / "clutch_friction.toml")
@@ -191,8 +194,8 @@ def test_the_loop_of_friction_and_the_motion_over_it() -> None:
     _, loop, motion = chart.panels[0].lines
     assert (loop.x.min(), loop.x.max()) == pytest.approx((motion.x.min(), motion.x.max()))
     assert np.ptp(motion.y) > 0.5 * np.ptp(loop.y)
-    told = summary(findings)
+    told = findings_content(findings)
     assert told["energy"]["friction_loss"]["damper"] > 0.0
     assert told["energy"]["friction_loss"]["gear"] == 0.0
-    beside = findings.run.trajectory.companions
+    beside = findings.motion.trajectory.companions
     assert sum(told["simulation"]["switches"].values()) == int((beside.watch >= 3).sum())

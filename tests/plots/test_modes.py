@@ -11,9 +11,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble, name_plate
-from gearrattle.plots import draw, plotly_figure
 from gearrattle.plots.campbell import campbell_chart
+from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.mode_shapes import mode_sketch
+from gearrattle.plots.static import draw
 from tests.architecture.places import EXAMPLES
 
 MODEL = gr.load(EXAMPLES / "paper" / "eight_dof.toml")

@@ -16,8 +16,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.pipeline import Findings
 from gearrattle.pipeline import run as pipeline
-from gearrattle.plots import charts, draw, plotly_figure
 from gearrattle.plots.chart import Chart, Heat, Panel
+from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.order_maps import (
     SPAN,
     coherence_chart,
@@ -28,6 +28,8 @@ from gearrattle.plots.order_maps import (
 )
 from gearrattle.plots.palette import SHADES, shade
 from gearrattle.plots.raster import largest_along
+from gearrattle.plots.shelf import charts
+from gearrattle.plots.static import draw
 from gearrattle.recording import Channel, Recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

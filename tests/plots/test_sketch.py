@@ -85,11 +85,11 @@ def test_any_driveline_can_be_drawn(layout: Layout) -> None:
     findings = synthetic.findings("quiet")
     model = findings.model
     bodies = tuple(model.inertias[0].model_copy(update={"name": name}) for name in layout.inertia_names)
-    motion = replace(findings.run.trajectory, layout=layout)
+    motion = replace(findings.motion.trajectory, layout=layout)
     other = replace(
         findings,
         model=model.model_copy(update={"inertias": bodies, "torques": ()}),
-        run=replace(findings.run, trajectory=motion),
+        run=replace(findings.motion, trajectory=motion),
     )
     root = ElementTree.fromstring(sketch(other))
     words = ["".join(text.itertext()) for text in root.iter("text")]

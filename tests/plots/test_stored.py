@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from gearrattle.errors import ModelError
-from gearrattle.plots import charts, draw, plotly_figure
+from gearrattle.plots.interactive import plotly_figure
+from gearrattle.plots.shelf import charts
+from gearrattle.plots.static import draw
 from gearrattle.plots.stored import packed_charts, read_charts
 from tests import synthetic
 from tests.plots.test_typeset import everything

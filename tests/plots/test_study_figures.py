@@ -72,7 +72,7 @@ def test_no_figure_sentence_or_table_shows_a_path_of_the_model_file(studies: dic
         page = page_of(data)
         said = [word for chart in charts_of(data) for word in _words(chart)]
         said += [page.summary(data), page.setting(data)]
-        tables = [page.counts(data), *page.answer(data).tables]
+        tables = [page.counts(data), *page.answer(data)]
         tables += [table for section in page.sections(data, {}) for table in section.tables]
         said += [
             cell for table in tables for row in (table.head, *table.rows) for cell in (*row, table.title, table.note)

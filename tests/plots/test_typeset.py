@@ -19,10 +19,10 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation, Text
 
 from gearrattle.errors import ModelError
-from gearrattle.plots import Chart, charts
 from gearrattle.plots.axes import limits
-from gearrattle.plots.chart import Band, Bars, Cells, Heat, Key, Label, Line, Panel, Rule
+from gearrattle.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
 from gearrattle.plots.palette import CENTRE, COAST, DRIVE, MUTED, SHADES
+from gearrattle.plots.shelf import charts
 from gearrattle.plots.typeset import FORMATS, Style, matplotlib_figure, save_figure
 from gearrattle.plots.typeset.axes import broken, label_of
 from gearrattle.plots.typeset.beside import rows_of

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearrattle import load, report, spectra
+from gearrattle import load, spectra
 from gearrattle.pipeline import run as pipeline
 from gearrattle.recording import Channel, Recording
-from gearrattle.report.spectra import fill_spectra
+from gearrattle.report import save
 from tests import synthetic
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -33,7 +33,7 @@ FLAGS = (
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return report.write(synthetic.findings("double-sided"), tmp_path_factory.mktemp("browser"))
+    return synthetic.findings("double-sided").save(tmp_path_factory.mktemp("browser"))
 
 
 def browse(page: Path, profile: Path, *flags: str) -> subprocess.CompletedProcess[str]:
@@ -66,7 +66,7 @@ def test_a_page_of_spectra_comes_alive(tmp_path: Path) -> None:
         Channel("T", "torque", "hub", "N m", cause),
         Channel("a", "acceleration", "hub", "rad/s^2", cause + rng.standard_normal(8000)),
     )
-    fill_spectra(spectra(Recording(np.arange(8000) / 1e3, channels, "rig"), "a", "T"), tmp_path, si=True)
+    save(spectra(Recording(np.arange(8000) / 1e3, channels, "rig"), "a", "T"), tmp_path)
     done = alive(tmp_path / "report.html", tmp_path, 'class="main-svg"')
     keys = re.findall(r'<figure[^>]*data-key="(\w+)"', done.stdout)
     assert keys == ["psd", "reference_psd", "cross", "response", "coherence"]
@@ -86,8 +86,8 @@ def test_it_prints(page: Path, tmp_path: Path) -> None:
 
 def test_the_maps_of_a_run_up_come_alive(tmp_path: Path) -> None:
     found = pipeline(load(EXAMPLES / "run_up.toml"), cycles=16)
-    bodies = len(found.run.trajectory.layout.inertia_names)
-    done = alive(report.write(found, tmp_path / "report"), tmp_path, 'class="hm"', bodies)
+    bodies = len(found.motion.trajectory.layout.inertia_names)
+    done = alive(found.save(tmp_path / "report"), tmp_path, 'class="hm"', bodies)
     drawn = re.search(r'<figure[^>]*data-key="run_up_spectra"[^>]*class="([^"]*)"', done.stdout)
     assert drawn is not None
     assert "drawn" in drawn[1]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gearrattle as gr
-from gearrattle import pipeline, report
+from gearrattle import pipeline
 
 DRIVELINES = {
     "linear and dimensionless": """
@@ -81,7 +81,7 @@ speed = 40
 def test_a_report_for_every_driveline(name: str, cycles: int, samples: int, tmp_path: Path) -> None:
     model = gr.loads(DRIVELINES[name])
     findings = pipeline.run(model, cycles=cycles, samples_per_cycle=samples)
-    page = report.write(findings, tmp_path / "out").read_text(encoding="utf-8")
+    page = findings.save(tmp_path / "out").read_text(encoding="utf-8")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert summary["verdict"] == findings.verdict.verdict
     assert findings.verdict.sentence.split(":")[0] in page
@@ -91,4 +91,4 @@ def test_a_report_for_every_driveline(name: str, cycles: int, samples: int, tmp_
     prescribed = [f"work of {cause}" in page for cause in elements.values()]
     assert prescribed == [bool(model.motions)] * 2
     reopened = gr.open_run(tmp_path / "out" / "results.nc")
-    assert len(reopened.trajectory.events) == len(findings.run.trajectory.events)
+    assert len(reopened.trajectory.events) == len(findings.motion.trajectory.events)

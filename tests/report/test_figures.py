@@ -12,8 +12,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import gearrattle as gr
-from gearrattle.plots import charts
-from gearrattle.report import drawn, write
+from gearrattle.plots.shelf import charts
+from gearrattle.report import drawn
 from gearrattle.report.drawn import charts_of
 from tests import synthetic
 from tests.plots.test_typeset import (
@@ -86,7 +86,7 @@ def test_a_dimensionless_campbell_diagram_names_no_units() -> None:
 
 def test_a_folder_gives_the_figures_of_its_page(tmp_path: Path) -> None:
     findings = synthetic.findings("double-sided")
-    write(findings, tmp_path / "out")
+    findings.save(tmp_path / "out")
     found = gr.figures(tmp_path / "out")
     assert list(found) == [chart.key for chart in charts(findings)]
     again = gr.figures(tmp_path / "out" / "figures" / drawn.CHARTS)
@@ -137,7 +137,7 @@ def test_what_is_wrong_is_refused_and_nothing_written(run: gr.Run, tmp_path: Pat
         with pytest.raises(gr.ModelError):
             found.save(tmp_path / "out", **wrong)  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
-    for thing, told in ((3, "int"), (SimpleNamespace(dims=("a",)), "has no figures"), (tmp_path, "charts.npz"),
+    for thing, told in ((3, "int"), (SimpleNamespace(dims=("a",)), "is no result"), (tmp_path, "charts.npz"),
                         (tmp_path / "none", "does not exist")):  # fmt: skip
         with pytest.raises(gr.ModelError, match=told):
             gr.figures(thing)

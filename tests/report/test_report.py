@@ -13,10 +13,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from gearrattle import report
-from gearrattle.plots import FIGURES, charts
+from gearrattle.plots.shelf import FIGURES, charts
 from gearrattle.report.model_tables import cost_table, model_tables
-from gearrattle.report.summary import summary
+from gearrattle.report.summary import findings_content
 from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
 from tests import synthetic
@@ -54,7 +53,7 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("report") / "out"
-    assert report.write(synthetic.findings("double-sided"), target) == target / "report.html"
+    assert synthetic.findings("double-sided").save(target) == target / "report.html"
     return target
 
 
@@ -125,14 +124,11 @@ def test_every_figure_carries_its_data_and_its_ink(page: Page) -> None:
 
 
 def test_names_cannot_inject_anything(tmp_path: Path) -> None:
-    from gearrattle.report.page import fill_page
-    from gearrattle.report.run_report import run_report
-
     found = synthetic.findings("double-sided")
     evil = '<script>alert(1)</script> "&'
     model = found.model.model_copy(update={"name": evil})
-    run = replace(found.run, model=model)
-    fill_page(run_report(replace(found, model=model, run=run)), tmp_path)
+    run = replace(found.motion, model=model)
+    replace(found, model=model, motion=run).save(tmp_path)
     parsed = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "alert(1)" not in "".join(script for _, script in parsed.scripts)
     assert evil in "".join(parsed.words)
@@ -140,7 +136,7 @@ def test_names_cannot_inject_anything(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", synthetic.DEFLECTIONS)
 def test_every_verdict_has_its_headline(kind: str, tmp_path: Path) -> None:
-    report.write(synthetic.findings(kind), tmp_path)
+    synthetic.findings(kind).save(tmp_path)
     headline = {"quiet": "Quiet"}.get(kind, f"{kind.capitalize()} rattle")
     assert f'<h2 class="headline">{headline}</h2>' in (tmp_path / "report.html").read_text(encoding="utf-8")
 
@@ -149,12 +145,12 @@ def test_a_failing_write_leaves_nothing(tmp_path: Path) -> None:
     found = synthetic.findings("quiet")
 
     class Full(synthetic.StandInRun):
-        def save(self, path: Path) -> None:
+        def write(self, path: Path) -> None:
             path.write_bytes(b"half")
             raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
-        report.write(replace(found, run=Full(found.run.trajectory, found.model)), tmp_path / "out")
+        replace(found, motion=Full(found.motion.trajectory, found.model)).save(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -166,12 +162,12 @@ def test_summary_is_pure_json_and_holds_the_verdict(folder: Path) -> None:
     assert {key: written[key] for key in verdict if key != "notes"} == {
         k: v for k, v in verdict.items() if k != "notes"
     }
-    assert set(written["notes"]) == {*found.run.notes, *found.verdict.notes}
+    assert set(written["notes"]) == {*found.motion.notes, *found.verdict.notes}
     assert written["cost"]["steps"] == 4321
     assert written["modes_contact"]["frequencies"] == [0.0, 350.0, 5800.0, 37000.0]
     assert written["equilibrium"]["region"] == {"clutch": 0, "spline": 1, "gear": 0}
     assert written["versions"]["gearrattle"]
-    json.dumps(summary(found), allow_nan=False)
+    json.dumps(findings_content(found), allow_nan=False)
 
 
 def test_tiles_show_the_worst_part() -> None:
@@ -192,7 +188,7 @@ def test_parts_stand_worst_first_with_shares_that_fill_the_bar() -> None:
 
 def test_every_entry_of_every_criterion_is_in_a_table() -> None:
     found = synthetic.findings("double-sided")
-    tables = {table.title: table for table in criteria_tables(found)}
+    tables = {table.title: table for table in criteria_tables(found.verdict)}
     cells = sum(cell != "–" for table in tables.values() for row in table.rows for cell in row[1:])
     assert cells == sum(not (isinstance(e.value, float) and np.isnan(e.value)) for e in found.verdict.entries)
     impacts = tables["Impacts"]
@@ -215,6 +211,6 @@ def test_trust_counts_both_halves() -> None:
     assert "8 of 12 cycles are judged, the first 4 left out" in words
     assert "first and second half of them: 8 and 8" in words
     stepped = synthetic.findings("double-sided")
-    cost = replace(stepped.run.trajectory.cost, algorithm="rk4")
-    other = replace(stepped, run=replace(stepped.run, trajectory=replace(stepped.run.trajectory, cost=cost)))
+    cost = replace(stepped.motion.trajectory.cost, algorithm="rk4")
+    other = replace(stepped, motion=replace(stepped.motion, trajectory=replace(stepped.motion.trajectory, cost=cost)))
     assert "stepped by rk4" in " ".join(trust(other))

@@ -13,7 +13,7 @@ from gearrattle.plots.convergence import probability_convergence
 from gearrattle.plots.scatter import histograms, probability_bars, tornado
 from gearrattle.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.report.sensitivity_tables import sensitivity_tables
-from gearrattle.report.study import fill_study
+from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.grid import charts, summary_of
 from gearrattle.studies.designs import DESIGNS
 
@@ -87,8 +87,8 @@ def test_the_running_share_ends_at_the_probability() -> None:
 @pytest.mark.parametrize("axis", [False, True])
 def test_a_page_of_every_design(method: str, axis: bool, tmp_path: Path) -> None:
     data = made(method, 8, axis)
-    fill_study(data, {}, tmp_path, title="designs", cost="")
-    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    StudyReport(data, {}, title="designs").fill(tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert method in page
     assert charts(data)
     assert "median" not in page or method != "one-at-a-time"

@@ -16,7 +16,7 @@ import xarray as xr
 from gearrattle.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.plots.scatter import probability_bars, tornado
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
-from gearrattle.report.study import fill_study
+from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.grid import charts, summary_of
 
 CODES = {"flag_values": [0, 1, 2], "flag_meanings": "quiet single-sided double-sided"}
@@ -69,8 +69,8 @@ class Balance(HTMLParser):
 def test_a_page_of_every_kind_of_study(dims: tuple[str, ...], failed: bool, tmp_path: Path) -> None:
     data = made(*dims, failed=failed)
     messages = {(0,) * len(dims): "the spring <broke>"} if failed else {}
-    fill_study(data, messages, tmp_path, title="gaps & loads", cost="It took 3 s.")
-    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    StudyReport(data, messages, title="gaps & loads", cost="It took 3 s.").fill(tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     reader = Balance()
     reader.feed(page)
     assert reader.open == []

@@ -11,7 +11,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.plots.basins import basin_map, keys_of
 from gearrattle.plots.palette import PAPER
-from gearrattle.report.study import fill_study
+from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.basins import attractor_table, summary_of
 from tests.report.test_study import Balance
 from tests.studies.oscillator import model
@@ -81,8 +81,8 @@ def test_the_page_stands_whole(which: str, request: pytest.FixtureRequest, tmp_p
         data = gr.basins(two_bodies(), over, workers=1)
     else:
         data = request.getfixturevalue(which)
-    fill_study(data, {}, tmp_path, title="a < b", cost="It took 3 s.")
-    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    StudyReport(data, {}, title="a < b", cost="It took 3 s.").fill(tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     balance = Balance()
     balance.feed(page)
     assert not balance.open

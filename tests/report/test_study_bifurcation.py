@@ -10,7 +10,7 @@ import xarray as xr
 
 import gearrattle as gr
 from gearrattle.plots.bifurcation import diagram
-from gearrattle.report.study import fill_study
+from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages import page_of
 from gearrattle.report.study_pages.bifurcation import charts, coexistence_table, stretch_table, summary_of
 from tests.report.test_study import Balance
@@ -57,8 +57,8 @@ def test_further_axes_have_a_figure_each(data: xr.Dataset) -> None:
 
 
 def test_the_page_stands_whole(data: xr.Dataset, tmp_path: Path) -> None:
-    fill_study(data, {(0, 2): "it <failed>"}, tmp_path, title="up & down", cost="It took 3 s.")
-    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    StudyReport(data, {(0, 2): "it <failed>"}, title="up & down", cost="It took 3 s.").fill(tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     balance = Balance()
     balance.feed(page)
     assert not balance.open

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from markupsafe import Markup
 
-from gearrattle import report
 from gearrattle.report.templates import unbroken
 from tests import synthetic
 
@@ -29,7 +28,7 @@ def test_markup_is_left_as_it_is() -> None:
 
 
 def test_the_report_breaks_no_power_of_ten_and_its_model_file_can_be_copied(tmp_path: Path) -> None:
-    report.write(synthetic.findings("double-sided"), tmp_path / "o")
+    synthetic.findings("double-sided").save(tmp_path / "o")
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
     model = re.search(r"<pre>(.*?)</pre>", page, re.DOTALL)
     assert model is not None

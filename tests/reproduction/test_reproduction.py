@@ -10,11 +10,11 @@ import pytest
 from numba.core import event
 
 from gearrattle.cli import main
-from gearrattle.cli.reproduce import _tell
 from gearrattle.errors import Cancelled
+from gearrattle.report.kinds import presentation_of
+from gearrattle.report.text import plain_text
 from gearrattle.reproduction import reproduce
 from gearrattle.reproduction.bulirsch_stoer import OTHERS
-from gearrattle.reproduction.page import fill
 from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
 from gearrattle.solvers import SOLVERS
 
@@ -135,10 +135,10 @@ def test_rejections_come_with_crossings(found):
 
 
 def test_page_and_file_carry_every_row(found, tmp_path):
-    fill(found, tmp_path)
-    content = json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8"))
+    found.save(tmp_path)
+    content = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert sum(len(section["rows"]) for section in content["sections"]) == len(found.rows)
-    page = (tmp_path / "reproduction.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.count("<h2>") == len(found.sections) + 1
     assert "A quick run" in page
     assert "http" not in page.replace("http-equiv", "").replace("http://www.w3.org", "")
@@ -162,18 +162,18 @@ def test_the_command_line_knows_one_paper(capsys, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_terminal_counts_the_rows_and_says_which_differ_and_why(found, capsys):
-    _tell(found)
-    lines = capsys.readouterr().out.splitlines()
+def test_the_terminal_counts_the_rows_and_says_which_differ_and_why(found):
+    lines = plain_text(presentation_of(found)).splitlines()
     counts = found.counts()
-    table = [line.split(maxsplit=1) for line in lines[: len(counts) + 2]]
+    table = [line.split(maxsplit=1) for line in lines[2 : len(counts) + 4]]
     assert table == [
         ["rows", "status"],
         *([f"{n}", status] for status, n in counts.items()),
         [f"{len(found.rows)}", "in all"],
     ]
-    assert f"{counts['differs']} rows differ:" in lines
-    at = next(k for k, line in enumerate(lines) if line.startswith("Sec. 3, the first mode in Hz"))
-    assert lines[at + 1] == "    because the printed 346 rad/s are 55.1 Hz, not 22"
+    differing = next(k for k, line in enumerate(lines) if line.startswith("what differs"))
+    assert lines[differing + counts["differs"] + 1 :] == ["The page has all rows."]
+    why = next(line for line in lines if line.startswith("Sec. 3, the first mode in Hz"))
+    assert why.endswith("  the printed 346 rad/s are 55.1 Hz, not 22")
     reproduced = next(row.item for row in found.rows if row.status == "reproduced")
-    assert reproduced not in lines
+    assert not any(line.startswith(reproduced) for line in lines)

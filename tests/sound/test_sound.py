@@ -115,7 +115,8 @@ def test_two_designs_keep_their_difference(run: gr.Run, tmp_path: Path) -> None:
     }
     sound = gr.listen(both)
     assert sound.levels["A"] - sound.levels["B"] == pytest.approx(20 * np.log10(2.0), abs=1e-9)
-    paths = sound.save(tmp_path)
+    assert sound.save(tmp_path) == tmp_path / "report.html"
+    paths = sorted(tmp_path.glob("*.wav"))
     assert [path.name for path in paths] == ["A.wav", "B.wav"]
     (one, rate), (other, _) = (read_wav(path) for path in paths)
     assert rate == RATE

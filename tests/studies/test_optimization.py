@@ -250,7 +250,7 @@ def test_killed_within_a_generation_it_goes_on_to_the_same_bits(tmp_path: Path) 
         time.sleep(0.005)
     killed.kill()
     killed.wait()
-    assert not (tmp_path / "cut" / "study.html").exists()
+    assert not (tmp_path / "cut" / "report.html").exists()
     subprocess.run([*command, "cut", "--resume"], cwd=tmp_path, check=True, capture_output=True)
     subprocess.run([*command, "whole"], cwd=tmp_path, check=True, capture_output=True)
     assert gr.open_study(tmp_path / "cut").identical(gr.open_study(tmp_path / "whole"))
@@ -300,7 +300,7 @@ def test_the_command_writes_page_and_models(tmp_path: Path, capsys: pytest.Captu
     assert main(["study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "o")]) == 0
     told = capsys.readouterr().out
     assert "24 designs" in told
-    page = (tmp_path / "o" / "study.html").read_text(encoding="utf-8")
+    page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
     assert "Nearest to the best of every objective" in page
     assert "joint: impacts per cycle at most 10" in page
     assert {path.name for path in (tmp_path / "o" / "figures").iterdir()} >= {"front.svg", "growth.svg"}

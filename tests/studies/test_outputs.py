@@ -51,7 +51,7 @@ def test_the_answer_says_how_many_cases_have_no_impact() -> None:
     page = page_of(found)
     assert "joint: no impact in 3 of 5 computed cases." in page.summary(found)
     lacking = [{"subject": "joint", "lacking": "no impact", "cases": 3, "of": 5}]
-    assert page.answer(found).content["lacking"] == lacking
+    assert page.content(found)["lacking"] == lacking
 
 
 def test_samples_whose_first_is_quiet_give_probabilities_and_sensitivities() -> None:
@@ -84,7 +84,7 @@ def test_an_optimum_without_impacts_beats_one_with_impacts() -> None:
     assert float(found["value"][best, 0]) == 0.0
     assert int(found["certified"][best]) == 1
     assert "joint: no impact in" in page_of(found).summary(found)
-    assert page_of(found).answer(found).content["lacking"][0]["of"] == 16
+    assert page_of(found).content(found)["lacking"][0]["of"] == 16
 
 
 def test_the_worst_design_is_found_from_a_quiet_one() -> None:

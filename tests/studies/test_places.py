@@ -94,11 +94,11 @@ def test_a_file_of_a_place_is_like_a_path(place: Place) -> None:
 
 def test_a_folder_is_taken_whole(place: Place, tmp_path: Path) -> None:
     (tmp_path / "page" / "figures").mkdir(parents=True)
-    (tmp_path / "page" / "study.html").write_text("page")
+    (tmp_path / "page" / "report.html").write_text("page")
     (tmp_path / "page" / "figures" / "map.svg").write_text("map")
     place.make()
     place.take(tmp_path / "page")
-    assert (place.read("study.html"), place.read("figures/map.svg")) == (b"page", b"map")
+    assert (place.read("report.html"), place.read("figures/map.svg")) == (b"page", b"map")
 
 
 def test_a_study_is_the_same_wherever_it_is_kept(address: str, whole: xr.Dataset) -> None:
@@ -188,7 +188,7 @@ def test_killed_between_two_chunks_it_goes_on_from_an_address(tmp_path: Path) ->
     subprocess.run([*command, address, "--resume"], cwd=tmp_path, check=True, capture_output=True)
     subprocess.run([*command, str(tmp_path / "plain")], cwd=tmp_path, check=True, capture_output=True)
     assert gr.open_study(address).identical(gr.open_study(tmp_path / "plain"))
-    assert (tmp_path / "s" / "study.html").stat().st_size > 1000
+    assert (tmp_path / "s" / "report.html").stat().st_size > 1000
 
 
 @pytest.mark.parametrize(
@@ -245,8 +245,8 @@ def test_the_command_takes_an_address(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["study", str(tmp_path / "study.toml"), "-o", address]) == 0
     told = capsys.readouterr().out
     assert f"results: {address}/results.zarr" in told
-    assert f"page: {address}/study.html" in told
-    assert place_of(address).read("study.html").startswith(b"<!doctype html>")
+    assert f"page: {address}/report.html" in told
+    assert place_of(address).read("report.html").startswith(b"<!doctype html>")
     assert place_of(address).names("figures")
     assert int(np.sum(gr.open_study(address)["outcome"])) == 2
     assert main(["study", str(tmp_path / "study.toml"), "-o", "s4://bucket/study"]) == 2

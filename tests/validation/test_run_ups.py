@@ -11,8 +11,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.plots import draw, plotly_figure
+from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.run_up_validation import run_up_charts
+from gearrattle.plots.static import draw
 from gearrattle.recording import Channel, Recording
 
 RPM = np.pi / 30.0

@@ -1,16 +1,17 @@
 """What an advice is: lines with evidence, and forecasts that a run will settle.
 
-Takes text and forecasts; gives JSON types and text.
+Takes text and forecasts; gives JSON types.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from gearrattle.advice.forecasts import Forecast, Score, scored
 from gearrattle.json_types import json_value
+from gearrattle.result import Result
 from gearrattle.results import Run
 
 
@@ -31,7 +32,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Advice:
+class Advice(Result):
     """What to do before simulating a driveline.
 
     Attributes:
@@ -40,6 +41,8 @@ class Advice:
         forecasts: of what a run with the settings given will show.
     """
 
+    kind: ClassVar[str] = "advice"
+    notes: ClassVar[tuple[str, ...]] = ()
     model: str
     lines: tuple[Line, ...]
     forecasts: tuple[Forecast, ...]
@@ -55,15 +58,6 @@ class Advice:
             ModelError: no cycle left after the discarded ones.
         """
         return scored(self.forecasts, run)
-
-    @property
-    def text(self) -> str:
-        """The whole in words."""
-        told: list[str] = []
-        for line in self.lines:
-            told.append(f"{line.topic}: {line.words}")
-            told += [f"  - {evidence}" for evidence in line.evidence]
-        return "\n".join(told)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the advice in JSON types."""

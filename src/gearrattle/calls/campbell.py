@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import shown
+from gearrattle.result import Result
 
 Array = NDArray[np.float64]
 Ratios = Mapping[str, float | Sequence[float]]
@@ -72,7 +73,7 @@ class Crossing:
 
 
 @dataclass(frozen=True)
-class Campbell:
+class Campbell(Result):
     """Natural frequencies and order lines over a range of speeds.
 
     Attributes:
@@ -86,6 +87,7 @@ class Campbell:
         units: "SI", or "dimensionless": then speeds and frequencies are as in the model.
     """
 
+    kind: ClassVar[str] = "Campbell diagram"
     speeds: tuple[float, float]
     model_speed: float
     states: tuple[dict[str, float], ...]
@@ -94,6 +96,11 @@ class Campbell:
     crossings: tuple[Crossing, ...]
     modes: tuple[Modes, ...]
     units: str = "SI"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the modes leave out."""
+        return self.modes[0].notes
 
     def nearest(self) -> Crossing | None:
         """The crossing nearest to the model's speed by ratio; None if there are none."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,19 @@ from gearrattle.assembly import assemble, elements_of, free_names, left_out
 from gearrattle.calls.reduce import band_end, requested, unknown
 from gearrattle.calls.reduction import ReductionError, stated
 from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import json_value
 from gearrattle.linear.matrices import LinearSystem, linearised
 from gearrattle.model import Model, check_model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT
-from gearrattle.wording import counted
+from gearrattle.result import Result
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Condensed:
+class Condensed(Result):
     """A model in a subspace q = T p.
 
     Attributes:
@@ -46,6 +47,7 @@ class Condensed:
         units: of the model, "SI" or "dimensionless".
     """
 
+    kind: ClassVar[str] = "condensation"
     method: str
     basis: Array
     inertia_names: tuple[str, ...]
@@ -61,18 +63,6 @@ class Condensed:
     units: str = "SI"
 
     @property
-    def report(self) -> str:
-        """The whole in words."""
-        names = [name or "a shape" for name in self.coordinates]
-        size = (
-            f"{counted(len(self.inertia_names), 'body', 'bodies')} become "
-            f"{counted(len(names), 'coordinate')} by {self.method}"
-        )
-        kept = f"clearances kept: {', '.join(self.clearances) or 'none'}"
-        lines = [size, f"  {', '.join(names)}", kept, *self.error.lines(self.units)]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    @property
     def matrices(self) -> dict[str, Array]:
         """Basis, rows, mass, damping and stiffness by name; shapes and units as of the attributes."""
         return {name: getattr(self, name) for name in ("basis", "rows", "mass", "damping", "stiffness")}
@@ -85,7 +75,7 @@ class Condensed:
             "coordinates": list(self.coordinates),
             "clearances": list(self.clearances),
             **{name: matrix.tolist() for name, matrix in self.matrices.items()},
-            "error": self.error.to_dict(),
+            "error": json_value(self.error),
             "notes": list(self.notes),
         }
 

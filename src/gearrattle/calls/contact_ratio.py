@@ -12,6 +12,7 @@ from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
 from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model
+from gearrattle.result import KIND
 from gearrattle.results import Run, check_run
 
 if TYPE_CHECKING:
@@ -112,5 +113,5 @@ def _series(names: tuple[str, ...], values: NDArray[np.float64], name: str, attr
     import pandas as pd
 
     series = pd.Series(values, index=pd.Index(names, name="clearance"), name=name)
-    series.attrs.update(attrs)
+    series.attrs.update({KIND: "contact ratio", **attrs})
     return series

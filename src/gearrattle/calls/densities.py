@@ -13,6 +13,7 @@ from gearrattle.calls.sampled import Sampled, Source, quantity, sampled
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.result import KIND
 from gearrattle.signals.confidence import (
     LEVEL,
     coherence_limits,
@@ -67,7 +68,7 @@ def psd(
         signal,
         frequency,
         {"density": (density, unit), "low": (density * factors[:, 0], unit), "high": (density * factors[:, 1], unit)},
-        {**described(signal, segments), "level": level},
+        {KIND: "density", **described(signal, segments), "level": level},
     )
 
 
@@ -112,7 +113,8 @@ def cross_psd(
         "radius": (reach, ratio),
         "phase_limit": (limit, "rad"),
     }
-    return _labelled(y, found.frequency, values, {**described(y, segments), "reference": x.name, "level": level})
+    told = {KIND: "cross density", **described(y, segments), "reference": x.name, "level": level}
+    return _labelled(y, found.frequency, values, told)
 
 
 def coherence(
@@ -148,7 +150,12 @@ def coherence(
         raise ModelError(Problem(y.place, "1 segment", rule, "coarsen the resolution, or take a longer record"))
     value = found.coherence
     low, high = coherence_limits(value, segments.averages, level)
-    told = {"reference": x.name, "level": level, "threshold": coherence_threshold(segments.averages, level)}
+    told = {
+        KIND: "coherence",
+        "reference": x.name,
+        "level": level,
+        "threshold": coherence_threshold(segments.averages, level),
+    }
     values = {"coherence": (value, "1"), "low": (low, "1"), "high": (high, "1")}
     return _labelled(y, found.frequency, values, {**described(y, segments), **told, "units": "1"})
 

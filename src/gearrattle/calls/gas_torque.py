@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -13,10 +13,11 @@ from gearrattle.model.engine import Engine, SquareOfSpeed, Wave
 from gearrattle.model.excitation import Excitation
 from gearrattle.model.over_speed import OMEGA
 from gearrattle.model.problems import Positions, model_error
+from gearrattle.result import Result
 
 
 @dataclass(frozen=True)
-class GasTorque:
+class GasTorque(Result):
     """The torque of an engine.
 
     Attributes:
@@ -25,6 +26,8 @@ class GasTorque:
         gas, masses: (order, amplitude [N m], phase [rad]) of gas and of oscillating masses at the speed.
     """
 
+    kind: ClassVar[str] = "gas torque"
+    notes: ClassVar[tuple[str, ...]] = ()
     mean: float
     work: float
     gas: tuple[Wave, ...]

@@ -10,7 +10,7 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from gearrattle.json_types import json_value
 from gearrattle.readers import Column, Request, read_raw
 from gearrattle.readers.quantities import guess
 from gearrattle.recording import QUANTITIES, Array, Recording
+from gearrattle.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,7 +56,7 @@ _ROTATION = {
 
 
 @dataclass(frozen=True, eq=False)
-class Contents:
+class Contents(Result):
     """What a measured file holds.
 
     Attributes:
@@ -68,6 +69,7 @@ class Contents:
         notes: what was assumed.
     """
 
+    kind: ClassVar[str] = "contents"
     source: str
     format: str
     table: pd.DataFrame

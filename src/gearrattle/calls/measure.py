@@ -30,6 +30,7 @@ from gearrattle.metrics import (
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
+from gearrattle.result import KIND
 from gearrattle.results import Run, check_run
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted
@@ -90,7 +91,7 @@ def metrics(
         heard = _heard_on_a_rig(source, model, speed, orders)
         units = units if model is None else model.units
     table = pd.DataFrame([asdict(row) for row in rows_of(heard, chosen, units)])
-    table.attrs["notes"] = list(heard.notes)
+    table.attrs |= {KIND: "metrics", "notes": list(heard.notes)}
     return table
 
 

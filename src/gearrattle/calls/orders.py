@@ -14,6 +14,7 @@ from gearrattle.calls.sampled import Sampled, Shaft, Source, quantity, required,
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.result import KIND
 from gearrattle.signals.conditioning import PASSED
 from gearrattle.signals.cross_spectra import WINDOWS
 from gearrattle.signals.order_tracking import TURN, Array, Orders, fitted_orders, order_spectra, turned
@@ -84,7 +85,13 @@ def order_map(
     if read.values.size < turns * per_turn:
         _long_enough(signal, shaft, turns + 2.0 / per_turn)
     found = order_spectra(read, turns, overlap, window, shown_orders)
-    attributes = {**_told(signal, shaft, found), "window": window, "overlap": overlap, "samples_per_turn": per_turn}
+    attributes = {
+        KIND: "order map",
+        **_told(signal, shaft, found),
+        "window": window,
+        "overlap": overlap,
+        "samples_per_turn": per_turn,
+    }
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
         return _gathered(signal, found, step, attributes)
@@ -140,7 +147,7 @@ def order_cuts(
     found = fitted_orders(
         signal.values, signal.interval, shaft.angle, shaft.speed, orders=wanted, turns=turns, overlap=overlap
     )
-    return _labelled(signal, found, over, {**_told(signal, shaft, found), "overlap": overlap})
+    return _labelled(signal, found, over, {KIND: "order cuts", **_told(signal, shaft, found), "overlap": overlap})
 
 
 def _choices(over: str, window: str, overlap: float) -> None:

@@ -1,6 +1,6 @@
 """What a reduction did: the smaller model, what was lumped into what, why, and how far it is from the full one.
 
-Takes findings of ``reduce``; gives words and JSON types.
+Takes numbers from ``reduce``; gives frozen records to reports and JSON types.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.json_types import json_value
 from gearrattle.model import Model
 from gearrattle.reductions import Accuracy
-from gearrattle.wording import counted
+from gearrattle.result import Result
 
 Array = NDArray[np.float64]
 
@@ -54,30 +54,6 @@ class ReductionError:
     def __float__(self) -> float:
         """Return the largest relative error of a frequency in the band."""
         return self.frequency
-
-    def lines(self, units: str) -> list[str]:
-        """Return the errors in words, for a model of these units, "SI" or "dimensionless"."""
-        if math.isnan(self.at):
-            lines = ["no elastic mode lies in the band"]
-        else:
-            state = ", ".join(f"{name} at {factor:g} of its last slope" for name, factor in self.state.items())
-            lines = [
-                f"frequencies in the band: at most {100 * self.frequency:.2g} % off over {self.states} contact states "
-                f"(allowed {100 * self.limit:g} %), at {frequency_text(self.at, units)}, {state or 'all in contact'}"
-            ]
-        for full, reduced, mac in zip(self.frequencies, self.reduced_frequencies, self.mac, strict=True):
-            pair = f"{frequency_text(full, units)} becomes {frequency_text(reduced, units)}"
-            lines.append(f"  {pair}, MAC {mac:.6f}")
-        if not math.isnan(self.response_db):
-            lines.append(
-                f"responses in the band, all in contact: at most {self.response_db:.2g} dB and "
-                f"{100 * self.response_peak:.2g} % of their peak off"
-            )
-        return lines
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the errors in JSON types; numbers that are not finite are null."""
-        return {key: json_value(value) for key, value in vars(self).items()}
 
 
 def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
@@ -171,38 +147,17 @@ class Simulated:
     reduced: str
     entries: tuple[Compared, ...]
 
-    def differences(self, above: float = 0.01) -> list[str]:
-        """Return lines: a head, and a row for each entry that differs; entries of the spectra are only counted.
+    def differences(self, above: float = 0.01) -> list[Compared]:
+        """Return the entries that differ.
 
         Args:
             above: relative difference of numbers from which an entry counts as different.
         """
-        different = [entry for entry in self.entries if entry.differs(above)]
-        listed = [entry for entry in different if entry.criterion != "spectrum"]
-        head = f"{len(different)} of {len(self.entries)} quantities differ, numbers by more than {100 * above:g} %"
-        if len(listed) < len(different):
-            head += f" ({len(different) - len(listed)} of them in the spectra: --json lists them)"
-        if not listed:
-            return [head]
-        rows = [
-            (entry.subject, entry.quantity, _shown(entry.full), _shown(entry.reduced), entry.unit, entry.change)
-            for entry in listed
-        ]
-        table = [("", "quantity", "full", "reduced", "unit", "change"), *rows]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        left_aligned = (0, 1, 4)
-        lines = [
-            "  ".join(
-                cell.ljust(width) if k in left_aligned else cell.rjust(width)
-                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-            ).rstrip()
-            for row in table
-        ]
-        return [f"{head}:", *(f"  {line}" for line in lines)]
+        return [entry for entry in self.entries if entry.differs(above)]
 
 
 @dataclass(frozen=True)
-class Reduction:
+class Reduction(Result):
     """A reduced model and its record.
 
     Attributes:
@@ -215,6 +170,7 @@ class Reduction:
         simulated: both motions judged; None unless asked for.
     """
 
+    kind: ClassVar[str] = "reduction"
     model: Model
     up_to: float
     groups: Mapping[str, Mapping[str, float]]
@@ -223,61 +179,23 @@ class Reduction:
     notes: tuple[str, ...]
     simulated: Simulated | None = None
 
-    @property
-    def report(self) -> str:
-        """The whole in words."""
-        lines = [*self._groups(), *self._elements(), *self.error.lines(self.model.units)]
-        if self.simulated is not None:
-            lines += [f"full model simulated: {self.simulated.full}", f"reduced: {self.simulated.reduced}"]
-            lines += self.simulated.differences()
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
     def to_dict(self) -> dict[str, Any]:
         """Return the record in JSON types; numbers that are not finite are null."""
-        return {
-            "name": self.model.name,
-            "up_to": self.up_to,
-            "inertias": [body.name for body in self.model.inertias],
-            "groups": {kept: dict(members) for kept, members in self.groups.items()},
-            "elements": {n: {k: json_value(v) for k, v in vars(fate).items()} for n, fate in self.elements.items()},
-            "error": self.error.to_dict(),
-            "notes": list(self.notes),
-            "simulated": None if self.simulated is None else _simulated(self.simulated),
-        }
-
-    def _groups(self) -> list[str]:
-        merged = sum(len(members) for members in self.groups.values())
-        left = len(self.model.inertias)
-        lines = [
-            f"{counted(left + merged, 'body', 'bodies')} become {left}, for up to "
-            f"{frequency_text(self.up_to, self.model.units)}"
-        ]
-        for kept, members in self.groups.items():
-            words = ", ".join(f"{body} (x {ratio:.6g})" if ratio != 1.0 else body for body, ratio in members.items())
-            lines.append(f"  {kept} takes {words}")
-        return lines
-
-    def _elements(self) -> list[str]:
-        lines = []
-        for name, fate in self.elements.items():
-            share = ""
-            if not math.isnan(fate.share):
-                at = frequency_text(fate.at, self.model.units)
-                share = f"; at most {100 * fate.share:.3g} % of the strain energy, at {at}"
-            lines.append(f"  {name}: {'merged' if fate.merged else 'stays'}, {fate.reason}{share}")
-        return lines
+        record: dict[str, Any] = json_value(
+            {
+                "name": self.model.name,
+                "up_to": self.up_to,
+                "inertias": [body.name for body in self.model.inertias],
+                "groups": self.groups,
+                "elements": self.elements,
+                "error": self.error,
+                "notes": self.notes,
+                "simulated": self.simulated,
+            }
+        )
+        return record
 
 
 def frequency_text(omega: float, units: str) -> str:
     """Return an angular frequency in words: in Hz, or as a plain number for a dimensionless model."""
     return f"{omega / math.tau:.6g} Hz" if units == "SI" else f"{omega:.6g}"
-
-
-def _shown(value: float | str) -> str:
-    """Return a value for the terminal."""
-    return value if isinstance(value, str) else f"{value:.4g}"
-
-
-def _simulated(simulated: Simulated) -> dict[str, Any]:
-    entries = [{k: json_value(v) for k, v in vars(entry).items()} for entry in simulated.entries]
-    return {"full": simulated.full, "reduced": simulated.reduced, "entries": entries}

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from gearrattle.assembly import assemble, name_plate, refuse_motions, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.system.characteristic import Scales, characteristic, coefficients
 
 
 @dataclass(frozen=True)
-class Nondimensional:
+class Nondimensional(Result):
     """A model without dimensions.
 
     Attributes:
@@ -23,6 +25,8 @@ class Nondimensional:
         scales: what counts as one: frequency [rad/s], angle [rad], length and radius [m], inertia [kg m^2].
     """
 
+    kind: ClassVar[str] = "scaling"
+    notes: ClassVar[tuple[str, ...]] = ()
     original: Model
     model: Model
     coefficients: dict[str, float]

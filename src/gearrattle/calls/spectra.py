@@ -15,6 +15,7 @@ import numpy as np
 
 from gearrattle.calls.densities import coherence, cross_psd, psd
 from gearrattle.calls.sampled import Source
+from gearrattle.result import KIND
 from gearrattle.signals.confidence import LEVEL
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def spectra(
     first = psd(source, channel, **how)
     told = f"power spectral density of {first.attrs['channel']}"
     found = _named(first, _PSD, told)
-    attributes = {**first.attrs, "rms": _rms(first)}
+    attributes = {**first.attrs, KIND: "spectra", "rms": rms_of(first)}
     if reference is not None:
         other = psd(source, reference, **how)
         both = cross_psd(source, channel, reference, **how)
@@ -66,12 +67,9 @@ def spectra(
         x, y = both.attrs["reference"], both.attrs["channel"]
         names = tuple((old, f"reference_{new}") for old, new in _PSD)
         found |= _named(other, names, f"power spectral density of {x}")
-        found |= _parts(both["cross"], "cross", f"cross spectral density of {x} and {y}")
-        found |= _parts(both["response"], "response", f"transfer function from {x} to {y}")
-        found |= _named(both, (("radius", "response_radius"),), "radius of the circle about the transfer function")
-        found |= _named(both, (("phase_limit", "response_phase_limit"),), "half the range of the response's phase")
+        found |= cross_parts(both)
         found |= _named(alike, _COHERENCE, f"coherence of {x} and {y}")
-        attributes |= {"reference": x, "reference_units": other.attrs["units"], "reference_rms": _rms(other)}
+        attributes |= {"reference": x, "reference_units": other.attrs["units"], "reference_rms": rms_of(other)}
         attributes["threshold"] = alike.attrs["threshold"]
     import xarray as xr
 
@@ -82,6 +80,17 @@ def _named(data: xr.Dataset, names: tuple[tuple[str, str], ...], words: str) -> 
     """Return variables under new names, with what they are."""
     ends = {"low": ", lower limit", "high": ", upper limit"}
     return {new: data[old].assign_attrs(long_name=words + ends.get(old, "")) for old, new in names}
+
+
+def cross_parts(both: xr.Dataset) -> dict[str, Any]:
+    """Return what ``cross_psd`` returned as real variables, by name."""
+    x, y = both.attrs["reference"], both.attrs["channel"]
+    return {
+        **_parts(both["cross"], "cross", f"cross spectral density of {x} and {y}"),
+        **_parts(both["response"], "response", f"transfer function from {x} to {y}"),
+        **_named(both, (("radius", "response_radius"),), "radius of the circle about the transfer function"),
+        **_named(both, (("phase_limit", "response_phase_limit"),), "half the range of the response's phase"),
+    }
 
 
 def _parts(values: xr.DataArray, name: str, words: str) -> dict[str, Any]:
@@ -99,6 +108,6 @@ def _parts(values: xr.DataArray, name: str, words: str) -> dict[str, Any]:
     }
 
 
-def _rms(data: xr.Dataset) -> float:
+def rms_of(data: xr.Dataset) -> float:
     """Return the root of the integral of a density over frequency, by Parseval's theorem the signal's rms."""
     return float(np.sqrt(np.sum(data["density"].values) * data.attrs["resolution"]))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +14,18 @@ from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
 from gearrattle.model import Mesh, Model, check_model
+from gearrattle.result import Result
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class Equilibrium(Result):
     """Static equilibrium under the mean loads.
 
     Attributes:
+        model: the driveline.
         angle: (n,) [rad]; the last inertia of every free train at zero.
         deflection: by element name [rad or m].
         region: by name of every element with a corner.
@@ -30,6 +33,8 @@ class Equilibrium:
         notes: what the user must know.
     """
 
+    kind: ClassVar[str] = "equilibrium"
+    model: Model = field(repr=False, compare=False)
     angle: Array
     deflection: dict[str, float]
     region: dict[str, int]
@@ -38,7 +43,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True)
-class Modes:
+class Modes(Result):
     """Natural modes, where their energy is, and what excites them.
 
     A share in ``kinetic_energy`` reads two ways: down its column, where the mode moves; along its row, how the energy
@@ -47,6 +52,7 @@ class Modes:
     anything, as any combination of them is a mode too.
 
     Attributes:
+        model: the driveline.
         frequencies: (n,) [rad/s], ascending; 0 for rigid motion.
         damping_ratios: (n,); NaN for rigid motion.
         shapes: (n inertias, n modes), largest entry of each mode 1.
@@ -65,6 +71,8 @@ class Modes:
         notes: what the modes leave out: friction and the clipping of contact damping.
     """
 
+    kind: ClassVar[str] = "modes"
+    model: Model = field(repr=False, compare=False)
     frequencies: Array
     damping_ratios: Array
     shapes: Array
@@ -173,7 +181,7 @@ def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibriu
     deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
     held = np.zeros(len(model.motions))
     angle, acceleration = (whole(model, values, held) for values in (rest.angle, rest.acceleration))
-    return Equilibrium(angle, deflection, region, acceleration, tuple(notes)), rest
+    return Equilibrium(model, angle, deflection, region, acceleration, tuple(notes)), rest
 
 
 def modes(
@@ -200,6 +208,7 @@ def modes(
     data = modal.modes(system, *slopes(model, system, contact_ratio, region, with_damping=with_damping))
     sources, excitation = _excitation(model, data)
     return Modes(
+        model=model,
         frequencies=data.frequencies,
         damping_ratios=data.damping_ratios,
         shapes=data.shapes,

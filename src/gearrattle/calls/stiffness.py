@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from math import prod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from gearrattle.linear.conditioning import conditions
 from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass, most_regions
 from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
 from gearrattle.model import Model, check_model
+from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions
 from gearrattle.system.characteristic import characteristic
@@ -28,10 +30,11 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class Stiffness(Result):
     """How stiff a driveline is to an integrator, every clearance replaced by one slope.
 
     Attributes:
+        model: the driveline.
         r_lambda: largest over smallest eigenvalue in magnitude, rigid motions left out; no scaling can change it.
         stiffness_class: "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological".
         eigenvalues: those of all motion that is not rigid, by magnitude [1/s].
@@ -41,6 +44,8 @@ class Stiffness:
         notes: what these leave out: friction and the clipping of contact damping.
     """
 
+    kind: ClassVar[str] = "stiffness"
+    model: Model = field(repr=False, compare=False)
     r_lambda: float
     stiffness_class: StiffnessClass
     eigenvalues: Complex
@@ -72,7 +77,9 @@ def stiffness(
     slope, damping = slopes(model, system, contact_ratio, region, with_damping=with_damping)
     found = eigenvalues_of(system, slope, damping)
     condition = conditions(system, slope, damping, _formulations(system, name_plate(model, system)))
-    return Stiffness(found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition, left_out(model))
+    return Stiffness(
+        model, found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition, left_out(model)
+    )
 
 
 def _formulations(system: PiecewiseSystem, plate: Layout) -> dict[str, tuple[Array, float]]:

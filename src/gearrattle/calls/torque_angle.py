@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.result import Result
 from gearrattle.system.companion import Companion
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.loops import cycle
@@ -24,7 +26,7 @@ _REACHES = 4.0  # of the longest way a slider sticks
 
 
 @dataclass(frozen=True)
-class TorqueAngle:
+class TorqueAngle(Result):
     """A closed cycle of the torque over the deflection, slowly from one end to the other and back.
 
     The graph is straight from point to point; two points of one deflection are a friction that is let go.
@@ -35,13 +37,17 @@ class TorqueAngle:
         torque: (N,) [N m].
         elastic: (N,) the torque without friction [N m].
         loss: area of the loop, the energy that friction takes in a cycle [J].
+        units: of the model, "SI" or "dimensionless".
     """
 
+    kind: ClassVar[str] = "torque over angle"
+    notes: ClassVar[tuple[str, ...]] = ()
     element: str
     deflection: Array
     torque: Array
     elastic: Array
     loss: float
+    units: str = "SI"
 
     @property
     def turn(self) -> int:
@@ -85,7 +91,7 @@ def torque_angle(
     deflection, torque = cycle(law, sliders, *chosen)
     elastic = np.array([law.elastic(float(d)) for d in deflection])
     loss = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(deflection)))
-    return TorqueAngle(element, deflection, torque, elastic, loss)
+    return TorqueAngle(element, deflection, torque, elastic, loss, model.units)
 
 
 def _ends(law: PiecewiseLaw, sliders: list[Companion]) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from gearrattle.calls.sampled import Sampled, Source, quantity, required, sample
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.result import KIND
 from gearrattle.signals.order_tracking import TURN
 from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders
 from gearrattle.signals.waterfall import waterfall as spectra
@@ -80,7 +81,12 @@ def waterfall(
     density = scaling == "density"
     turning = None if shaft is None else shaft.speed
     rows = spectra(signal.values, signal.rate, segments, turning, density=density, highest=top)
-    attributes = {**described(signal, segments), "shaft": "" if shaft is None else shaft.name, "scaling": scaling}
+    attributes = {
+        KIND: "waterfall",
+        **described(signal, segments),
+        "shaft": "" if shaft is None else shaft.name,
+        "scaling": scaling,
+    }
     attributes["units"] = density_unit(signal) if density else signal.unit
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gearrattle.cli.options import Json, Settings, number_or_text
+from gearrattle.cli.options import Json, Output, Settings, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice
@@ -19,12 +19,15 @@ def advise(
     /,
     *,
     up_to: str | None = None,
+    output: Output = None,
     settings: Settings = _DEFAULTS,
     json: Json = False,
 ) -> None:
     """Say what to lump, how to scale, which clearances will open, which algorithm to use, what it will cost.
 
     Every line comes with its evidence; "gearrattle run" scores the forecasts. Settings are those of the run planned.
+
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -34,8 +37,7 @@ def advise(
         End of the band for lumping, e.g. "75 Hz"; default: the highest order of any torque.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.json_types import json_text
+    from gearrattle.cli.emit import emit
 
     driveline = gearrattle.load(model)
 
@@ -43,5 +45,4 @@ def advise(
         watch.enter("advising")
         return gearrattle.advise(driveline, **settings.arguments(), up_to=number_or_text(up_to), progress=watch)
 
-    found = watched(work)
-    print(json_text(found.to_dict()) if json else found.text)
+    emit("advice", work, output, json=json, inputs=[model])

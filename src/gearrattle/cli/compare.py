@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Whole, number_or_text
+from gearrattle.cli.options import Json, Output, Whole, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.comparison.rows import Comparison
-    from gearrattle.model import Model
 
 
 @Parameter(name="*")
@@ -44,14 +41,14 @@ def compare(
     /,
     *,
     algorithms: Annotated[str, Parameter(name=["--algorithms", "-a"])] = "",
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     contest: Contest = _DEFAULTS,
     work_precision: Annotated[bool, Parameter(negative="--no-work-precision")] = True,
     json: Json = False,
 ) -> None:
     """Compare algorithms on a model: cost, true error, missed and invented impacts, statistics, advice.
 
-    With -o, writes compare.html, compare.json and figures/ into a folder, all or nothing.
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -59,31 +56,26 @@ def compare(
         Model file (TOML).
     algorithms
         Names, separated by commas; default: the seven of the 1995 paper. "all" for every one there is.
-    output
-        Folder for the page; default: the table on the terminal only.
     work_precision
-        Whether the page shows error against work over a range of tolerances; takes longer.
+        Whether what -o writes has error against work over a range of tolerances; takes longer.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.page_folder import page_folder
-    from gearrattle.json_types import json_text
+    from gearrattle.cli.emit import emit
+    from gearrattle.comparison.compare import side_by_side
+    from gearrattle.comparison.precision import work_precision as measured
+    from gearrattle.report.comparison import ComparisonPage
 
     driveline, names = gearrattle.load(model), _names(algorithms)
-    page = contest, work_precision
-    if output is None:
-        comparison = watched(lambda watch: _work(watch, driveline, names, page, None))
-    else:
-        with page_folder(output) as staging:
-            comparison = watched(lambda watch: _work(watch, driveline, names, page, staging.path))
-            staging.commit()
-    if json:
-        print(json_text(comparison.to_dict()))
-    else:
-        print(comparison.recommendation)
-        print(_table(comparison))
-    if output is not None:
-        print(f"page: {output / 'compare.html'}", file=sys.stderr if json else sys.stdout)
+
+    def work(watch: Watch) -> ComparisonPage:
+        comparison, precision = side_by_side(driveline, names, **contest.arguments(), progress=watch), None
+        if work_precision and output is not None:
+            watch.enter("work and precision")
+            budget = min(contest.budget, 10.0)
+            precision = measured(driveline, names, budget=budget, progress=watch, initial=contest.initial)
+        return ComparisonPage(comparison, precision)
+
+    emit("comparison", work, output, json=json, inputs=[model])
 
 
 def _names(algorithms: str) -> list[str]:
@@ -92,46 +84,3 @@ def _names(algorithms: str) -> list[str]:
 
     names = [name.strip() for name in algorithms.split(",") if name.strip()] or list(PAPER)
     return [name for name in SOLVERS if name != "exact"] if names == ["all"] else names
-
-
-def _work(
-    watch: Watch, driveline: Model, names: list[str], page: tuple[Contest, bool], folder: Path | None
-) -> Comparison:
-    """Compare; with a folder to write into, make the page as well."""
-    from gearrattle.comparison.compare import side_by_side
-    from gearrattle.comparison.precision import work_precision
-    from gearrattle.report.comparison import fill_comparison
-
-    contest, wanted = page
-    found = side_by_side(driveline, names, **contest.arguments(), progress=watch)
-    if folder is None:
-        return found
-    curves = None
-    if wanted:
-        watch.enter("work and precision")
-        curves = work_precision(
-            driveline, names, budget=min(contest.budget, 10.0), progress=watch, initial=contest.initial
-        )
-    watch.enter("writing the page")
-    fill_comparison(found, curves, folder)
-    return found
-
-
-def _table(comparison: Comparison) -> str:
-    from gearrattle.cli.columns import columns
-
-    head = ("algorithm", "steps", "calls", "time, s", "error", "missed", "invented", "statistics off", "verdict")
-    rows = []
-    for row in comparison.rows:
-        verdict = ": ".join(part for part in (row.verdict, ", ".join(row.reasons)) if part) or row.status
-        if row.cost is None or row.error is None or row.impacts is None:
-            rows.append((row.label, *["-"] * 7, verdict))
-            continue
-        impacts, off = row.impacts.total, "-"
-        if row.statistics is not None and row.statistics.decided:
-            off = f"{row.statistics.different}/{row.statistics.decided}"
-        rows.append(
-            (row.label, f"{row.cost.steps}", f"{row.cost.function_calls}", f"{row.cost.wall_time:.3g}",
-             f"{row.error.worst:.1e}", f"{impacts.missed}", f"{impacts.invented}", off, verdict)
-        )  # fmt: skip
-    return columns(head, rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -12,8 +12,7 @@ from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.calls.condense import Condensed
-
-_ENDINGS = (".npz", ".mat")
+    from gearrattle.cli.background import Watch
 
 
 def condense(
@@ -30,6 +29,8 @@ def condense(
 ) -> None:
     """Write a driveline in few coordinates: mass, damping and stiffness matrices, and their error in the band.
 
+    With -o, writes the matrices, or a folder with a page: all or nothing.
+
     Parameters
     ----------
     model
@@ -39,7 +40,8 @@ def condense(
     method
         "craig-bampton", "guyan", "modal" or "lumping".
     output
-        File for the matrices, ending in .npz (NumPy) or .mat (MATLAB).
+        File for the matrices, ending in .npz (NumPy), .mat (MATLAB), .nc or .csv; or a folder for report.html,
+        summary.json, results.nc and figures/. Default: the answer on the terminal only.
     keep
         Name of an element whose ends stay free. May be repeated. Default: every element with a clearance.
     limit
@@ -48,14 +50,12 @@ def condense(
         Modes up to margin times the band's end are represented.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.json_types import json_text
+    from gearrattle.cli.emit import emit
 
-    _check(output)
     driveline = gearrattle.load(model)
     band = number_or_text(up_to)
 
-    def work(_watch: Any) -> Condensed:
+    def work(_watch: Watch) -> Condensed:
         return gearrattle.condense(
             driveline,
             up_to if band is None else band,
@@ -65,46 +65,4 @@ def condense(
             margin=margin,
         )
 
-    condensed = watched(work)
-    if output is not None:
-        _save(condensed, output)
-    if json:
-        print(json_text({**condensed.to_dict(), "output": None if output is None else str(output)}))
-        return
-    print(condensed.report)
-    if output is not None:
-        print(f"saved: {output}")
-
-
-def _check(output: Path | None) -> None:
-    """Refuse a file of another format before anything is computed."""
-    from gearrattle.errors import ModelError, Problem
-
-    if output is None:
-        return
-    if output.suffix not in _ENDINGS:
-        raise ModelError(Problem("-o", f'"{output}"', f"must end in {' or '.join(_ENDINGS)}"))
-    if output.is_dir():
-        raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
-
-
-def _save(condensed: Condensed, output: Path) -> None:
-    """Write the matrices and the names of their rows and columns, whole or not at all."""
-    import numpy as np
-    from scipy.io import savemat
-
-    from gearrattle.formats import format_name
-    from gearrattle.writing import Staging
-
-    names = {
-        key: np.array(getattr(condensed, key), dtype=np.str_) for key in ("inertia_names", "coordinates", "clearances")
-    }
-    names["format"] = np.array([format_name("matrices")])
-    with Staging(output.parent) as staging:
-        target = staging.path / output.name
-        if output.suffix == ".npz":
-            arrays: dict[str, Any] = {**condensed.matrices, **names}
-            np.savez(target, **arrays)
-        else:
-            savemat(target, {**condensed.matrices, **{key: value.astype(object) for key, value in names.items()}})
-        staging.commit()
+    emit("condensation", work, output, json=json, inputs=[model])

@@ -19,9 +19,9 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
         New or empty folder for models, studies, measured files and scripts.
     """
     import gearrattle
-    from gearrattle.cli.columns import columns
     from gearrattle.json_types import json_text
     from gearrattle.model.examples import example_files
+    from gearrattle.wording import columns
 
     if output is not None:
         _copy(output)

@@ -52,8 +52,8 @@ def figures(
     Parameters
     ----------
     source
-        Folder that a command wrote (run, study, validate, screen, spectra, compare, modes, reproduce), or a file that
-        one saved (.nc): a motion, a map of orders or spectra.
+        Folder that a command wrote (run, study, screen, compare, ...), or a file that one saved (.nc): a motion, a
+        study, a screening, spectra, orders, metrics.
     output
         Folder for the files; default: the source's name with "-figures", here.
     formats
@@ -118,8 +118,8 @@ def _as_options() -> Iterator[None]:
 
 def _tell(found: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
     """Print what was drawn."""
-    from gearrattle.cli.columns import columns
     from gearrattle.json_types import json_text
+    from gearrattle.wording import columns
 
     folder, kinds = where
     rows = []

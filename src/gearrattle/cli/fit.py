@@ -63,6 +63,8 @@ def fit(
 ) -> None:
     """Fit parameters to measured frequencies, shapes and responses, and say which the data leave open.
 
+    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
+
     Parameters
     ----------
     model
@@ -72,20 +74,19 @@ def fit(
     free
         Path of a parameter to fit, e.g. coupling.clutch.stiffness; "inertia.*.J" frees all that match. May be repeated.
     output
-        File for the fitted model, ending in .toml; default: the report alone.
+        File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
+        or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.model_output import check_output, tell
+    from gearrattle.cli.emit import emit
 
-    check_output(output, model, data)
     start, arguments = gearrattle.load(model), search.arguments()
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")
         return gearrattle.fit(start, data, free, progress=watch, **arguments)
 
-    tell(watched(work), output, json=json)
+    emit("fit", work, output, json=json, inputs=[model, data])
 
 
 def _bounds(given: Sequence[str]) -> dict[str, tuple[Any, Any]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,8 +15,8 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
     from gearrattle.recording import Recording
+    from gearrattle.report.sound import SoundPage
     from gearrattle.results import Run
-    from gearrattle.sound.listen import Sound
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 
@@ -57,38 +56,36 @@ def listen(
         Saved motions (.nc), measured files or mappings of them with a sound pressure or a force; or model files
         (.toml), which are simulated.
     output
-        Folder for the WAV files, each named after its motion; default: the levels alone.
+        Folder for the WAV files, each named after its motion, and for report.html, summary.json and results.nc; or a
+        file for the numbers, ending in .nc or .csv. Default: the levels on the terminal only.
     bits
         32: floating point; 24: integers.
     quality
         Also loudness, sharpness and roughness (extra "sound").
     """
     import gearrattle
+    from gearrattle.cli.emit import emit
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.json_types import json_text, json_value
+    from gearrattle.report.sound import SoundPage
 
     if not motions:
         raise ModelError(
             Problem("motions", "", "needs a saved motion, a measured file or a model file", "gearrattle listen run.nc")
         )
-    if output is not None and output.exists() and not output.is_dir():
-        raise ModelError(Problem("-o", f'"{output}"', "is a file; a folder is needed"))
-    sound = gearrattle.listen(_runs(motions, hearing), **hearing.arguments())
-    record = _record(sound, with_quality=quality)
-    if output is not None:
-        _save(sound, output, bits)
-    if json:
-        print(json_text(json_value({**record, "output": None if output is None else str(output)})))
-        return
-    _tell(sound, record)
-    if output is not None:
-        print(f"saved: {', '.join(str(output / f'{name}.wav') for name in sound.names)}")
+
+    def work(watch: Watch) -> SoundPage:
+        runs = {
+            name: _simulated(motion, watch) if isinstance(motion, gearrattle.Model) else motion
+            for name, motion in _opened(motions, hearing).items()
+        }
+        return SoundPage(gearrattle.listen(runs, **hearing.arguments()), bits, with_quality=quality)
+
+    emit("sound", work, output, json=json, inputs=motions)
 
 
-def _runs(motions: Sequence[Path], hearing: Hearing) -> dict[str, Run | Recording]:
-    """Open or simulate every motion, by the name of its file, once all of them can be heard."""
+def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
+    """Open every motion or model, by the name of its file, once all of them can be heard."""
     import gearrattle
-    from gearrattle.cli.background import watched
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
     from gearrattle.sound.listen import audible
@@ -102,47 +99,10 @@ def _runs(motions: Sequence[Path], hearing: Hearing) -> dict[str, Run | Recordin
         motion = opened[path.stem] = gearrattle.load(path) if is_model(path) else heard(path)
         if isinstance(motion, gearrattle.Model):
             audible(path.stem, motion, hearing.element or None)
-    return {
-        name: watched(partial(_simulated, motion)) if isinstance(motion, gearrattle.Model) else motion
-        for name, motion in opened.items()
-    }
+    return opened
 
 
 def _simulated(model: Model, watch: Watch) -> Run:
     from gearrattle.calls.simulate import simulate
 
     return simulate(model, progress=watch)
-
-
-def _record(sound: Sound, *, with_quality: bool) -> dict[str, Any]:
-    heard = sound.quality() if with_quality else {}
-    designs = {
-        name: {"level": level, **(heard[name]._asdict() if name in heard else {})}
-        for name, level in sound.levels.items()
-    }
-    return {"designs": designs, "gain": sound.gain, "rate": sound.rate, "path": sound.path.source, "notes": sound.notes}
-
-
-def _save(sound: Sound, output: Path, bits: int) -> None:
-    from gearrattle.writing import Staging
-
-    content = {name: sound.wav(name, bits) for name in sound.names}
-    with Staging(output) as staging:
-        for name, data in content.items():
-            (staging.path / f"{name}.wav").write_bytes(data)
-        staging.commit()
-
-
-def _tell(sound: Sound, record: dict[str, Any]) -> None:
-    import sys
-
-    from gearrattle.cli.columns import columns
-
-    units = {"level": "dB", "loudness": "sone", "loudness_5": "sone", "sharpness": "acum", "roughness": "asper"}
-    first = next(iter(record["designs"].values()))
-    head = ("design", *(f"{key} [{units[key]}]" for key in first))
-    rows = [(name, *(f"{value:.4g}" for value in each.values())) for name, each in record["designs"].items()]
-    print(columns(head, rows))
-    print(f"gain {sound.gain:.6g} of full scale per Pa, the same for all; {sound.rate} Hz")
-    for note in sound.notes:
-        print(f"note: {note}", file=sys.stderr)

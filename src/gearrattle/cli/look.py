@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,8 +11,7 @@ from gearrattle.cli.options import Json
 
 if TYPE_CHECKING:
     from gearrattle.calls.look import Contents
-
-_HEADS = ("channel", "unit", "quantity", "samples", "rate [Hz]", "from [s]", "to [s]", "smallest", "largest", "first")
+    from gearrattle.cli.background import Watch
 
 
 def look(
@@ -27,60 +25,36 @@ def look(
 ) -> None:
     """List the channels of a measured file: units, rates, first samples; write a mapping file to begin with.
 
+    With -o, writes the mapping, the table, or a folder with a page: all or nothing.
+
     Parameters
     ----------
     source
         CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
     output
-        File for the mapping, ending in .toml; every command that takes a measured file takes it.
+        File for the mapping, ending in .toml; every command that takes a measured file takes it. Or a folder for
+        report.html, summary.json, results.nc and figures/; or a file for the table, ending in .nc or .csv.
     time
         Name of the column of times, where the file does not tell.
     sampled
         Rate of a file without times, such as "10 kHz".
     """
     import gearrattle
-    from gearrattle.cli.model_output import check_output
+    from gearrattle.cli.emit import emit
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.json_types import json_text
 
-    check_output(output, source)
-    if output is not None and output.exists():
+    if output is not None and output.is_file() and output.suffix.lower() == ".toml" and not _is_same(output, source):
         raise ModelError(Problem("-o", f'"{output}"', "is there already", "remove it, or choose another name"))
-    contents = gearrattle.look(source, time=time, sampled=None if sampled is None else _rate(sampled))
-    if output is not None:
-        _save(contents, output)
-    if json:
-        print(json_text({**contents.to_dict(), "output": None if output is None else str(output)}))
-        return
-    print(f"{contents.source}: {contents.format}")
-    _print_table(contents)
-    for note in contents.notes:
-        print(f"note: {note}", file=sys.stderr)
-    if output is not None:
-        print(f"saved: {output}")
+    rate = None if sampled is None else _rate(sampled)
+
+    def work(_watch: Watch) -> Contents:
+        return gearrattle.look(source, time=time, sampled=rate)
+
+    emit("contents", work, output, json=json, inputs=[source])
 
 
-def _print_table(contents: Contents) -> None:
-    """Print a line a channel."""
-    from gearrattle.cli.columns import columns
-
-    rows = []
-    for row in contents.table.to_dict("records"):
-        quantity = f"{row['quantity'] or '?'}{' of ' + row['subject'] if row['subject'] else ''}"
-        rate = f"{row['rate']:.6g}{'' if row['uniform'] else ' (mean)'}"
-        numbers = (f"{row[key]:.6g}" for key in ("begin", "end", "smallest", "largest"))
-        first = " ".join(f"{value:.4g}" for value in row["first"])
-        rows.append((row["channel"], row["unit"], quantity, str(row["samples"]), rate, *numbers, first))
-    print(columns(_HEADS, rows))
-
-
-def _save(contents: Contents, output: Path) -> None:
-    """Write the mapping, whole or not at all."""
-    from gearrattle.writing import Staging
-
-    with Staging(output.parent) as staging:
-        (staging.path / output.name).write_text(contents.mapping(output.parent), encoding="utf-8")
-        staging.commit()
+def _is_same(path: Path, other: Path) -> bool:
+    return other.exists() and path.samefile(other)
 
 
 def _rate(text: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +12,7 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
     from gearrattle.identification.loop_result import LoopFit
 
 
@@ -46,61 +48,46 @@ def loop(
 ) -> None:
     """Fit the stages of a coupling to a measured torque-angle loop, with standard errors.
 
+    With -o, writes the coupling, the numbers, the figure, or a folder with a page: all or nothing.
+
     Parameters
     ----------
     data
         CSV file with a header that names the units, such as: angle [deg], torque [N*m]. One whole slow cycle at least.
     output
-        File for the fitted [[coupling]], ending in .toml.
+        File for the fitted [[coupling]], ending in .toml; or a folder for report.html, summary.json, results.nc and
+        figures/; or a file for the numbers, ending in .nc or .csv, or for the figure. Default: the answer on the
+        terminal only.
     figure
         File for the fitted law drawn over the loop, ending in .svg; for print .pdf, .eps, .png or .tiff.
     """
     import gearrattle
-    from gearrattle.cli.model_output import check_output
-    from gearrattle.json_types import json_text, json_value
+    from gearrattle.cli.emit import emit
 
-    check_output(output, data)
     _check_figure(figure)
-    found = gearrattle.fit_loop(data, **reading.arguments())
-    _save(found, output, figure)
-    if json:
-        print(json_text(json_value({**found.to_dict(), "output": None if output is None else str(output)})))
-        return
-    print(found.report)
-    for path in (output, figure):
-        if path is not None:
-            print(f"saved: {path}")
 
+    def work(_watch: Watch) -> LoopFit:
+        found = gearrattle.fit_loop(data, **reading.arguments())
+        if figure is not None:
+            found.save(figure)
+        return found
 
-def _save(found: LoopFit, output: Path | None, figure: Path | None) -> None:
-    """Write what is asked for, each file whole or not at all."""
-    from gearrattle.writing import Staging
-
-    for path, content in ((output, found.toml.encode("utf-8")), (figure, _drawn(found, figure) if figure else b"")):
-        if path is not None:
-            with Staging(path.parent) as staging:
-                (staging.path / path.name).write_bytes(content)
-                staging.commit()
-
-
-def _drawn(found: LoopFit, figure: Path) -> bytes:
-    """Draw a loop: for the screen as SVG, else for print."""
-    from gearrattle.plots import draw
-    from gearrattle.plots.loop import loop_chart
-    from gearrattle.plots.typeset import matplotlib_figure, saved
-
-    chart = loop_chart(found)
-    if figure.suffix == ".svg":
-        return draw(chart, legend=True)
-    return saved(matplotlib_figure(chart), figure.suffix[1:], title=chart.title, subject=chart.caption)
+    emit("loop fit", work, output, json=json, inputs=[data])
+    if figure is not None:
+        print(f"saved: {figure}", file=sys.stderr if json else sys.stdout)
 
 
 def _check_figure(figure: Path | None) -> None:
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.report.presentation import FIGURE_ENDINGS
+    from gearrattle.report.saved import check_target
+    from gearrattle.wording import listed
 
-    endings = (".svg", ".pdf", ".eps", ".png", ".tiff")
-    if figure is not None and figure.suffix not in endings:
-        raise ModelError(Problem("--figure", f'"{figure}"', f"must end in {', '.join(endings[:-1])} or {endings[-1]}"))
+    if figure is None:
+        return
+    if figure.suffix.lower() not in FIGURE_ENDINGS:
+        raise ModelError(Problem("--figure", f'"{figure}"', f"must end in {listed(FIGURE_ENDINGS, 'or')}"))
+    check_target(figure, FIGURE_ENDINGS, "--figure")
 
 
 def _numbers(text: str | None) -> int | tuple[int, int] | None:

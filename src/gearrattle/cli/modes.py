@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json
-
-if TYPE_CHECKING:
-    from gearrattle.calls.campbell import Campbell
-    from gearrattle.calls.statics import Modes
-    from gearrattle.model import Model
 
 
 def modes(
@@ -31,7 +24,7 @@ def modes(
 ) -> None:
     """Print the natural modes; every clearance is closed unless told otherwise.
 
-    With -o, writes modes.html, modes.json and figures/ into a folder, all or nothing.
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -48,76 +41,30 @@ def modes(
     over
         NAME=RATIO,RATIO,...: the Campbell diagram has lines for each of these contact ratios. May be repeated.
     output
-        Folder for the page; default: the table on the terminal only.
+        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
     import gearrattle
     from gearrattle.cli.assignments import labels, lists, numbers
-    from gearrattle.cli.page_folder import page_folder
-    from gearrattle.json_types import json_text
+    from gearrattle.cli.emit import emit
+    from gearrattle.report.modes import ModesPage
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
     regions = labels("--region", region)
-    found = gearrattle.modes(driveline, contact_ratio=ratios, region=regions)
     grid: dict[str, float | Sequence[float]] = {**ratios, **lists("--over", over)}
-    diagram = gearrattle.campbell(driveline, speeds, contact_ratio=grid, region=regions)
-    if output is not None:
-        from gearrattle.report.modes import fill_modes
 
-        with page_folder(output) as staging:
-            setting = " ".join([_setting(ratios, regions), *found.notes])
-            fill_modes(driveline, found, diagram, setting, staging.path)
-            staging.commit()
-    if json:
-        from gearrattle.report.modes import modes_content
+    def work(_: object) -> ModesPage:
+        modes = gearrattle.modes(driveline, contact_ratio=ratios, region=regions)
+        diagram = gearrattle.campbell(driveline, speeds, contact_ratio=grid, region=regions)
+        return ModesPage(modes, diagram, _setting(ratios, regions), lists_crossings=speeds is not None)
 
-        print(json_text(modes_content(driveline, found, diagram)))
-    else:
-        _tell(driveline, found, diagram, crossings=speeds is not None)
-    if output is not None:
-        print(f"page: {output / 'modes.html'}", file=sys.stderr if json else sys.stdout)
+    emit("modes", work, output, json=json, inputs=[model])
 
 
 def _setting(ratios: dict[str, float], regions: dict[str, int]) -> str:
     """Say which slope every element has."""
-    told = [f"{name} counts with {ratio:g} of its stiffness" for name, ratio in ratios.items()]
-    told += [f"{name} is in region {label}" for name, label in regions.items()]
-    if not told:
+    exceptions = [f"{name} counts with {ratio:g} of its stiffness" for name, ratio in ratios.items()]
+    exceptions += [f"{name} is in region {label}" for name, label in regions.items()]
+    if not exceptions:
         return "Every element has the slope of its last drive stage: every clearance is closed."
-    return f"{'; '.join(told)}. Every other element has the slope of its last drive stage."
-
-
-def _tell(driveline: Model, found: Modes, diagram: Campbell, *, crossings: bool) -> None:
-    """Print the modes, what they are about and, if asked for, where orders meet them."""
-    from gearrattle.cli.columns import columns
-    from gearrattle.report.modes_tables import crossings_table, listed, turning
-
-    hertz = driveline.units == "SI"
-    head = ("mode", "frequency [Hz]" if hertz else "frequency", "damping [%]", *found.inertia_names)
-    rows = [
-        (
-            str(number + 1),
-            f"{frequency / math.tau if hertz else frequency:.6g}",
-            "-" if math.isnan(damping) else f"{100.0 * damping:.4g}",
-            *(f"{value:.4f}" for value in found.shapes[:, number].tolist()),
-        )
-        for number, (frequency, damping) in enumerate(
-            zip(found.frequencies.tolist(), found.damping_ratios.tolist(), strict=True)
-        )
-    ]
-    print(columns(head, rows))
-    print()
-    for mode, frequency in enumerate(found.frequencies.tolist()):
-        works = "rigid motion" if frequency == 0.0 else f"works in {listed(found.works_in(mode))}"
-        print(f"mode {mode + 1}: {works}; excited by {listed(found.excited_by(mode)).replace('–', 'nothing')}")
-    for group in found.repeated():
-        numbers = " and ".join(str(mode + 1) for mode in group)
-        print(f"note: modes {numbers} have one frequency; only sums of their shares mean something", file=sys.stderr)
-    for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
-    if crossings:
-        table = crossings_table(diagram, si=hertz)
-        low, high = (turning(speed, si=hertz) for speed in diagram.speeds)
-        radians = f" ({diagram.speeds[0]:.4g} to {diagram.speeds[1]:.4g} rad/s)" if hertz else ""
-        print(f"\nspeeds from {low} to {high}{radians}:")
-        print(columns(table.head, table.rows) if table.rows else "no order meets a mode in this range")
+    return f"{'; '.join(exceptions)}. Every other element has the slope of its last drive stage."

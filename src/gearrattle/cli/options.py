@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
@@ -32,6 +33,15 @@ def _nearest(text: str) -> int:
 
 Whole = Annotated[int, Parameter(converter=_whole)]
 """A whole number: every option that counts."""
+Output = Annotated[
+    Path | None,
+    Parameter(
+        name=["--output", "-o"],
+        help="Folder for report.html, summary.json, results.nc and figures/, all or nothing; or a file for the "
+        "numbers, ending in .nc or .csv. Default: the answer on the terminal only.",
+    ),
+]
+"""Where a result goes."""
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print the result as JSON on stdout.")]
 
 

@@ -30,6 +30,8 @@ def reduce(
 ) -> None:
     """Merge bodies that do not move against each other inside a band, and say what it costs.
 
+    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
+
     Parameters
     ----------
     model
@@ -37,7 +39,8 @@ def reduce(
     up_to
         End of the band, e.g. "75 Hz".
     output
-        File for the reduced model, ending in .toml; default: the report alone.
+        File for the reduced model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
+        or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     keep
         Name of an element that must stay. May be repeated. Without it every element with a clearance stays; with it
         only those named are sure to.
@@ -51,10 +54,8 @@ def reduce(
         "simulate": also run both models and compare what the criteria say.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.model_output import check_output, tell
+    from gearrattle.cli.emit import emit
 
-    check_output(output)
     driveline = gearrattle.load(model)
     band = number_or_text(up_to)
 
@@ -64,4 +65,4 @@ def reduce(
             check=check,
         )  # fmt: skip
 
-    tell(watched(work), output, json=json)
+    emit("reduction", work, output, json=json, inputs=[model])

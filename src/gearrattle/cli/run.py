@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,30 +36,11 @@ def run(
         Folder for the results; default: the model file's name with "-results", here.
     """
     import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.page_folder import page_folder
+    from gearrattle.cli.emit import emit
 
     driveline = gearrattle.load(model)
-    folder = output if output is not None else Path(f"{model.stem}-results")
 
     def work(watch: Watch) -> Findings:
-        from gearrattle import pipeline, report
+        return gearrattle.run(driveline, **settings.arguments(), progress=watch, phase=watch.enter)
 
-        findings = pipeline.run(driveline, **settings.arguments(), progress=watch, phase=watch.enter)
-        watch.enter("writing the report")
-        report.fill(findings, staging.path)
-        return findings
-
-    with page_folder(folder) as staging:
-        findings = watched(work)
-        text = (staging.path / "summary.json").read_text(encoding="utf-8") if json else ""
-        staging.commit()
-    if json:
-        print(text, end="")
-    else:
-        print(f"{findings.verdict.verdict}: {findings.verdict.sentence}")
-    from gearrattle.report.summary import notes
-
-    for note in notes(findings):
-        print(f"note: {note}", file=sys.stderr)
-    print(f"report: {folder / 'report.html'}", file=sys.stderr if json else sys.stdout)
+    emit("run", work, output or Path(f"{model.stem}-results"), json=json, inputs=[model])

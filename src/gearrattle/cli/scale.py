@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json
+
+if TYPE_CHECKING:
+    from gearrattle.cli.background import Watch
+    from gearrattle.report.scaling import ScalingPage
 
 
 def scale(
@@ -21,7 +23,9 @@ def scale(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
 ) -> None:
-    """Print the dimensionless coefficients and the condition numbers; write the dimensionless model if told to.
+    """Print the dimensionless coefficients and the condition numbers; save the dimensionless model.
+
+    With -o, writes the model, the numbers, or a folder with a page: all or nothing.
 
     Parameters
     ----------
@@ -30,38 +34,18 @@ def scale(
     contact_ratio
         NAME=RATIO: for the condition numbers, the element's stiffness counts with this ratio, 0 to 1. May be repeated.
     output
-        File for the dimensionless model (TOML).
+        File for the dimensionless model, ending in .toml; or a folder for report.html, summary.json, results.nc and
+        figures/; or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
     import gearrattle
     from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.columns import columns
-    from gearrattle.errors import ModelError, Problem
-    from gearrattle.json_types import json_text, json_value
-    from gearrattle.model.file import text_of
-    from gearrattle.writing import Staging
+    from gearrattle.cli.emit import emit
+    from gearrattle.report.scaling import ScalingPage
 
-    driveline = gearrattle.load(model)
-    scaled = gearrattle.nondimensionalize(driveline)
-    stiff = gearrattle.stiffness(driveline, contact_ratio=numbers("--contact-ratio", contact_ratio))
-    if output is not None:
-        if output.is_dir():
-            raise ModelError(Problem("-o", f'"{output}"', "is a folder; a file is needed"))
-        with Staging(output.parent) as staging:
-            (staging.path / output.name).write_text(text_of(scaled.model), encoding="utf-8")
-            staging.commit()
-        print(f"wrote {output}", file=sys.stderr)
-    if json:
-        found = {
-            "scales": asdict(scaled.scales),
-            "coefficients": scaled.coefficients,
-            "r_lambda": stiff.r_lambda,
-            "condition": stiff.condition,
-        }
-        print(json_text(json_value(found)))
-        return
-    units = {"frequency": "rad/s", "angle": "rad", "radius": "m", "inertia": "kg m^2"}
-    print(columns(("unit", ""), [(k, f"{v:.6g} {units[k]}") for k, v in asdict(scaled.scales).items()]))
-    print("\n" + columns(("coefficient", ""), [(k, f"{v:.6g}") for k, v in scaled.coefficients.items()]))
-    rows = [(name, f"{value:.4g}", f"{stiff.r_lambda:.4g}") for name, value in stiff.condition.items()]
-    print("\n" + columns(("formulation", "condition number", "R_lambda"), rows))
-    print("\nR_lambda is the same in all: changes of coordinates and units are similarity transforms.")
+    driveline, ratios = gearrattle.load(model), numbers("--contact-ratio", contact_ratio)
+
+    def work(_watch: Watch) -> ScalingPage:
+        scaled = gearrattle.nondimensionalize(driveline)
+        return ScalingPage(scaled, gearrattle.stiffness(driveline, contact_ratio=ratios))
+
+    emit("scaling", work, output, json=json, inputs=[model])

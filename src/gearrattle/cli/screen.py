@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,8 +11,6 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, Settings, Whole
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
 
@@ -37,7 +34,7 @@ def screen(
 ) -> None:
     """Map which loose gear leaves its flank at which speed and load, by the linear driveline; nothing is integrated.
 
-    With -o, writes report.html, results.nc, summary.json and figures/ into a folder, all or nothing.
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -57,21 +54,21 @@ def screen(
     workers
         Processes or threads of --simulate; default: as many as there are cores.
     output
-        Folder for the page; default: the table on the terminal only.
+        Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the table on the terminal only.
     """
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.page_folder import page_folder
+    import gearrattle
+    from gearrattle.cli.emit import emit
+    from gearrattle.report.screening import ScreeningPage
 
     model, asked, title = _asked(source, speeds, count, loads, load)
     model = _settled(model, settings, simulate=simulate, workers=workers)
-    how: dict[str, Any] = {"simulate": simulate, "workers": workers}
-    if output is None:
-        found = watched(lambda watch: _work(watch, model, asked, how, (None, title)))
-    else:
-        with page_folder(output) as staging:
-            found = watched(lambda watch: _work(watch, model, asked, how, (staging.path, title)))
-            staging.commit()
-    _tell(found, output, json=json)
+
+    def work(watch: Watch) -> ScreeningPage:
+        watch.enter("screening")
+        found = gearrattle.screen(model, *asked, simulate=simulate, workers=workers, progress=watch)
+        return ScreeningPage(found, title)
+
+    emit("screening", work, output, json=json, inputs=[source])
 
 
 def _asked(
@@ -147,36 +144,3 @@ def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int |
         rule = "is of simulations, and nothing is simulated"
         raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate, or leave it out"))
     return model.with_({f"simulation.{key}": value for key, value in given.items()}) if given else model
-
-
-def _work(
-    watch: Watch, model: Model, asked: tuple[Any, Any], how: dict[str, Any], page: tuple[Path | None, str]
-) -> xr.Dataset:
-    """Screen; with a folder to write into, make the page as well."""
-    import gearrattle
-    from gearrattle.report.screening import fill_screening
-
-    watch.enter("screening")
-    found = gearrattle.screen(model, *asked, **how, progress=watch)
-    folder, title = page
-    if folder is not None:
-        watch.enter("writing the page")
-        fill_screening(found, folder, title=title)
-    return found
-
-
-def _tell(found: xr.Dataset, output: Path | None, *, json: bool) -> None:
-    """Print what was found."""
-    from gearrattle.cli.columns import columns
-    from gearrattle.json_types import json_text
-    from gearrattle.report.screening import screening_content
-    from gearrattle.report.screening_tables import gears_table, summary_of
-
-    if json:
-        print(json_text(screening_content(found)))
-    else:
-        table = gears_table(found)
-        print(columns(table.head, table.rows))
-        print(summary_of(found))
-    if output is not None:
-        print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
-import sys
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, number_or_text
+from gearrattle.cli.options import Json, Output, number_or_text
 
 if TYPE_CHECKING:
-    from gearrattle.calls.steps import StepLimit
-    from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+    from gearrattle.calls.stiffness import RegionStiffness
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
+    from gearrattle.report.stiffness import StiffnessPage
 
 RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Contact ratios over which R_lambda is told."""
@@ -31,9 +28,12 @@ def stiffness(
     step: str | None = None,
     with_damping: Annotated[bool, Parameter(negative="")] = False,
     visited: Annotated[bool, Parameter(negative="")] = False,
+    output: Output = None,
     json: Json = False,
 ) -> None:
     """Print eigenvalues, their ratio with its class, and every fixed step against its stability region.
+
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -55,27 +55,22 @@ def stiffness(
     from gearrattle.calls.steps import step_limits
     from gearrattle.calls.stiffness import regions
     from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.background import watched
-    from gearrattle.json_types import json_text, json_value
+    from gearrattle.cli.emit import emit
+    from gearrattle.report.stiffness import OverRatios, StiffnessPage
 
     driveline = gearrattle.load(model)
     ratios = numbers("--contact-ratio", contact_ratio)
-    found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
-    met, note = watched(lambda watch: _visited(driveline, watch)) if visited else regions(driveline)
-    moving = [name for name in element_names(driveline) if name in met[0].labels]
-    grid = watched(lambda watch: _over_ratios(driveline, moving, ratios, watch, with_damping=with_damping))
-    limits = step_limits(driveline, met, number_or_text(step))
-    fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
-    for line in (*filter(None, (note, fixed)), *found.notes):
-        print(f"note: {line}", file=sys.stderr)
-    if json:
-        steps = [asdict(limit) for limit in limits]
-        over = {"contact_ratio": list(RATIOS), "r_lambda": grid}
-        print(json_text(json_value({**_stiffness(found), "over": over, "regions": _regions(met), "steps": steps})))
-        return
-    si = driveline.units == "SI"
-    _tell(found, met, grid, si=si)
-    _tell_steps(limits, si=si)
+
+    def work(watch: Watch) -> StiffnessPage:
+        found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
+        met, note = _visited(driveline, watch) if visited else regions(driveline)
+        moving = [name for name in element_names(driveline) if name in met[0].labels]
+        grid = _over_ratios(driveline, moving, ratios, watch, with_damping=with_damping)
+        limits = step_limits(driveline, met, number_or_text(step))
+        fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
+        return StiffnessPage(found, OverRatios(RATIOS, grid), met, limits, [*filter(None, (note, fixed))])
+
+    emit("stiffness", work, output, json=json, inputs=[model])
 
 
 def _over_ratios(
@@ -92,33 +87,6 @@ def _over_ratios(
     return values
 
 
-def _tell(found: Stiffness, met: Sequence[RegionStiffness], grid: dict[str, list[float]], *, si: bool) -> None:
-    from gearrattle.cli.columns import columns
-
-    print(f"R_lambda {found.r_lambda:.6g} ({found.stiffness_class}), rigid motions left out\n")
-    rows = [(f"{x.real:.6g} {x.imag:+.6g}i", f"{abs(x):.6g}") for x in found.eigenvalues.tolist() if x.imag >= 0.0]
-    print(columns(("eigenvalue [1/s]" if si else "eigenvalue", "magnitude"), rows))
-    table = [(f"{ratio:g}", *(f"{values[j]:.5g}" for values in grid.values())) for j, ratio in enumerate(RATIOS)]
-    print("\n" + columns(("R_lambda over contact ratio", *grid), table))
-    print("\n" + columns(*_regions_table(list(grid), met, si=si)))
-
-
-def _tell_steps(limits: Sequence[StepLimit], *, si: bool) -> None:
-    from gearrattle.cli.columns import columns
-
-    if not limits:
-        return
-    lines = [
-        (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}") for x in limits
-    ]
-    unit = " [s]" if si else ""
-    print("\n" + columns(("fixed step", f"step{unit}", "largest x step", "growth", f"limit{unit}"), lines))
-    for x in limits:
-        if x.growth > 1.0 + 1e-9:
-            factor = f"{x.growth:.4g}" if x.growth > 1.001 else f"1 + {x.growth - 1.0:.2g}"
-            print(f"note: {x.algorithm}: a step multiplies a mode by {factor}: unstable", file=sys.stderr)
-
-
 def _visited(driveline: Model, watch: Watch) -> tuple[Sequence[RegionStiffness], str]:
     """The regions that a run visits, and a note where these are not all."""
     from gearrattle.calls.simulate import simulate
@@ -128,51 +96,3 @@ def _visited(driveline: Model, watch: Watch) -> tuple[Sequence[RegionStiffness],
     watch.enter("eigenvalues of the regions visited")
     visited = regions_visited(run, watch)
     return visited.regions, f"only {visited.words}" if visited.count > len(visited.regions) else ""
-
-
-def _regions_table(
-    moving: Sequence[str], met: Sequence[RegionStiffness], *, si: bool
-) -> tuple[tuple[str, ...], list[Any]]:
-    shares = ["share of time [%]"] if not math.isnan(met[0].share) else []
-    return (*moving, "R_lambda", "class", "largest [1/s]" if si else "largest", *shares), [
-        _row(region) for region in met
-    ]
-
-
-def _row(region: RegionStiffness) -> tuple[str, ...]:
-    values = region.eigenvalues
-    return (
-        *map(str, region.labels.values()),
-        f"{values.r_lambda:.5g}",
-        values.stiffness_class,
-        f"{values.fastest:.5g}",
-        *([] if math.isnan(region.share) else [f"{100.0 * region.share:.4g}"]),
-    )
-
-
-def _complex(values: Any) -> list[list[float]]:
-    return [[x.real, x.imag] for x in values.tolist()]
-
-
-def _stiffness(found: Stiffness) -> dict[str, Any]:
-    return {
-        "r_lambda": found.r_lambda,
-        "stiffness_class": found.stiffness_class,
-        "eigenvalues": _complex(found.eigenvalues),
-        "rigid_eigenvalues": _complex(found.rigid_eigenvalues),
-        "condition": found.condition,
-    }
-
-
-def _regions(met: Sequence[RegionStiffness]) -> list[dict[str, Any]]:
-    return [
-        {
-            "labels": region.labels,
-            "r_lambda": region.eigenvalues.r_lambda,
-            "stiffness_class": region.eigenvalues.stiffness_class,
-            "share": region.share,
-            "eigenvalues": _complex(region.eigenvalues.elastic),
-            "rigid_eigenvalues": _complex(region.eigenvalues.rigid),
-        }
-        for region in met
-    ]

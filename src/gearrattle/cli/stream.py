@@ -44,7 +44,10 @@ def stream(
     """
     import gearrattle
     from gearrattle.cli.background import watched
+    from gearrattle.cli.emit import print_result
     from gearrattle.json_types import json_text
+    from gearrattle.report.kinds import presentation_of
+    from gearrattle.report.saved import summary
 
     driveline = gearrattle.load(model)
     folder = output if output is not None else Path(f"{model.stem}-stream")
@@ -64,13 +67,13 @@ def stream(
         motion = watched(work, _GRACE)
     except (KeyboardInterrupt, Exception) as error:
         raise _with_what_is_kept(error, under_way, folder) from error
-    verdict = motion.verdict()
-    for note in (*told, *verdict.notes):
+    verdict = presentation_of(motion.verdict())
+    for note in told:
         print(f"note: {note}", file=sys.stderr)
     if json:
-        print(json_text({"cycles": motion.cycles, "folder": str(folder), **verdict.to_dict()}))
+        print(json_text({"cycles": motion.cycles, "folder": str(folder), **summary(verdict)}))
         return
-    print(f"{verdict.verdict}: {verdict.sentence}")
+    print_result(verdict, json=False)
     print(f"{counted(motion.cycles, 'cycle')} kept in: {folder}")
 
 

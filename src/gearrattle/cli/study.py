@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -12,14 +11,12 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearrattle.cli.background import Watch
+    from gearrattle.report.study import StudyReport
     from gearrattle.studies import Done
     from gearrattle.studies.kinds import Kind, Study
     from gearrattle.studies.places import Place
 
-_SHOWN, _WIDTH = 5, 100
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 
 
@@ -38,7 +35,8 @@ def study(
 ) -> None:
     """Simulate and judge many variants of one driveline; what is done survives whatever stops it.
 
-    Into the folder go results.zarr and, once all is done, a page, study.html, with figures/.
+    Into the folder go results.zarr, which holds all numbers, and, once all is done, report.html, summary.json and
+    figures/.
 
     Parameters
     ----------
@@ -77,7 +75,7 @@ def study(
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 
-    def work(watch: Watch) -> Done | None:
+    def work(watch: Watch) -> tuple[Done, StudyReport] | None:
         watch.enter("looking at the study")
         found = asked.prepare(**options)
         cost = found.estimate(workers, scheduler)
@@ -92,7 +90,7 @@ def study(
     except (KeyboardInterrupt, Exception) as error:
         raise _with_what_is_kept(error, under_way, folder) from error
     if done is not None:
-        _tell(done, folder, json=json)
+        _tell(*done, folder, json=json)
 
 
 def _lasting(folder: Place) -> Place:
@@ -110,7 +108,9 @@ def _divided(scheduler: str | None) -> str:
     return f"; divide by the number of threads of {scheduler}" if "://" in (scheduler or "") else ""
 
 
-def _carried_out(watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any) -> Done:
+def _carried_out(
+    watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any
+) -> tuple[Done, StudyReport]:
     """Compute what is not done, and write the page."""
     from gearrattle.studies import opened
 
@@ -122,8 +122,7 @@ def _carried_out(watch: Watch, found: Study, folder: Place, title: str, under_wa
             folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch, workers=workers
         )
     watch.enter("writing the page")
-    _page(done, folder, title)
-    return done
+    return done, _page(done, folder, title)
 
 
 def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Place) -> BaseException:
@@ -143,13 +142,17 @@ def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Pla
     return error
 
 
-def _page(done: Done, folder: Place, title: str) -> None:
-    """Write the page and its figures into the folder, whole or not at all."""
-    from gearrattle.report.study import fill_study
+def _page(done: Done, folder: Place, title: str) -> StudyReport:
+    """Write page, summary and figures into the folder, whole or not at all."""
+    from gearrattle.report.study import StudyReport
     from gearrattle.writing import staged
 
+    facts = {"folder": folder.address, **done.summary}
+    report = StudyReport(done.data, done.messages, title=title, cost=done.cost, facts=facts, remarks=done.notes)
     with staged(folder.local, folder.take) as path:
-        fill_study(done.data, done.messages, path, title=title, cost=done.cost)
+        report.fill(path)
+    folder.remove("study.html")  # the page of earlier versions
+    return report
 
 
 def _options(kind: Kind, function: str | None) -> dict[str, Any]:
@@ -184,41 +187,13 @@ def _function(named: str) -> Any:
     return found
 
 
-def _at(data: xr.Dataset, dimension: str, i: int) -> str:
-    """Where along a dimension a case is, in words."""
-    from gearrattle.plots.axis_names import measure_of
-
-    if dimension not in data.coords:
-        return f"{dimension} {i}"
-    measure = measure_of(data, dimension)
-    return f"{measure.words} = {measure.said(data[dimension].values[i])}"
-
-
-def _tell(done: Done, folder: Place, *, json: bool) -> None:
-    from gearrattle.cli.columns import columns
-    from gearrattle.json_types import json_text
-    from gearrattle.report.study_pages import page_of
+def _tell(done: Done, report: StudyReport, folder: Place, *, json: bool) -> None:
+    from gearrattle.cli.emit import print_result
+    from gearrattle.report.saved import PAGE
     from gearrattle.studies.places import File
 
-    for note in done.notes:
-        print(f"note: {note}", file=sys.stderr)
-    for place, text in list(done.messages.items())[:_SHOWN]:
-        at = ", ".join(_at(done.data, str(name), i) for name, i in zip(done.data["outcome"].dims, place, strict=True))
-        print(f"note: case {at}: {text}", file=sys.stderr)
-    if len(done.messages) > _SHOWN:
-        print(f"note: {len(done.messages) - _SHOWN} more cases failed; their messages are in done/", file=sys.stderr)
-    page = page_of(done.data)
-    answer, summary = page.answer(done.data), page.summary(done.data)
-    if json:
-        print(json_text({"folder": folder.address, "summary": summary, **done.summary, **answer.content}))
-        return
-    print(done.told)
-    print(fill(summary, _WIDTH, break_on_hyphens=False))
-    for table in answer.tables:
-        if table.rows:
-            print(f"\n{columns(table.head, table.rows, table.words)}")
-        if table.rows and table.note:
-            print(fill(table.note, _WIDTH, break_on_hyphens=False))
-    print()
-    print(f"results: {File(folder, 'results.zarr')}")
-    print(f"page: {File(folder, 'study.html')}")
+    if not json:
+        print(done.told)
+    print_result(report, File(folder, PAGE), json=json)
+    if not json:
+        print(f"results: {File(folder, 'results.zarr')}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -10,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Settings, Whole, number_or_text
+from gearrattle.cli.options import Json, Output, Settings, Whole, number_or_text
 from gearrattle.cli.validate_run_up import OverSpeed
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.validation import Explained, Validation
+    from gearrattle.validation import Validation
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 
@@ -79,7 +78,7 @@ def validate(
     measurement: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     how: Comparison = _HOW,
     over_speed: OverSpeed = _OVER_SPEED,
     settings: Settings = _SETTINGS,
@@ -89,7 +88,7 @@ def validate(
 
     A model with a sweep, or a run along one, is compared order by order over speed.
 
-    With -o, writes report.html, summary.json and figures/ into a folder, all or nothing.
+    With -o, writes report.html, summary.json, results.nc and figures/ into a folder, all or nothing; or one file.
 
     Parameters
     ----------
@@ -97,12 +96,9 @@ def validate(
         Model file (TOML), simulated for this; or a saved run (.nc).
     measurement
         Measured file, or a mapping of one (measurement.toml).
-    output
-        Folder for the page; default: the table on the terminal only.
     """
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.page_folder import page_folder
-    from gearrattle.json_types import json_text
+    import gearrattle
+    from gearrattle.cli.emit import emit
 
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up
@@ -110,26 +106,12 @@ def validate(
         files, match = (model, measurement), how.arguments()["match"]
         validate_run_up(files, over_speed, match, settings.arguments(), output, json=json)
         return
-    arguments = how.arguments(), settings.arguments()
-    if output is None:
-        found = watched(lambda watch: _work(watch, model, measurement, arguments, None))
-    else:
-        with page_folder(output) as staging:
-            found = watched(lambda watch: _work(watch, model, measurement, arguments, staging.path))
-            staging.commit()
-    for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
-    if json:
-        from gearrattle.report.validation import validation_content
+    arguments = {**how.arguments(), "settings": settings.arguments()}
 
-        print(json_text(validation_content(found)))
-    else:
-        print(_table(found))
-        if found.parameters is not None:
-            print(_parameters(found.parameters))
-        print(found.verdict)
-    if output is not None:
-        print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)
+    def work(watch: Watch) -> Validation:
+        return gearrattle.validate(model, gearrattle.read(measurement), **arguments, progress=watch)
+
+    emit("validation", work, output, json=json, inputs=[model, measurement])
 
 
 def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
@@ -145,48 +127,3 @@ def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
         )
         raise ModelError(Problem(", ".join(wrong), str(model), rule, "leave it out"))
     return swept
-
-
-def _work(
-    watch: Watch, model: Path, measurement: Path, arguments: tuple[dict[str, Any], dict[str, Any]], folder: Path | None
-) -> Validation:
-    """Compare; with a folder to write into, make the page as well."""
-    import gearrattle
-    from gearrattle.report.validation import fill_validation
-
-    record = gearrattle.read(measurement)
-    how, settings = arguments
-    found = gearrattle.validate(model, record, **how, settings=settings, progress=watch)
-    if folder is not None:
-        watch.enter("writing the page")
-        fill_validation(found, folder)
-    return found
-
-
-def _parameters(found: Explained) -> str:
-    """What each uncertain parameter does to the rms of every channel, and how these pull it."""
-    from gearrattle.cli.columns import columns
-
-    head = ("parameter", *(f"{name} rms, %" for name in found.channels), "pulled, s.e.", "error left, %")
-    rows = []
-    for each in found.parameters:
-        of = {effect.channel: effect for effect in each.effects if effect.measure == "rms"}
-        told = (f"{of[name].value:.3g} ± {of[name].error:.2g}" for name in found.channels)
-        rows.append((each.path, *told, f"{each.shift:.3g}", f"{100.0 * each.left:.3g}"))
-    return columns(head, rows)
-
-
-def _table(found: Validation) -> str:
-    from gearrattle.cli.columns import columns
-
-    head = ("channel", "level", "measured", "simulated", "sigma, %", "95 %", "budget, %", "unexplained, %")
-    rows = [
-        (
-            pair.name, level.measure, f"{level.measured:.4g}", f"{level.simulated:.4g} {pair.unit}".removesuffix(" 1"),
-            f"{level.sigma:.3g}", f"{level.low:.3g} to {level.high:.3g}", f"{level.expanded:.3g}",
-            f"{abs(level.remainder):.3g}",
-        )
-        for pair in found.pairs
-        for level in pair.levels
-    ]  # fmt: skip
-    return columns(head, rows)

@@ -5,7 +5,6 @@ Takes files and options; gives a RunUp, on the terminal or as a page.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,52 +49,18 @@ def validate_run_up(
     files: tuple[Path, Path], how: OverSpeed, match: dict[str, str], settings: dict[str, Any], output: Path | None,
     *, json: bool,
 ) -> None:  # fmt: skip
-    """Compare a run-up, and print or write what was found."""
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.page_folder import page_folder
-    from gearrattle.json_types import json_text
-    from gearrattle.report.run_up_validation import run_up_content
-
-    asked = how, match, settings
-    if output is None:
-        found = watched(lambda watch: _work(watch, files, asked, None))
-    else:
-        with page_folder(output) as staging:
-            found = watched(lambda watch: _work(watch, files, asked, staging.path))
-            staging.commit()
-    for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
-    if json:
-        print(json_text(run_up_content(found)))
-    else:
-        print(_table(found))
-        print(found.verdict)
-    if output is not None:
-        print(f"page: {output / 'report.html'}", file=sys.stderr if json else sys.stdout)
-
-
-def _work(
-    watch: Watch, files: tuple[Path, Path], asked: tuple[OverSpeed, dict[str, str], dict[str, Any]], folder: Path | None
-) -> RunUp:
-    """Compare; with a folder to write into, make the page as well."""
+    """Compare a run-up, and print or save what came out."""
     import gearrattle
-    from gearrattle.report.run_up_validation import fill_run_up
+    from gearrattle.cli.emit import emit
 
-    how, match, settings = asked
-    records = [gearrattle.read(path) for path in (files[1], *map(Path, how.repeat))]
+    repeats = [Path(path) for path in how.repeat]
     more = {} if how.turns is None else {"turns": how.turns}
-    found = gearrattle.validate_run_up(
-        files[0], records, how.order or None, match=match, speed=how.shaft, settings=settings, progress=watch, **more
-    )
-    if folder is not None:
-        watch.enter("writing the page")
-        fill_run_up(found, folder)
-    return found
 
+    def work(watch: Watch) -> RunUp:
+        records = [gearrattle.read(path) for path in (files[1], *repeats)]
+        return gearrattle.validate_run_up(
+            files[0], records, how.order or None, match=match, speed=how.shaft, settings=settings, progress=watch,
+            **more,
+        )  # fmt: skip
 
-def _table(found: RunUp) -> str:
-    from gearrattle.cli.columns import columns
-    from gearrattle.report.run_up_validation import tracks_table
-
-    table = tracks_table(found)
-    return columns(table.head, table.rows)
+    emit("validation of a run-up", work, output, json=json, inputs=[*files, *repeats])

@@ -32,6 +32,7 @@ from gearrattle.comparison.table import table_of
 from gearrattle.comparison.transmissibility import compare_transmissibility
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
+from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.system.variation import GROWTH
 
@@ -83,7 +84,7 @@ def compare(
         tolerance=tolerance, step=step, initial=initial, budget=budget, progress=progress,
     )  # fmt: skip
     table = table_of(comparison)
-    table.attrs["comparison"] = comparison
+    table.attrs |= {KIND: Comparison.kind, "comparison": comparison}
     return table
 
 

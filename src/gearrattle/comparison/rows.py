@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from gearrattle.comparison.crossings import EventComparison
 from gearrattle.comparison.pointwise import PointwiseError
 from gearrattle.comparison.record import Record
 from gearrattle.comparison.statistics import StatisticalComparison
 from gearrattle.comparison.transmissibility import TransmissibilityComparison
+from gearrattle.result import Result
 from gearrattle.signals.coherence import Coherence
 from gearrattle.trajectory import Array, Cost
 
@@ -60,7 +62,7 @@ class Row(Record):
 
 
 @dataclass(frozen=True)
-class Comparison(Record):
+class Comparison(Result, Record):
     """All contenders against the reference.
 
     Attributes:
@@ -77,6 +79,7 @@ class Comparison(Record):
         recommendation: what follows from the numbers, in three sentences.
     """
 
+    kind: ClassVar[str] = "comparison"
     model: str
     reference: str
     rows: tuple[Row, ...]
@@ -93,3 +96,8 @@ class Comparison(Record):
     def row(self, label: str) -> Row:
         """The row of a label."""
         return next(row for row in self.rows if row.label == label)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user must know of the runs, each with the label of the run."""
+        return tuple(f"{row.label}: {note}" for row in self.rows[:-1] for note in row.notes)

@@ -26,7 +26,6 @@ from gearrattle.criteria.base import (
     Part,
     Scope,
     Tally,
-    Verdict,
     scope_of,
     worst_first,
 )
@@ -38,7 +37,7 @@ from gearrattle.criteria.peak_to_peak import PeakToPeak
 from gearrattle.criteria.regime import ImpactRegime
 from gearrattle.criteria.spectrum import AccelerationSpectrum, density_of
 from gearrattle.criteria.transmissibility import Transmissibility
-from gearrattle.criteria.wording import sentence
+from gearrattle.criteria.verdict import Verdict
 from gearrattle.errors import ModelError
 from gearrattle.signals import Spectrum, Window
 from gearrattle.trajectory import Layout, Trajectory
@@ -144,7 +143,6 @@ def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
         parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
     return Verdict(
         verdict=parts[0].regime if parts and parts[0].rattles else "quiet",
-        sentence=sentence(parts, scope.window.cycles),
         rule=RULE,
         parts=parts,
         entries=tuple(entries),

@@ -1,4 +1,4 @@
-"""The nouns of the shelf: a criterion, the entries it gives, and the verdict they add up to.
+"""The nouns of the shelf: a criterion, the entries it gives, and the parts that are judged by them.
 
 A criterion measures one thing on a trajectory and says it in *entries*: one number (or word) each, about one inertia,
 mesh or coupling, with its unit, its formula and where the formula comes from. It does so in two steps, because a long
@@ -10,20 +10,18 @@ promises.
 Each mesh and each clearance is a *part* of the verdict, judged by its regime in the steady part; the whole is the worst
 of the parts that rattle. The rule is stated in words (``RULE``) wherever the verdict is shown.
 
-Takes trajectories; gives entries, parts and the verdict to reports and users.
+Takes trajectories; gives entries and parts to the verdict.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from gearrattle.json_types import json_value
-from gearrattle.signals import Regime, Spectrum, Window, steady
+from gearrattle.signals import Regime, Window, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 PAPER = "Padmanabhan, Barlow, Rook, Singh 1995, ASME J. Mech. Des. 117, 185-192"
@@ -278,46 +276,6 @@ class Part:
     def rattles(self) -> bool:
         """Whether it separates and meets again: a gap that is not quiet."""
         return self.gap and self.regime != "quiet"
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What the criteria say of one motion.
-
-    Attributes:
-        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
-        sentence: the same in human words: what rattles, where, how badly.
-        rule: by which rule.
-        parts: every mesh and clearance, worst first.
-        entries: every value of every criterion.
-        notes: what the user must know about these values.
-        window: the steady part that was judged.
-        spectra: power spectral density of the accelerations, density (f, n inertias); None for too few samples.
-    """
-
-    verdict: Regime
-    sentence: str
-    rule: str
-    parts: tuple[Part, ...]
-    entries: tuple[Entry, ...]
-    notes: tuple[str, ...]
-    window: Window
-    spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
-
-    def __str__(self) -> str:
-        """Return the verdict and its sentence."""
-        return f"{self.verdict}: {self.sentence}"
-
-    def of(self, criterion: str, subject: str | None = None) -> tuple[Entry, ...]:
-        """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
-        return tuple(e for e in self.entries if e.criterion == criterion and subject in (None, e.subject))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
-        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "spectra"}
-        fields["window"] = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
-        converted: dict[str, Any] = json_value(fields)
-        return converted
 
 
 def worst_first(parts: list[Part]) -> tuple[Part, ...]:

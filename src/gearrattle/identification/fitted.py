@@ -1,14 +1,13 @@
 """What a fit found: the model, its parameters with errors, every datum's residual, other minima, what stays open.
 
-Takes findings of ``fit``; gives words and JSON types.
+Takes numbers from ``fit``; gives frozen records to reports and JSON types.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from gearrattle.identification.identifiability import Combination
 from gearrattle.identification.problem import Residual
 from gearrattle.json_types import json_value
 from gearrattle.model import Model
-from gearrattle.wording import counted
+from gearrattle.result import Result
 
 Array = NDArray[np.float64]
 
@@ -70,7 +69,7 @@ class LocalMinimum:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Result):
     """A fitted model and what the data say about it.
 
     Attributes:
@@ -86,6 +85,7 @@ class Fit:
         notes: what the user must know.
     """
 
+    kind: ClassVar[str] = "fit"
     model: Model
     parameters: tuple[FittedParameter, ...]
     residuals: tuple[Residual, ...]
@@ -96,13 +96,6 @@ class Fit:
     starts: int
     undetermined: tuple[Combination, ...]
     notes: tuple[str, ...]
-
-    @property
-    def report(self) -> str:
-        """The whole in words."""
-        return "\n".join(
-            [*self._parameters(), "", *self._residuals(), "", *self._open(), *self._minima(), *self._notes()]
-        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the record in JSON types; numbers that are not finite are null."""
@@ -118,76 +111,3 @@ class Fit:
             "undetermined": json_value(self.undetermined),
             "notes": list(self.notes),
         }
-
-    def _parameters(self) -> list[str]:
-        profiled = any(p.interval is not None for p in self.parameters)
-        rows = [["parameter", "start", "fitted", "standard error", "bounds", *(["95 % interval"] if profiled else [])]]
-        for p in self.parameters:
-            error = f"{p.standard_error:.2g} ({100 * p.relative_error:.2g} %)"
-            error = {True: "not determined"}.get(math.isinf(p.standard_error), error)
-            error = "on its bound" if p.at_bound else error
-            bounds = f"{p.lower:.4g} ... {p.upper:.4g}" + (f", {p.at_bound} reached" if p.at_bound else "")
-            row = [p.path, f"{p.start:.6g}", f"{p.value:.6g}", error, bounds]
-            if profiled:
-                row.append("-" if p.interval is None else _interval(p.interval))
-            rows.append(row)
-        return _table(rows)
-
-    def _residuals(self) -> list[str]:
-        rows = [["datum", "measured", "fitted", "standard error", "residual"]]
-        responses: dict[str, list[Residual]] = {}
-        for r in self.residuals:
-            if r.label.startswith("response "):
-                responses.setdefault(r.label.split(": ")[0], []).append(r)
-                continue
-            numbers = (r.measured, r.fitted) if r.unit else (round(r.measured, 6), round(r.fitted, 6))
-            unit = f" {r.unit}" if r.unit else ""
-            rows.append(
-                [r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}"]
-            )
-        lines = _table(rows) if len(rows) > 1 else []
-        for label, samples in responses.items():
-            squares = np.array([r.residual for r in samples]) ** 2
-            lines.append(
-                f"{label}: {counted(len(samples) // 2, 'sample')}, "
-                f"residuals {math.sqrt(squares.mean()):.3g} standard errors rms, "
-                f"{math.sqrt(squares.max()):.3g} at most ({samples[int(squares.argmax())].label.split(': ')[1]} rad/s)"
-            )
-        lines.append(f"chi-square {self.chi_square:.4g}, {self.degrees_of_freedom} degrees of freedom")
-        return lines
-
-    def _open(self) -> list[str]:
-        lines = []
-        for structural, title in ((True, "not determined by the data:"), (False, "hardly determined by the data:")):
-            found = [c.words for c in self.undetermined if c.structural == structural]
-            lines += [title, *(f"  {words}" for words in found)] if found else []
-        return lines or ["the data determine every parameter"]
-
-    def _minima(self) -> list[str]:
-        first = self.minima[0]
-        lines = [
-            f"best minimum reached from {first.times} of {counted(self.starts, 'start')}; "
-            f"{counted(len(self.minima), 'distinct minimum', 'distinct minima')}"
-        ]
-        others = (f"  another: chi-square {m.chi_square:.4g}, from {m.times}" for m in self.minima[1:4])
-        return [*lines, *others]
-
-    def _notes(self) -> list[str]:
-        return [f"note: {note}" for note in self.notes]
-
-
-def _interval(ends: tuple[float, float]) -> str:
-    low = "below the bound" if ends[0] == 0.0 else f"{ends[0]:.5g}"
-    high = "beyond the bound" if math.isinf(ends[1]) else f"{ends[1]:.5g}"
-    return f"{low} ... {high}"
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines of aligned columns, the first to the left."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "  ".join(
-            c.ljust(w) if k == 0 else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]

@@ -1,6 +1,6 @@
-"""What the fit of a torque-angle loop found: stages with standard errors, as a coupling, as words, and drawn again.
+"""What the fit of a torque-angle loop found: stages with standard errors, as a coupling, and drawn again.
 
-Takes findings of ``loop_fit``; gives words, TOML, JSON types and the loop of the fitted law.
+Takes findings of ``loop_fit``; gives TOML, JSON types and the loop of the fitted law.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
 from gearrattle.model import loads
 from gearrattle.model.writing import toml_text
-from gearrattle.wording import counted
+from gearrattle.result import Result
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class FittedStage(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LoopFit:
+class LoopFit(Result):
     """A law fitted to a measured torque-angle loop.
 
     Attributes:
@@ -72,6 +72,7 @@ class LoopFit:
         angle_unit: in which the report and ``toml`` are written: "deg" or "rad", as in the file.
     """
 
+    kind: ClassVar[str] = "loop fit"
     name: str
     between: tuple[str, str]
     stages: tuple[FittedStage, ...]
@@ -135,16 +136,6 @@ class LoopFit:
         }
         return torque_angle(loads(toml_text(tables)), self.name, *ends)
 
-    @property
-    def report(self) -> str:
-        """The whole in words."""
-        counts = f"{len(self.stages)} drive-side and {len(self.coast_stages)} coast-side stages"
-        rms = f"{self.residual:.4g} N m rms, {100.0 * self.residual / self.full_scale:.2g} % of full scale"
-        lines = [f"{self.source}: {counts} from {counted(self.measured[0].size, 'sample')}; residual {rms}", ""]
-        head = ["", "value", "+- error", "95 % from", "to", *(["bootstrap"] if self.bootstrap_errors else []), "unit"]
-        lines += _aligned([head, *(self._row(name) for name in self.values)])
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
     def to_dict(self) -> dict[str, Any]:
         """Return the record in JSON types; values in SI."""
         return {
@@ -163,15 +154,7 @@ class LoopFit:
             "notes": list(self.notes),
         }
 
-    def _row(self, name: str) -> list[str]:
-        factor, unit = self._unit(name.rpartition(".")[2])
-        given = [self.values[name], *self.intervals[name], self.errors[name]]
-        given += [self.bootstrap_errors[name]] if self.bootstrap_errors else []
-        value, low, high, error, *more = (each * factor for each in given)
-        words = [f"{value:.5g}", f"{error:.2g}", f"{low:.4g}", f"{high:.4g}", *(f"{each:.2g}" for each in more)]
-        return [name, *words, unit.replace("*", " ")]
-
-    def _unit(self, key: str) -> tuple[float, str]:
+    def unit(self, key: str) -> tuple[float, str]:
         """Return the factor of a key's SI value to the unit it is shown in, and that unit."""
         if self.angle_unit == "rad":
             return 1.0, _UNITS[key]
@@ -179,10 +162,5 @@ class LoopFit:
 
     def _with_unit(self, key: str, value: float) -> str:
         """Return a value as a model file has it, to eight digits."""
-        factor, unit = self._unit(key)
+        factor, unit = self.unit(key)
         return f"{value * factor:.8g} {unit}"
-
-
-def _aligned(rows: list[list[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]

@@ -18,14 +18,14 @@ MOST = 12
 
 def chosen_clearances(findings: Findings) -> tuple[list[int], str]:
     """Return which clearances are shown, in element order, and a sentence on those that are not; empty for all."""
-    names = findings.run.trajectory.layout.clearance_names
+    names = findings.motion.trajectory.layout.clearance_names
     worst = [names.index(part.name) for part in findings.verdict.parts if part.name in names]
     return sorted(worst[:MOST]), _left_out("clearances", len(worst), "the worst of the verdict")
 
 
 def chosen_bodies(findings: Findings) -> tuple[list[int], str]:
     """Return which bodies are shown, in file order, and a sentence on those that are not; empty for all."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     elements = [layout.element_names.index(part.name) for part in findings.verdict.parts if part.rattles]
     ends = [body for element in elements for body in layout.between[element].tolist() if body >= 0]

@@ -22,7 +22,7 @@ _MOST_IMPACTS = 3000
 
 def deflections(findings: Findings) -> Chart:
     """Draw the deflection of every clearance over the last cycles, with its impacts."""
-    window = detail(findings.run.trajectory)
+    window = detail(findings.motion.trajectory)
     caption = (
         "Deflection of every element with a corner, in detail. Shaded: in contact, beyond the dotted corners. "
         f"Dots: impacts, at the exact time of the crossing.{chosen_clearances(findings)[1]}"
@@ -49,7 +49,7 @@ def overview(findings: Findings) -> Chart:
 
 def forces(findings: Findings) -> Chart:
     """Draw the force or torque of every element with a corner over the last cycles."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     window = detail(trajectory)
     chosen, left_out = chosen_clearances(findings)
     panels = []
@@ -71,7 +71,7 @@ def forces(findings: Findings) -> Chart:
 
 
 def _deflection_panels(findings: Findings, window: Window | None) -> tuple[Panel, ...]:
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     impacts = find_impacts(trajectory)
     panels = []

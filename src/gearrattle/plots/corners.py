@@ -65,7 +65,7 @@ def units(findings: Findings, clearance: int) -> dict[str, str]:
         findings: what the pipeline found.
         clearance: index into ``layout.clearance``.
     """
-    layout = findings.run.trajectory.layout
+    layout = findings.motion.trajectory.layout
     if findings.model.units != "SI":
         return {"deflection": "", "rate": "", "force": "", "energy": ""}
     if layout.is_mesh[layout.clearance[clearance]]:

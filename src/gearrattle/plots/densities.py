@@ -36,7 +36,7 @@ def spectra_charts(data: xr.Dataset, *, si: bool = True, natural: Sequence[float
         si: whether frequencies are hertz.
         natural: natural frequencies to mark [rad/s].
     """
-    rules = _rules(data, natural)
+    rules = natural_rules(data, natural)
     made = [density_chart(data, si=si, rules=rules)]
     if "reference" in data.attrs:
         made += [density_chart(data, "reference", si=si, rules=rules), cross_chart(data, si=si, rules=rules)]
@@ -147,7 +147,8 @@ def _line(x: Array, y: Array, name: str, colour: str, width: float) -> Line:
     return Line(x[kept], y[kept], name, colour, width=width)
 
 
-def _rules(data: xr.Dataset, natural: Sequence[float]) -> tuple[Rule, ...]:
+def natural_rules(data: xr.Dataset, natural: Sequence[float]) -> tuple[Rule, ...]:
+    """Return rules at natural frequencies [rad/s] that lie within a spectrum."""
     highest = float(data["frequency"].values[-1])
     hertz = [(number, value / (2.0 * np.pi)) for number, value in enumerate(natural, start=1)]
     return tuple(Rule(at, "x", MUTED, label=f"f{number}") for number, at in hertz if 0.0 < at < highest)

@@ -20,22 +20,22 @@ _CAPTION = (
 
 def accelerations(findings: Findings) -> Chart:
     """Draw the angular acceleration of every body."""
-    values = findings.run.trajectory.acceleration
+    values = findings.motion.trajectory.acceleration
     return _chart(findings, "acceleration", "Angular acceleration", "rad/s²", values)
 
 
 def speeds(findings: Findings) -> Chart:
     """Draw the speed fluctuation of every body."""
-    return _chart(findings, "speed", "Speed fluctuation", "rad/s", findings.run.trajectory.velocity)
+    return _chart(findings, "speed", "Speed fluctuation", "rad/s", findings.motion.trajectory.velocity)
 
 
 def angles(findings: Findings) -> Chart:
     """Draw the angle of every body."""
-    return _chart(findings, "angle", "Angle", "rad", findings.run.trajectory.angle)
+    return _chart(findings, "angle", "Angle", "rad", findings.motion.trajectory.angle)
 
 
 def _chart(findings: Findings, key: str, what: str, unit: str, values: Array) -> Chart:
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     window = detail(trajectory)
     chosen, left_out = chosen_bodies(findings)
     panels = []

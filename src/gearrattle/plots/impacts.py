@@ -23,7 +23,7 @@ _BINS = 24
 
 def impacts(findings: Findings) -> Chart | None:
     """Draw the impact statistics of every clearance that has any; None if nothing impacts."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     found = find_impacts(trajectory).within(steady(trajectory))
     panels: list[Panel] = []

@@ -23,7 +23,7 @@ _POINTS = 6000
 
 def phase_plane(findings: Findings) -> Chart:
     """Draw the phase plane of every clearance over the last cycles."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     window = last_cycles(trajectory, CYCLES)
     whole = max(1, _POINTS // trajectory.samples_per_cycle)
@@ -85,7 +85,7 @@ def deflection_rate(findings: Findings, clearance: int) -> Array:
         findings: what the pipeline found.
         clearance: index into ``layout.clearance``.
     """
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     element = int(layout.clearance[clearance])
     rate = np.zeros(trajectory.time.size)

@@ -23,7 +23,7 @@ def run_up_spectra(findings: Findings) -> Chart | None:
     """Draw the spectra of a run-up; None at one speed, or from too few samples."""
     from gearrattle.calls.waterfall import waterfall
 
-    run, si = findings.run, findings.model.units == "SI"
+    run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
     names = run.trajectory.layout.inertia_names
@@ -56,7 +56,7 @@ def run_up_orders(findings: Findings) -> Chart | None:
     """Draw the excited orders of every body's acceleration over speed; None at one speed, or if no block fits."""
     from gearrattle.calls.orders import order_cuts
 
-    run, si = findings.run, findings.model.units == "SI"
+    run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
         return None
     layout = run.trajectory.layout

@@ -42,11 +42,13 @@ _NAMES = 1.9  # room for names left of the bars, in units of a correlation
 def probability_bars(data: xr.Dataset) -> Chart | None:
     """Draw the share of samples in which a part rattles, a row a part, with its interval."""
     output = chosen_codes(data)
-    if not _alone(data) or not output:
-        return None
-    found = rattle_probability(data, output)
+    return bars_of_probability(rattle_probability(data, output)) if _alone(data) and output else None
+
+
+def bars_of_probability(found: xr.Dataset) -> Chart | None:
+    """Draw what ``rattle_probability`` found over samples alone; None without a part that can separate."""
+    output, subject = str(found.attrs["output"]), str(found.attrs["subject"])
     share, low, high = (np.atleast_1d(found[name].values) for name in ("probability", "low", "high"))
-    subject = subject_of(data, output)
     names = [str(name) for name in found[subject].values] if subject else [output]
     if not names:
         return None
@@ -95,16 +97,31 @@ def tornado(data: xr.Dataset) -> Chart | None:
         return None
     panels = []
     for name in outputs_in(data):
-        found = sensitivities(data, name)
-        subject = subject_of(data, name)
-        parts = dict(subjects_of(found["rank_regression"], subject))
-        for part, coefficients in parts.items():
-            one = found.sel({subject: part}) if subject else found
-            if np.isfinite(coefficients.values).any():
-                panels.append(_tornado(f"{part}: {name}" if part else name, one, data))
+        panels += tornado_panels(sensitivities(data, name), data)
+    return tornado_chart(panels, len(scattered(data)))
+
+
+def tornado_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+    """Draw rank regression coefficients of one output, a panel a subject that varies.
+
+    Args:
+        found: from ``sensitivities``.
+        measured: holds the values that scatter, with their words and units.
+    """
+    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
+    panels = []
+    for part, coefficients in subjects_of(found["rank_regression"], subject):
+        one = found.sel({subject: part}) if subject else found
+        if np.isfinite(coefficients.values).any():
+            panels.append(_tornado(f"{part}: {output}" if part else output, one, measured))
+    return panels
+
+
+def tornado_chart(panels: list[Panel], values: int) -> Chart | None:
+    """Return the chart of ``tornado_panels``, whose bars are so many values; None without panels."""
     if not panels:
         return None
-    count = min(len(scattered(data)), _MOST_VALUES)
+    count = min(values, _MOST_VALUES)
     caption = (
         "How each output follows the values that scatter: coefficients of the standardised ranks, the strongest on "
         "top; S is the share of the variance that a value alone explains. Between the grey lines lies what chance "

@@ -15,7 +15,7 @@ from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
 from gearrattle.plots.sweeps import subjects_of
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.layout import axes_in, outputs_in, sampling_of, scattered, subject_of, units_of
+from gearrattle.studies.layout import axes_in, outputs_in, sampling_of, scattered
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.trajectory import Array
@@ -32,45 +32,64 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
     """Draw Sobol' indices of first and total order with their intervals, a panel an output and subject that vary."""
     if sampling_of(data) not in (SALTELLI, PAIRS) or not _alone(data):
         return None
-    panels = [
-        _indices(name, found, data) for name, found in _varied(data) if np.isfinite(found["total_order"].values).any()
-    ]
+    panels = [panel for name in outputs_in(data) for panel in sobol_panels(sensitivities(data, name), data)]
+    return sobol_chart(panels, len(scattered(data)))
+
+
+def sobol_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+    """Draw the indices of one output, a panel a subject that varies.
+
+    Args:
+        found: from ``sensitivities``.
+        measured: holds the values that scatter, with their words and units.
+    """
+    parts = [(title, one) for title, _, one in _by_subject(found) if np.isfinite(one["total_order"].values).any()]
+    return [_indices(title, one, measured) for title, one in parts]
+
+
+def sobol_chart(panels: list[Panel], values: int) -> Chart | None:
+    """Return the chart of ``sobol_panels``, whose bars are so many values; None without panels."""
     legend = (Key("first order: alone", FIRST), Key("total order: with interactions", TOTAL))
     caption = (
         "Shares of each output's variance that a value explains: alone, and with all interactions it is in. "
         "Lines are 95 % intervals (bootstrap over the base points); few base points may give shares outside 0 to 100 %."
     )
-    return _chart(("indices", "Sobol' indices", caption), panels, len(scattered(data)), legend)
+    return _chart(("indices", "Sobol' indices", caption), panels, values, legend)
 
 
 def swing_bars(data: xr.Dataset) -> Chart | None:
     """Draw what each output is with every value at its lower and its upper end, the widest on top."""
     if sampling_of(data) != ONE_AT_A_TIME or not _alone(data):
         return None
-    panels = []
-    for name in outputs_in(data):
-        units, subject = units_of(data, name), subject_of(data, name)
-        told = sensitivities(data, name)
-        for part, swing in subjects_of(told["swing"], subject):
-            one = told.sel({subject: part}) if subject else told
-            if np.nanmax(swing.values, initial=0.0) > 0.0 and np.isfinite(float(one["base"])):
-                panels.append(_swings(f"{part}: {name}" if part else name, units[part], one, data))
+    panels = [panel for name in outputs_in(data) for panel in swing_panels(sensitivities(data, name), data)]
+    return swing_chart(panels, len(scattered(data)))
+
+
+def swing_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+    """Draw what one output is at both ends of every value, a panel a subject that varies; arguments as above."""
+    return [
+        _swings(title, unit, one, measured)
+        for title, unit, one in _by_subject(found)
+        if np.nanmax(one["swing"].values, initial=0.0) > 0.0 and np.isfinite(float(one["base"]))
+    ]
+
+
+def swing_chart(panels: list[Panel], values: int) -> Chart | None:
+    """Return the chart of ``swing_panels``, whose bars are so many values; None without panels."""
     legend = (Key("value at its lower end", COAST), Key("value at its upper end", DRIVE))
     caption = (
         "Each output with one value at its lower and at its upper end, all others the model's own; the line is the "
         "model itself. Interactions are not seen."
     )
-    return _chart(("tornado", "One value at a time", caption), panels, len(scattered(data)), legend)
+    return _chart(("tornado", "One value at a time", caption), panels, values, legend)
 
 
-def _varied(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Sensitivities of every output and subject."""
-    found = []
-    for name in outputs_in(data):
-        told, subject = sensitivities(data, name), subject_of(data, name)
-        for part, _ in subjects_of(told["spearman"], subject):
-            found.append((f"{part}: {name}" if part else name, told.sel({subject: part}) if subject else told))
-    return found
+def _by_subject(found: xr.Dataset) -> list[tuple[str, str, xr.Dataset]]:
+    """Title, unit and sensitivities of every subject."""
+    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
+    names = [name for name, _ in subjects_of(found["output_unit"], subject)]
+    parts = [(f"{name}: {output}" if name else output, found.sel({subject: name}) if name else found) for name in names]
+    return [(title, str(one["output_unit"].item()), one) for title, one in parts]
 
 
 def _chart(words: tuple[str, str, str], panels: list[Panel], count: int, legend: tuple[Key, ...]) -> Chart | None:

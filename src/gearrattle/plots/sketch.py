@@ -29,7 +29,7 @@ def sketch(findings: Findings) -> str:
     Returns:
         One ``<svg>`` element with its size in its viewBox, a title and a description for screen readers.
     """
-    layout = findings.run.trajectory.layout
+    layout = findings.motion.trajectory.layout
     scene = driveline.scene(layout, _FRAME)
     width, height = scene.size
     parts = {part.name: part for part in findings.verdict.parts}
@@ -49,7 +49,7 @@ def sketch(findings: Findings) -> str:
 
 def _words(findings: Findings, body: int) -> list[str]:
     """Name one body, its inertia and its loads."""
-    layout = findings.run.trajectory.layout
+    layout = findings.motion.trajectory.layout
     name = layout.inertia_names[body]
     inertia = quantity(float(layout.inertia[body]), _unit(findings, "kg m²"))
     lines = [f'<tspan class="name">{escape(name)}</tspan>', f"J = {inertia}"]

@@ -20,7 +20,7 @@ _RIGID = 1e-6
 
 def spectra(findings: Findings) -> Chart | None:
     """Draw the spectrum of every body's acceleration; None where the samples are too few for one."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     spectrum = findings.verdict.spectra
     if spectrum is None:
@@ -58,7 +58,7 @@ def spectra(findings: Findings) -> Chart | None:
 
 
 def _order_title(findings: Findings) -> str:
-    omega = findings.run.trajectory.layout.omega
+    omega = findings.motion.trajectory.layout.omega
     if findings.model.units != "SI":
         return "order of the reference speed"
     return f"order of the reference speed  (order 1 = {omega / (2.0 * np.pi):.4g} Hz)"

@@ -23,7 +23,7 @@ _POINTS = 8000
 
 def torque_angles(findings: Findings) -> Chart | None:
     """Draw every coupling with friction; None where there is none."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout, beside = trajectory.layout, trajectory.companions
     if beside is None:
         return None
@@ -73,5 +73,5 @@ def torque_angles(findings: Findings) -> Chart | None:
 
 
 def _sliders(findings: Findings) -> list[tuple[str, tuple[str, ...]]]:
-    layout = findings.run.trajectory.layout
+    layout = findings.motion.trajectory.layout
     return list(zip(layout.companion_names, layout.companion_words, strict=True))

@@ -1,59 +1,192 @@
-"""The comparison as one page: the recommendation first, then the numbers and figures it follows from.
+"""The comparison as a result: the recommendation first, then the numbers and figures it follows from.
 
-``fill_comparison`` writes compare.html, compare.json and figures/ into a folder. The page has no script and loads
-nothing.
-
-Takes a Comparison and, if there is one, a WorkPrecision.
+Takes a Comparison, or the DataFrame it hangs on, and perhaps a WorkPrecision; gives their presentation.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
-from gearrattle.comparison.rows import Comparison
+from gearrattle.comparison.rows import Comparison, Row
+from gearrattle.comparison.table import COLUMNS, table_of
 from gearrattle.plots.comparison import growth_of_errors, work_precision_chart
 from gearrattle.report.comparison_tables import (
     coherence_table,
     cost_table,
+    short_table,
     stability_table,
     statistics_tables,
     transmissibility_table,
     truth_table,
     verdict_table,
 )
-from gearrattle.report.page import Page, Section, fill_page
-from gearrattle.report.saved import write_json
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Section, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import records_dataset
+from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
-
-def fill_comparison(comparison: Comparison, precision: WorkPrecision | None, folder: Path) -> None:
-    """Write all files of a comparison into an existing folder."""
-    fill_page(_page(comparison, precision), folder, "compare.html")
-    content = {**comparison.to_dict(), "work_precision": None if precision is None else precision.to_dict()}
-    write_json(content, folder / "compare.json", "comparison summary")
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 
-def _page(comparison: Comparison, precision: WorkPrecision | None) -> Page:
-    labels = [row.label for row in comparison.rows[1:-1]]
-    charts = [growth_of_errors(comparison)]
-    if precision is not None:
-        charts.append(work_precision_chart(precision, labels))
-    recommendation = Section(
-        "recommendation",
-        "Recommendation",
-        comparison.recommendation,
-        (_setting(comparison),),
-        tables=(verdict_table(comparison), cost_table(comparison), truth_table(comparison)),
+class ComparisonPage(Presentation[Comparison]):
+    """Algorithms side by side."""
+
+    kind = "comparison"
+
+    def __init__(self, result: Comparison | pd.DataFrame, precision: WorkPrecision | None = None) -> None:
+        """Present a comparison.
+
+        Args:
+            result: the comparison, or the table that ``gearrattle.compare`` returned.
+            precision: error against work of the same algorithms.
+        """
+        super().__init__(result if isinstance(result, Comparison) else result.attrs["comparison"])
+        self.precision = precision
+
+    @property
+    def title(self) -> str:
+        return self.result.model or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        return self.result.recommendation
+
+    def sections(self) -> tuple[Section, ...]:
+        comparison = self.result
+        charts = [growth_of_errors(comparison)]
+        if self.precision is not None:
+            charts.append(work_precision_chart(self.precision, [row.label for row in comparison.rows[1:-1]]))
+        tables = (verdict_table(comparison), cost_table(comparison), truth_table(comparison))
+        return (
+            Section("recommendation", "Recommendation", self.sentence, (_setting(comparison),), tables=tables),
+            *(Section(chart.key, chart.title, charts=(chart,)) for chart in charts),
+            *_detail(comparison),
+            *notes_section(self.notes),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        return (short_table(self.result),)
+
+    def content(self) -> dict[str, Any]:
+        precision = None if self.precision is None else self.precision.to_dict()
+        return {**self.result.to_dict(), "work_precision": precision}
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        comparison = self.result
+        shared = {name: getattr(comparison, name) for name in ("model", "reference", "tolerance", "window", "period")}
+        attributes = {**shared, "predictability_horizon": comparison.horizon, "cycles": comparison.cycles}
+        parts = [self._table(), _errors(comparison.rows), _histories(comparison.rows), _growths(comparison.rows)]
+        if self.precision is not None:
+            parts.append(_work_precision(self.precision))
+        labels = [row.label for row in comparison.rows]
+        return xr.merge(parts, join="outer").sel(algorithm=labels).assign_attrs(attributes)
+
+    def write(self, path: Path) -> None:
+        """Write all numbers, or as CSV a row for every algorithm."""
+        if path.suffix == ".csv":
+            write_csv(self._table(), path)
+        else:
+            super().write(path)
+
+    def _table(self) -> xr.Dataset:
+        """Return the table of the comparison, with units."""
+        table, error_unit = table_of(self.result), _error_unit(self.result.rows)
+        data = table.to_xarray()
+        for name, (unit, _) in COLUMNS.items():
+            if unit:
+                data[name].attrs["units"] = error_unit if name == "error" else unit
+            else:
+                data[name] = ("algorithm", table[name].to_numpy(dtype=np.str_))
+        return data.assign_coords(algorithm=np.array(table.index, dtype=np.str_))
+
+
+def _error_unit(rows: tuple[Row, ...]) -> str:
+    return next((row.error.unit for row in rows if row.error is not None), "half-gaps")
+
+
+def _labels(rows: list[Row]) -> Any:
+    return np.array([row.label for row in rows], dtype=np.str_)
+
+
+def _errors(rows: tuple[Row, ...]) -> xr.Dataset:
+    """Return the errors of every clearance and inertia, with how coherent and transmissible the inertias are."""
+    import xarray as xr
+
+    ended = [row for row in rows if row.error is not None]
+    if not ended or ended[0].error is None:
+        return xr.Dataset()
+    first, by_inertia = ended[0].error, ("algorithm", "inertia")
+    errors = [row.error for row in ended if row.error is not None]
+    moved = [row.transmissibility for row in ended]
+    missing, ratio = np.full(len(first.inertias), np.nan), {"units": "1"}
+    coherences = [
+        [np.nan if row.coherence is None else row.coherence[name].mean for name in first.inertias] for row in ended
+    ]
+    return xr.Dataset(
+        {
+            "deflection_error": (("algorithm", "clearance"), [e.deflection for e in errors], {"units": "half-gaps"}),
+            "velocity_error": (by_inertia, [e.velocity for e in errors], {"units": "rms velocity"}),
+            "mean_coherence": (by_inertia, coherences, ratio),
+            "transmissibility_rms_error": (by_inertia, [missing if t is None else t.rms_error for t in moved], ratio),
+            "transmissibility_peak_error": (by_inertia, [missing if t is None else t.peak_error for t in moved], ratio),
+        },
+        {
+            "algorithm": _labels(ended),
+            "clearance": np.array(first.clearances, dtype=np.str_),
+            "inertia": np.array(first.inertias, dtype=np.str_),
+        },
     )
-    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts]
-    return Page(
-        "comparison",
-        comparison.model or "driveline",
-        (recommendation, *figures, *_sections(comparison)),
-        has_legends=False,
+
+
+def _histories(rows: tuple[Row, ...]) -> xr.Dataset:
+    """Return the largest error since the time before, over time."""
+    import xarray as xr
+
+    ended = [row for row in rows if row.history is not None]
+    histories = [row.history for row in ended if row.history is not None]
+    if not histories:
+        return xr.Dataset()
+    unit = _error_unit(rows)
+    return xr.Dataset(
+        {"largest_error": (("algorithm", "time"), [worst for _, worst in histories], {"units": unit})},
+        {"algorithm": _labels(ended), "time": ("time", histories[0][0], {"units": "s"})},
     )
+
+
+def _growths(rows: tuple[Row, ...]) -> xr.Dataset:
+    """Return the growth of a mode a step, of fixed steps, region by region."""
+    import xarray as xr
+
+    fixed = [row for row in rows if row.growths]
+    if not fixed:
+        return xr.Dataset()
+    regions = list(dict.fromkeys(region for row in fixed for region in row.growths))
+    growths = [[row.growths.get(region, np.nan) for region in regions] for row in fixed]
+    return xr.Dataset(
+        {"growth_a_step": (("algorithm", "region"), growths, {"units": "1"})},
+        {"algorithm": _labels(fixed), "region": np.array(regions, dtype=np.str_)},
+    )
+
+
+def _work_precision(precision: WorkPrecision) -> xr.Dataset:
+    """Return the points of all curves, that of the exact solution last."""
+    points = [(curve.algorithm, point) for curve in precision.curves for point in curve.points]
+    points.append(("exact", precision.exact))
+    units = {"error": precision.unit, "function_calls": "1", "wall_time": "s"}
+    data = records_dataset([point for _, point in points], "run", prefix="work_precision_", units=units)
+    names = np.array([name for name, _ in points], dtype=np.str_)
+    return data.assign(work_precision_algorithm=("run", names))
 
 
 def _setting(comparison: Comparison) -> str:
@@ -87,7 +220,7 @@ def on_statistics(comparison: Comparison, *, found: bool) -> str:
     return f"No statistic that was compared lies outside those of {motions} exact motions begun nearby."
 
 
-def _sections(comparison: Comparison) -> list[Section]:
+def _detail(comparison: Comparison) -> list[Section]:
     different = tuple(statistics_tables(comparison))
     stability = stability_table(comparison)
     words_on_steps = (

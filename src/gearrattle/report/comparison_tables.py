@@ -17,6 +17,24 @@ _MOST_REGIONS = 12
 """Columns of the table of growths; a train of twelve clearances visits hundreds of regions."""
 
 
+def short_table(comparison: Comparison) -> Table:
+    """What a terminal shows: cost, error, impacts and verdict of everyone."""
+    head = ("algorithm", "steps", "calls", "time, s", "error", "missed", "invented", "statistics off", "verdict")
+    rows: list[tuple[str, ...]] = []
+    for row in comparison.rows:
+        verdict = ": ".join(part for part in (row.verdict, ", ".join(row.reasons)) if part) or row.status
+        if row.cost is None or row.error is None or row.impacts is None:
+            rows.append((row.label, *["–"] * 7, verdict))
+            continue
+        impacts, off = row.impacts.total, "–"
+        if row.statistics is not None and row.statistics.decided:
+            off = f"{row.statistics.different}/{row.statistics.decided}"
+        work = (f"{row.cost.steps}", f"{row.cost.function_calls}", f"{row.cost.wall_time:.3g}")
+        wrong = (f"{row.error.worst:.1e}", f"{impacts.missed}", f"{impacts.invented}", off)
+        rows.append((row.label, *work, *wrong, verdict))
+    return Table(head, tuple(rows), frozenset({0, 8}))
+
+
 def verdict_table(comparison: Comparison) -> Table:
     """Who can be trusted, what it costs against the reference, and why not."""
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")

@@ -19,7 +19,7 @@ from gearrattle.system.energy import EnergyAudit
 
 def energy_table(findings: Findings) -> Table | None:
     """Return where the energy of the whole run went; None without an audit."""
-    energy, layout = findings.run.trajectory.energy, findings.run.trajectory.layout
+    energy, layout = findings.motion.trajectory.energy, findings.motion.trajectory.layout
     if energy is None:
         return None
     unit = "J" if findings.model.units == "SI" else ""
@@ -50,7 +50,7 @@ def energy_dict(findings: Findings) -> dict[str, Any] | None:
 
     ``error_work`` is what transmission errors and prescribed motions put in through each element.
     """
-    energy, layout = findings.run.trajectory.energy, findings.run.trajectory.layout
+    energy, layout = findings.motion.trajectory.energy, findings.motion.trajectory.layout
     if energy is None:
         return None
     inertia_names = free_names(findings.model)

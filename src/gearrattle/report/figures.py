@@ -104,9 +104,8 @@ def figures(
     """Draw every figure of a result for print, with matplotlib.
 
     Args:
-        result: a run; the Dataset of a study, of ``screen``, ``spectra``, ``order_map``, ``order_cuts`` or
-            ``waterfall``; what ``validate``, ``validate_run_up``, ``fit_loop`` or ``campbell`` returned; or a folder or
-            file that a command wrote.
+        result: what a function of gearrattle returned: a run, study, comparison, ...; or a folder that a command
+            or ``save`` wrote; or a motion or labelled data saved as a file (.nc).
         width: of the figures: "single" (85 mm) or "double" (175 mm), a quantity such as "3.5 inch", or a number [mm];
             60 to 500 mm.
         font: "sans", "serif", or the name of an installed family.

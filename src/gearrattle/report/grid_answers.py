@@ -1,6 +1,6 @@
 """What a grid answers on the terminal and to machines: probabilities, what decides, counts, the boundary.
 
-Takes the Dataset of a study; gives an Answer.
+Takes the Dataset of a study; gives Tables and plain values.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ import numpy as np
 from gearrattle.json_types import json_value
 from gearrattle.plots.axis_names import measure_of, paths_of
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.answers import Answer, shortened
 from gearrattle.report.study_tables import boundary_table, code_counts, count_table, lacking_values, probability_table
-from gearrattle.report.tables import Table
+from gearrattle.report.tables import Table, shortened
 from gearrattle.studies.boundary import CROSSING, regime_boundary
 from gearrattle.studies.layout import (
     axes_in,
@@ -42,27 +41,43 @@ _TOLD = (
 _MOST_DECIDING, _MOST_LINES = 3, 12
 
 
-def answer_of(data: xr.Dataset) -> Answer:
-    """Return what a grid answers."""
-    content: dict[str, Any] = {}
+def answer(data: xr.Dataset) -> tuple[Table, ...]:
+    """Return the tables that a terminal shows."""
     tables: list[Table] = []
     output = chosen_codes(data)
-    if output and has_probabilities(data) and not axes_in(data):
-        content["probability"] = _probabilities(data, output)
-        tables.append(probability_table(data))
-    elif output:
-        content["counts"] = code_counts(data, output)
-        tables.append(count_table(data))
-    if SAMPLE in data.dims and not axes_in(data) and scattered(data):
-        content["decides"] = _deciding(data)
-        tables.append(_deciding_table(data, content["decides"]))
+    if output:
+        tables.append(probability_table(data) if _is_probable(data) else count_table(data))
+    if _is_scattered(data):
+        tables.append(_deciding_table(data, _deciding(data)))
     if output and SAMPLE not in data.dims:
-        content["boundary"] = _boundary(data, output)
         tables.append(boundary_table(data))
-    content["lacking"] = lacking_values(data)
+    return tuple(shortened(table, _MOST_LINES) for table in tables if table.rows)
+
+
+def content(data: xr.Dataset) -> dict[str, Any]:
+    """Return the same for machines."""
+    values: dict[str, Any] = {}
+    output = chosen_codes(data)
+    if output and _is_probable(data):
+        values["probability"] = _probabilities(data, output)
+    elif output:
+        values["counts"] = code_counts(data, output)
+    if _is_scattered(data):
+        values["decides"] = _deciding(data)
+    if output and SAMPLE not in data.dims:
+        values["boundary"] = _boundary(data, output)
+    values["lacking"] = lacking_values(data)
     names = [path for axis in axes_in(data) for path in paths_of(data, axis)] + list(scattered(data))
-    content["units"] = {name: str(data[name].attrs.get("units", "")) for name in names}
-    return Answer(tuple(shortened(table, _MOST_LINES) for table in tables if table.rows), content)
+    values["units"] = {name: str(data[name].attrs.get("units", "")) for name in names}
+    return values
+
+
+def _is_probable(data: xr.Dataset) -> bool:
+    return has_probabilities(data) and not axes_in(data)
+
+
+def _is_scattered(data: xr.Dataset) -> bool:
+    return SAMPLE in data.dims and not axes_in(data) and bool(scattered(data))
 
 
 def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
-"""figures/ of a result: every chart as ink, and the charts themselves, so that they can be drawn anew.
+"""figures/ of a result: every chart as SVG, and the charts themselves, so that they can be drawn anew.
 
-Takes Charts and a folder; gives their ink to the page.
+Takes Charts and a folder; gives their SVG to the page.
 """
 
 from __future__ import annotations
@@ -16,21 +16,20 @@ CHARTS = "charts.npz"
 """File in figures/ that keeps the charts themselves."""
 
 
-def fill_figures(found: Sequence[Chart], folder: Path, *, legend: bool = True) -> list[tuple[Chart, bytes]]:
-    """Write figures/ of a result: every chart as ink, and the charts themselves.
+def fill_figures(charts: Sequence[Chart], folder: Path) -> list[tuple[Chart, bytes]]:
+    """Write figures/ of a result: every chart as SVG, and the charts themselves.
 
     Args:
-        found: its charts.
+        charts: its figures.
         folder: of the result; figures/ is made there.
-        legend: whether files carry their legends; a page has its own.
 
     Returns:
-        Every chart with its ink for the page, without legend.
+        Every chart with its SVG for the page, without legend: the page has its own.
     """
-    place = folder / "figures"
-    place.mkdir()
-    drawn = [(chart, draw(chart)) for chart in found]
+    target = folder / "figures"
+    target.mkdir()
+    drawn = [(chart, draw(chart)) for chart in charts]
     for chart, svg in drawn:
-        (place / f"{chart.key}.svg").write_bytes(draw(chart, legend=True) if legend else svg)
-    (place / CHARTS).write_bytes(packed_charts(found))
+        (target / f"{chart.key}.svg").write_bytes(draw(chart, legend=True) if chart.legend else svg)
+    (target / CHARTS).write_bytes(packed_charts(charts))
     return drawn

@@ -28,7 +28,7 @@ _RIGID = 1e-6
 
 def rest_table(findings: Findings) -> Table:
     """Return the static deflection of every element, with the region it rests in."""
-    layout = findings.run.trajectory.layout
+    layout = findings.motion.trajectory.layout
     si = findings.model.units == "SI"
     rest = findings.equilibrium
     rows = []
@@ -36,7 +36,7 @@ def rest_table(findings: Findings) -> Table:
         deflection = rest.deflection.get(name)
         region = rest.region.get(name)
         unit = ("m" if mesh else "rad") if si else ""
-        rows.append((name, engineering(deflection, unit, 4), "linear" if region is None else _region(region)))
+        rows.append((name, engineering(deflection, unit, 4), "linear" if region is None else region_in_words(region)))
     note = "Under the mean loads, transmission errors at zero."
     if np.any(np.abs(rest.acceleration) > 0.0):
         pairs = zip(layout.inertia_names, rest.acceleration.tolist(), strict=True)
@@ -47,7 +47,8 @@ def rest_table(findings: Findings) -> Table:
     return Table(("element", "deflection", "rests in"), tuple(rows), frozenset({0, 2}), "Static rest", note)
 
 
-def _region(label: int) -> str:
+def region_in_words(label: int) -> str:
+    """Return where an element is, by the label of its region."""
     if label == 0:
         return "centre"
     return f"drive side, stage {label}" if label > 0 else f"coast side, stage {-label}"
@@ -67,7 +68,7 @@ def modes_tables(findings: Findings) -> list[Table]:
 
 def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Table:
     si = findings.model.units == "SI"
-    omega = findings.run.trajectory.layout.omega
+    omega = findings.motion.trajectory.layout.omega
     highest = float(np.max(modes.frequencies, initial=0.0))
     rows = []
     for index in np.argsort(modes.frequencies, kind="stable").tolist():

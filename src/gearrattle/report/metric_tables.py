@@ -1,23 +1,23 @@
 """Rattle metrics in tables, one a metric, with definition, window and source.
 
-Takes Findings; gives Tables to the page.
+Takes rows of metrics; gives Tables to the page.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import groupby
 
 from gearrattle.metrics import METRICS, Row
-from gearrattle.pipeline import Findings
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import errors_note, grid
 
 
-def metric_tables(findings: Findings) -> list[Table]:
+def metric_tables(measured: Sequence[Row]) -> list[Table]:
     """Return one table a metric that has values; what the others lack stands in one last table."""
     metrics = {metric.name: metric for metric in METRICS}
     made, lacking = [], []
-    for name, group in groupby(findings.metrics, key=lambda row: row.metric):
+    for name, group in groupby(measured, key=lambda row: row.metric):
         rows, metric = list(group), metrics[name]
         if not rows[0].subject:
             lacking.append((metric.title, rows[0].note))

@@ -130,7 +130,7 @@ def _unit(model: Model) -> Callable[[str], str]:
 
 def cost_table(findings: Findings) -> Table:
     """Return what the simulation took."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     cost = trajectory.cost
     time_unit = "s" if findings.model.units == "SI" else ""
     rows = (

@@ -1,116 +1,238 @@
-"""Modes as one page: what each one works in and what shakes it, the Campbell diagram, shapes on the driveline.
+"""Modes and the Campbell diagram as results: what each mode works in and what excites it, shapes on the driveline.
 
-``fill_modes`` writes modes.html, modes.json and figures/ into a folder. The page has no script and loads nothing.
-
-Takes a model, its Modes and a Campbell.
+Takes Modes or a Campbell; gives their presentations.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.assembly import assemble, name_plate
-from gearrattle.calls.campbell import Campbell, Crossing
+from gearrattle.calls.campbell import Campbell, Crossing, campbell
 from gearrattle.calls.statics import Modes
-from gearrattle.json_types import json_value
-from gearrattle.model import Model
+from gearrattle.plots.campbell import campbell_chart
 from gearrattle.plots.mode_shapes import mode_sketch
-from gearrattle.report.drawn import charts_of
-from gearrattle.report.modes_tables import crossings_table, energy_tables, modes_in_words, percent, rate, turning
-from gearrattle.report.page import Page, Picture, Section, fill_page
-from gearrattle.report.saved import write_json
+from gearrattle.report.modes_tables import (
+    crossings_table,
+    energies_in_words,
+    energy_tables,
+    frequencies_table,
+    modes_in_words,
+    percent,
+    rate,
+    turning,
+)
+from gearrattle.report.page import Picture, Section, notes_section
+from gearrattle.report.presentation import Presentation
 from gearrattle.report.summary import modes_dict
+from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 MOST_SHAPES = 24
+_KEY = (
+    "Stems: how far each inertia turns, the largest angle 1. Elements: the thicker and redder, the larger their share "
+    "of the strain energy; shares from 5 % on are written."
+)
 
 
-def modes_content(model: Model, modes: Modes, found: Campbell) -> dict[str, Any]:
-    """Return everything for machines: modes, with frequencies in rad/s, and the Campbell diagram."""
-    return {
-        "model": {"name": model.name, "units": model.units},
-        **modes_dict(modes),
-        "campbell": json_value(found.to_dict()),
-    }
+class ModesPage(Presentation[Modes]):
+    """Modes of one contact state, with the Campbell diagram."""
+
+    kind = "modes"
+
+    def __init__(
+        self, result: Modes, diagram: Campbell | None = None, setting: str = "", *, lists_crossings: bool = False
+    ) -> None:
+        """Present modes.
+
+        Args:
+            result: modes in one contact state.
+            diagram: the Campbell diagram beside them, perhaps in several; default: with every clearance closed, from 0
+                to twice the model's speed.
+            setting: the contact state in words.
+            lists_crossings: whether the answer lists the crossings of the diagram.
+        """
+        super().__init__(result)
+        self.diagram = campbell(result.model) if diagram is None else diagram
+        self.setting, self.lists_crossings = setting, lists_crossings
+        self.si = result.model.units == "SI"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        found = _modes_sentence(self.result, self.si)
+        return f"{found} {_crossings_sentence(self.diagram)}" if _elastic(self.result).size else found
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        groups = [" and ".join(str(mode + 1) for mode in group) for group in self.result.repeated()]
+        repeated = (f"modes {g} have one frequency; only sums of their shares mean something" for g in groups)
+        return (*repeated, *self.result.notes)
+
+    def sections(self) -> tuple[Section, ...]:
+        words = (self.setting,) if self.setting else ()
+        table = modes_in_words(self.result, self.diagram.model_speed, si=self.si)
+        shapes = self._shapes()
+        omitted = len(self.result.frequencies) - len(shapes)
+        left_out = (f"{counted(omitted, 'higher mode')} not drawn; summary.json has all shapes.",) if omitted else ()
+        return (
+            Section("modes", "Modes", self.sentence, words, tables=(table,)),
+            diagram_section(self.diagram),
+            Section("shapes", "Shapes", words=(_KEY, *left_out), pictures=shapes),
+            Section("energies", "Energies", tables=tuple(energy_tables(self.result, si=self.si))),
+            *notes_section(self.notes),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        tables = frequencies_table(self.result, si=self.si), energies_in_words(self.result)
+        return (*tables, crossings_table(self.diagram, si=self.si)) if self.lists_crossings else tables
+
+    def content(self) -> dict[str, Any]:
+        model = self.result.model
+        return {
+            "model": {"name": model.name, "units": model.units},
+            **modes_dict(self.result),
+            "campbell": self.diagram.to_dict(),
+        }
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        modes, unit = self.result, "rad/s" if self.si else "1"
+        inertia, participation = ("kg m^2", "1/(kg m^2)") if self.si else ("1", "1")
+        by_inertia, by_element = ("inertia", "mode"), ("element", "mode")
+        return xr.Dataset(
+            {
+                "frequency": ("mode", modes.frequencies, {"units": unit}),
+                "damping_ratio": ("mode", modes.damping_ratios, {"units": "1"}),
+                "modal_inertia": ("mode", modes.modal_inertia, {"units": inertia}),
+                "shape": (by_inertia, modes.shapes, {"units": "1"}),
+                "kinetic_energy": (by_inertia, modes.kinetic_energy, {"units": "1", "long_name": "share"}),
+                "participation": (by_inertia, modes.participation, {"units": participation}),
+                "strain_energy": (by_element, modes.strain_energy, {"units": "1", "long_name": "share"}),
+                "excitation": (("source", "mode"), modes.excitation, {"units": "1", "long_name": "share"}),
+            },
+            {
+                "mode": np.arange(1, len(modes.frequencies) + 1),
+                "inertia": list(modes.inertia_names),
+                "element": np.array(modes.element_names, dtype=np.str_),
+                "source": np.array(modes.sources, dtype=np.str_),
+            },
+            {"model": modes.model.name, "setting": self.setting},
+        )
+
+    def _shapes(self) -> tuple[Picture, ...]:
+        """Draw the lowest modes on the driveline."""
+        model, modes = self.result.model, self.result
+        layout = name_plate(model, assemble(model))
+        drawings = []
+        for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
+            speed = "rigid motion" if frequency == 0.0 else rate(frequency, si=self.si)
+            words = f"mode {mode + 1}, {speed}"
+            sketch = mode_sketch(layout, modes, mode, words)
+            drawings.append(Picture(f"mode-{mode + 1}", words, sketch, is_wide=len(modes.inertia_names) > 12))
+        return tuple(drawings)
 
 
-def fill_modes(model: Model, modes: Modes, found: Campbell, setting: str, folder: Path) -> None:
-    """Write all files into an existing folder.
+class CampbellPage(Presentation[Campbell]):
+    """The Campbell diagram alone, of one contact state or several."""
 
-    Args:
-        model: the driveline.
-        modes: its modes in one contact state.
-        found: its Campbell diagram, perhaps in several.
-        setting: that contact state in words.
-        folder: where to.
-    """
-    si = model.units == "SI"
-    title = model.name or "driveline"
-    sections = _sections(model, modes, found, setting, si)
-    fill_page(Page("modes", title, sections, has_legends=False), folder, "modes.html")
-    write_json(modes_content(model, modes, found), folder / "modes.json", "modes summary")
+    kind = "Campbell diagram"
+
+    @property
+    def title(self) -> str:
+        return self.result.modes[0].model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        return _crossings_sentence(self.result)
+
+    def sections(self) -> tuple[Section, ...]:
+        summary = Section("summary", "Summary", self.sentence)
+        return summary, diagram_section(self.result), *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        return (crossings_table(self.result, si=self.result.units == "SI"),)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        found, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
+        columns = {
+            "speed": unit, "order": "1", "mode": "", "frequency": unit, "state": "", "source": "", "share": "1",
+        }  # fmt: skip
+        crossings = {
+            f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in found.crossings], {"units": of})
+            for name, of in columns.items()
+        }
+        names = sorted({name for state in found.states for name in state})
+        ratios = np.array([[state.get(name, math.nan) for name in names] for state in found.states])
+        return xr.Dataset(
+            {
+                "frequency": (("state", "mode"), found.frequencies, {"units": unit}),
+                "contact_ratio": (("state", "element"), ratios.reshape(len(found.states), len(names)), {"units": "1"}),
+                **crossings,
+            },
+            {
+                "element": np.array(names, dtype=np.str_),
+                "order": ("order", [line.order for line in found.orders], {"units": "1"}),
+            },
+            {"lowest_speed": found.speeds[0], "highest_speed": found.speeds[1], "model_speed": found.model_speed},
+        )
 
 
-def _sections(model: Model, modes: Modes, found: Campbell, setting: str, si: bool) -> tuple[Section, ...]:
-    (chart,) = charts_of(found)
-    crossings = crossings_table(found, si=si)
+def diagram_section(diagram: Campbell) -> Section:
+    """Return the Campbell diagram with the table of its crossings."""
+    si = diagram.units == "SI"
+    chart, crossings = campbell_chart(diagram, si=si), crossings_table(diagram, si=si)
     none = () if crossings.rows else ("No order line meets a natural frequency in this range.",)
-    shapes = _shapes(model, modes, si)
-    key = (
-        "Stems: how far each inertia turns, the largest angle 1. Elements: the thicker and redder, the larger their "
-        "share of the strain energy; shares from 5 % on are written."
-    )
-    omitted = len(modes.frequencies) - len(shapes)
-    left_out = (f"{counted(omitted, 'higher mode')} not drawn; modes.json has all shapes.",) if omitted else ()
-    table = modes_in_words(modes, found.model_speed, si=si)
-    return (
-        Section("modes", "Modes", _lead(modes, found, si), (setting,), tables=(table,)),
-        Section("campbell", chart.title, words=none, charts=(chart,), tables=(crossings,)),
-        Section("shapes", "Shapes", words=(key, *left_out), pictures=shapes),
-        Section("energies", "Energies", tables=tuple(energy_tables(modes, si=si))),
-    )
+    return Section("campbell", chart.title, words=none, charts=(chart,), tables=(crossings,))
 
 
-def _shapes(model: Model, modes: Modes, si: bool) -> tuple[Picture, ...]:
-    """Draw the lowest modes on the driveline."""
-    layout = name_plate(model, assemble(model))
-    drawings = []
-    for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
-        told = "rigid motion" if frequency == 0.0 else rate(frequency, si=si)
-        words = f"mode {mode + 1}, {told}"
-        sketch = mode_sketch(layout, modes, mode, words)
-        drawings.append(Picture(f"mode-{mode + 1}", words, sketch, is_wide=len(modes.inertia_names) > 12))
-    return tuple(drawings)
+def _elastic(modes: Modes) -> Any:
+    return modes.frequencies[modes.frequencies > 0.0]
 
 
-def _lead(modes: Modes, found: Campbell, si: bool) -> str:
-    """Say in two sentences what there is, and what is nearest to the model's speed."""
-    elastic = modes.frequencies[modes.frequencies > 0.0]
+def _modes_sentence(modes: Modes, si: bool) -> str:
+    """Say how many modes there are, and where."""
+    elastic = _elastic(modes)
     rigid = len(modes.frequencies) - len(elastic)
     if not elastic.size:
-        return "Nothing swings: every motion is rigid."
+        return "Every motion is rigid: there are no natural frequencies above zero."
     ends = rate(float(elastic[0]), si=si), rate(float(elastic[-1]), si=si)
     between = f"from {ends[0]} to {ends[1]}" if elastic.size > 1 else f"at {ends[0]}"
     also = f", and {counted(rigid, 'rigid motion')}" if rigid else ""
-    words = f"{counted(elastic.size, 'mode')} {between}{also}. "
-    near = found.nearest()
-    low, high = (turning(speed, si=si) for speed in found.speeds)
+    return f"{counted(elastic.size, 'mode')} {between}{also}."
+
+
+def _crossings_sentence(diagram: Campbell) -> str:
+    """Say how many crossings there are, and which is nearest to the model's speed."""
+    si, near = diagram.units == "SI", diagram.nearest()
+    low, high = (turning(speed, si=si) for speed in diagram.speeds)
     if near is None:
-        return words + f"No order meets any of them between {low} and {high}."
-    return words + (
-        f"{counted(len(found.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
-        f"speed of {turning(found.model_speed, si=si)}: {_nearest(found, near, si)}."
+        return f"No order meets a natural frequency between {low} and {high}."
+    return (
+        f"{counted(len(diagram.crossings), 'crossing')} with orders between {low} and {high}; nearest to the model's "
+        f"speed of {turning(diagram.model_speed, si=si)}: {_nearest(diagram, near, si)}."
     )
 
 
-def _nearest(found: Campbell, near: Crossing, si: bool) -> str:
-    ratio = near.speed / found.model_speed
-    away = "at it" if np.isclose(ratio, 1.0, rtol=5e-4) else (
-        f"{percent(abs(ratio - 1.0))} {'above' if ratio > 1.0 else 'below'}"
-    )  # fmt: skip
+def _nearest(diagram: Campbell, near: Crossing, si: bool) -> str:
+    ratio = near.speed / diagram.model_speed
+    side = "above" if ratio > 1.0 else "below"
+    away = "at it" if np.isclose(ratio, 1.0, rtol=5e-4) else f"{percent(abs(ratio - 1.0))} {side}"
     return (
         f"order {near.order:g} meets mode {near.mode + 1} at {turning(near.speed, si=si)}, {away} "
         f"({near.source}, {percent(near.share)} of its energy)"

@@ -69,6 +69,29 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
     return Table(head, tuple(rows), frozenset({4, 5, 6}), "", note)
 
 
+def frequencies_table(modes: Modes, *, si: bool) -> Table:
+    """One row a mode: frequency, damping and shape in numbers."""
+    head = ("mode", "frequency [Hz]" if si else "frequency", "damping [%]", *modes.inertia_names)
+    rows = [
+        (
+            f"{mode + 1}", f"{frequency / math.tau if si else frequency:.6g}",
+            "–" if math.isnan(damping) else f"{100.0 * damping:.4g}",
+            *(f"{value:.4f}" for value in modes.shapes[:, mode].tolist()),
+        )
+        for mode, (frequency, damping) in enumerate(zip(modes.frequencies, modes.damping_ratios, strict=True))
+    ]  # fmt: skip
+    return Table(head, tuple(rows))
+
+
+def energies_in_words(modes: Modes) -> Table:
+    """One row a mode: what works in it and what excites it."""
+    rows = []
+    for mode, frequency in enumerate(modes.frequencies.tolist()):
+        works = "rigid motion" if frequency == 0.0 else listed(modes.works_in(mode))
+        rows.append((f"{mode + 1}", works, listed(modes.excited_by(mode)).replace("–", "nothing")))
+    return Table(("mode", "works in", "excited by"), tuple(rows), frozenset({1, 2}))
+
+
 def energy_tables(modes: Modes, *, si: bool) -> tuple[Table, ...]:
     """Shares of strain and kinetic energy, and participations."""
     unit = " [1/(kg m²)]" if si else ""
@@ -118,7 +141,7 @@ def crossings_table(found: Campbell, *, si: bool) -> Table:
     if len(shown) < len(found.crossings):
         note += (
             f" {len(shown)} of {counted(len(found.crossings), 'crossing')}, those of the largest shares; "
-            "modes.json has all."
+            "summary.json has all."
         )
     return Table(head, rows, frozenset({5, 7}), "Crossings", note)
 

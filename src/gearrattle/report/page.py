@@ -79,7 +79,6 @@ class Page:
         is_interactive: whether figures become interactive plots; plotly.js is then part of the page (4 MB).
         template: the page's own, or one that extends it.
         values: what that one needs besides.
-        has_legends: whether the files of the figures carry their legends, as the page does.
     """
 
     brand: str
@@ -88,7 +87,6 @@ class Page:
     is_interactive: bool = False
     template: str = "page.html.j2"
     values: Mapping[str, Any] = field(default_factory=dict)
-    has_legends: bool = True
 
     @property
     def charts(self) -> list[Chart]:
@@ -96,15 +94,14 @@ class Page:
         return [chart for section in self.sections for chart in section.charts]
 
 
-def fill_page(page: Page, folder: Path, name: str = "report.html") -> None:
+def fill_page(page: Page, folder: Path) -> None:
     """Write a page and figures/ into an existing folder that holds neither.
 
     Args:
         page: what it says and shows.
         folder: to write into.
-        name: of the page's file.
     """
-    drawn = fill_figures(page.charts, folder, legend=page.has_legends)
+    drawn = fill_figures(page.charts, folder)
     for section in page.sections:
         for picture in section.pictures:
             (folder / "figures" / f"{picture.key}.svg").write_bytes(picture.svg)
@@ -119,7 +116,7 @@ def fill_page(page: Page, folder: Path, name: str = "report.html") -> None:
         plotly=plotly_script() if page.is_interactive else "",
         **page.values,
     )
-    (folder / name).write_text(html, encoding="utf-8")
+    (folder / "report.html").write_text(html, encoding="utf-8")
 
 
 def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:

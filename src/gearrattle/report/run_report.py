@@ -1,28 +1,45 @@
 """The report of a run: the verdict first, then figures, modes, criteria, metrics, the model and what it cost.
 
-Takes Findings; gives a Page.
+Takes Findings, a Run or a Verdict; gives their presentations.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import cached_property
 from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
 
+from gearrattle.criteria import Verdict
+from gearrattle.json_types import json_value
 from gearrattle.model import Model
-from gearrattle.pipeline import Findings
+from gearrattle.pipeline import Findings, judged
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.shelf import charts
 from gearrattle.plots.sketch import sketch
 from gearrattle.report.advice_tables import scores_sentence, scores_table
-from gearrattle.report.drawn import charts_of
 from gearrattle.report.energy_table import energy_table
 from gearrattle.report.linear_tables import modes_tables, rest_table
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
-from gearrattle.report.page import Page, Section
-from gearrattle.report.summary import notes
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Page, Section, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import records_dataset
+from gearrattle.report.summary import findings_content
+from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust
-from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles
+from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles, verdict_table
+from gearrattle.results import Run
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _LONGEST_TEXT = 200_000
 
@@ -33,41 +50,175 @@ _HEADLINES = {
 }
 
 
-def run_report(findings: Findings) -> Page:
-    """Return the report of a run."""
-    values = {
-        "findings": findings,
-        "headline": _HEADLINES[findings.verdict.verdict],
-        "tiles": tiles(findings),
-        "parts": parts_table(findings),
-        "scores": replace(scores_table(findings), title=scores_sentence(findings)),
-        "sketch": Markup(sketch(findings)),
-        "trust": trust(findings),
-        "notes": notes(findings),
-    }
-    return Page(
-        "report",
-        findings.model.name or "Driveline",
-        _sections(findings),
-        is_interactive=True,
-        template="run_report.html.j2",
-        values=values,
-        has_legends=False,
-    )
+class RunReport(Presentation[Findings]):
+    """The whole procedure: verdict, advice, figures, modes, criteria, metrics, model and cost."""
+
+    kind = "run"
+    is_interactive = True
+
+    @property
+    def findings(self) -> Findings:
+        """What the page is about."""
+        return self.result
+
+    @property
+    def title(self) -> str:
+        return self.findings.model.name or "Driveline"
+
+    @property
+    def sentence(self) -> str:
+        return str(self.findings.verdict)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self.findings.notes
+
+    def sections(self) -> tuple[Section, ...]:
+        return _sections(self.findings)
+
+    def charts(self) -> list[Chart]:
+        return charts(self.findings)
+
+    def answer(self) -> tuple[Table, ...]:
+        return (verdict_table(self.findings.verdict),)
+
+    def content(self) -> dict[str, Any]:
+        return findings_content(self.findings)
+
+    def data(self) -> xr.Dataset:
+        return self.findings.motion.data
+
+    def write(self, path: Path) -> None:
+        self.findings.motion.write(path)
+
+    def page(self) -> Page:
+        findings = self.findings
+        values = {
+            "findings": findings,
+            "headline": _HEADLINES[findings.verdict.verdict],
+            "tiles": tiles(findings),
+            "parts": parts_table(findings),
+            "scores": replace(scores_table(findings), title=scores_sentence(findings)),
+            "sketch": Markup(sketch(findings)),
+            "trust": trust(findings),
+            "notes": self.notes,
+        }
+        return replace(super().page(), template="run_report.html.j2", values=values)
+
+
+class MotionReport(RunReport):
+    """A motion as it was simulated, perhaps saved and opened again: judged when a page is asked for, without advice."""
+
+    kind = "motion"
+
+    def __init__(self, result: Run) -> None:
+        self.motion = result
+
+    @cached_property
+    def findings(self) -> Findings:
+        return judged(self.motion)
+
+    def data(self) -> xr.Dataset:
+        return self.motion.data
+
+    def write(self, path: Path) -> None:
+        self.motion.write(path)
+
+
+class SimulationReport(MotionReport):
+    """A motion whose answer is what it cost and where corners were crossed; nothing is judged before a page is made."""
+
+    @property
+    def sentence(self) -> str:
+        cost, cycles = self.motion.cost, counted(self.motion.trajectory.cycles, "cycle")
+        return f"{cycles} by {cost.algorithm}: {counted(cost.steps, 'step')} in {cost.wall_time:.3g} s."
+
+    @property
+    def title(self) -> str:
+        return self.motion.model.name or "Driveline"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return tuple(self.motion.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        rows = tuple((name, str(count)) for name, count in self._crossings().items())
+        return (Table(("clearance", "crossings"), rows),)
+
+    def content(self) -> dict[str, Any]:
+        trajectory = self.motion.trajectory
+        return {
+            "model": self.motion.model.name,
+            "cycles": trajectory.cycles,
+            "discard": trajectory.discard,
+            "samples_per_cycle": trajectory.samples_per_cycle,
+            "period": trajectory.layout.period,
+            "crossings": self._crossings(),
+            "cost": json_value(self.motion.cost),
+        }
+
+    def _crossings(self) -> dict[str, int]:
+        trajectory = self.motion.trajectory
+        counts = np.bincount(trajectory.events.clearance, minlength=len(trajectory.layout.clearance_names))
+        return dict(zip(trajectory.layout.clearance_names, counts.tolist(), strict=True))
+
+
+class VerdictReport(Presentation[Verdict]):
+    """The verdict alone: parts, and every value of every criterion."""
+
+    kind = "verdict"
+
+    @property
+    def title(self) -> str:
+        return "Verdict"
+
+    @property
+    def sentence(self) -> str:
+        return str(self.result)
+
+    def sections(self) -> tuple[Section, ...]:
+        verdict = self.result
+        summary = Section("verdict", "Verdict", self.sentence, (verdict.rule,), tables=self.answer())
+        values = Section("criteria", "Criteria", tables=tuple(criteria_tables(verdict)), folds=True)
+        return summary, values, *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        return (verdict_table(self.result),)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        return self._entries().merge(records_dataset(self.result.parts, "part", prefix="part_"))
+
+    def write(self, path: Path) -> None:
+        """Write all numbers, or as CSV a row for every entry."""
+        if path.suffix == ".csv":
+            write_csv(self._entries(), path)
+        else:
+            super().write(path)
+
+    def _entries(self) -> xr.Dataset:
+        """Return every entry: its number, or its word."""
+        values = [entry.value for entry in self.result.entries]
+        numbers = [value if isinstance(value, float) else math.nan for value in values]
+        words = [value if isinstance(value, str) else "" for value in values]
+        entries = records_dataset(self.result.entries, "entry")
+        return entries.assign(value=("entry", numbers), word=("entry", np.array(words, dtype=np.str_)))
 
 
 def _sections(findings: Findings) -> tuple[Section, ...]:
-    groups = groupby(charts_of(findings), key=lambda chart: chart.group or chart.key)
+    groups = groupby(charts(findings), key=lambda chart: chart.group or chart.key)
     energy = energy_table(findings)
     computation = (cost_table(findings), *([energy] if energy else []), versions_table())
     modes = (rest_table(findings), *modes_tables(findings))
-    model_file = ("The model file, with the settings of this run", _model_text(findings.run.model))
-    figures = [(key, tuple(charts)) for key, charts in groups]
+    model_file = ("The model file, with the settings of this run", _model_text(findings.motion.model))
+    figures = [(key, tuple(group)) for key, group in groups]
     return (
-        *(Section(key, charts[0].title, charts=charts) for key, charts in figures),
+        *(Section(key, group[0].title, charts=group) for key, group in figures),
         Section("linear", "Modes", tables=modes, in_columns=True),
-        Section("criteria", "Criteria", tables=tuple(criteria_tables(findings)), folds=True),
-        Section("metrics", "Metrics", tables=tuple(metric_tables(findings)), folds=True),
+        Section("criteria", "Criteria", tables=tuple(criteria_tables(findings.verdict)), folds=True),
+        Section("metrics", "Metrics", tables=tuple(metric_tables(findings.metrics)), folds=True),
         Section("model", "Model", tables=tuple(model_tables(findings)), text=model_file),
         Section("computation", "Computation", tables=computation, in_columns=True),
     )

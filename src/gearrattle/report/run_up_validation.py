@@ -1,29 +1,95 @@
-"""The validation of a run-up as one page: what differs most, orders over speed, and a row an order.
+"""The validation of a run-up as a result: what differs most, orders over speed, and a row an order.
 
-``fill_run_up`` writes report.html, summary.json and figures/ into a folder. The page has no script and loads nothing.
-
-Takes a RunUp.
+Takes a RunUp; gives its presentation.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.drawn import charts_of
-from gearrattle.report.page import Page, Section, fill_page, notes_section
-from gearrattle.report.provenance import now, versions
-from gearrattle.report.saved import write_json
+from gearrattle.plots.run_up_validation import run_up_charts
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Section, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import stacked, texts
 from gearrattle.report.tables import Table
 from gearrattle.validation import RunUp
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def run_up_content(found: RunUp) -> dict[str, Any]:
-    """Return everything for machines, in JSON types."""
-    return {**found.to_dict(), "versions": versions(), "created": now()}
+
+class RunUpPage(Presentation[RunUp]):
+    """A simulated run-up against measured ones."""
+
+    kind = "validation of a run-up"
+
+    @property
+    def title(self) -> str:
+        return f"{self.result.model} against {', '.join(Path(source).name for source in self.result.sources)}"
+
+    @property
+    def sentence(self) -> str:
+        return self.result.verdict
+
+    def sections(self) -> tuple[Section, ...]:
+        setting = f"Simulated by {self.result.algorithm}; orders fitted over blocks of {self.result.turns:g} turns."
+        charts = [chart for chart in run_up_charts(self.result) if chart.panels]
+        return (
+            Section("summary", "Summary", self.sentence, (setting,), tables=self.answer()),
+            *(Section(chart.key, chart.title, charts=(chart,)) for chart in charts),
+            *notes_section(self.notes),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        return (tracks_table(self.result),)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        found = self.result
+        speed = {"units": "rad/s" if found.units == "SI" else "1"}
+        over_speed: dict[str, Any] = {
+            name: (("track", "point"), stacked([getattr(track, field) for track in found.tracks]))
+            for name, field in (
+                ("measured_over_speed", "measured"),
+                ("simulated_over_speed", "simulated"),
+                ("standard_error", "error"),
+                ("interval_half_width", "reach"),
+            )
+        }
+        speeds = (("track", "point"), stacked([track.speed for track in found.tracks]), speed)
+        shared = {name: getattr(found, name) for name in ("model", "algorithm", "turns", "units")}
+        return self._rows().assign(speed=speeds, **over_speed).assign_attrs({**shared, "sources": list(found.sources)})
+
+    def write(self, path: Path) -> None:
+        """Write all numbers, or as CSV a row for every channel and order."""
+        if path.suffix == ".csv":
+            write_csv(self._rows(), path)
+        else:
+            super().write(path)
+
+    def _rows(self) -> xr.Dataset:
+        """Return a row a channel and order: levels over speed, sigma, the peaks and their speeds."""
+        import xarray as xr
+
+        table = self.result.to_dataframe()
+        speed = "rad/s" if self.result.units == "SI" else "1"
+        units = {"order": "1", "sigma": "%", "outside": "1", "peak_speed": speed, "simulated_peak_speed": speed}
+        columns = {
+            str(name): (
+                "track",
+                texts(column) if name in ("channel", "partner", "unit") else column.to_numpy(dtype=float),
+                {"units": units[name]} if name in units else {},
+            )
+            for name, column in table.items()
+        }
+        return xr.Dataset(columns)
 
 
 def tracks_table(found: RunUp) -> Table:
@@ -45,16 +111,3 @@ def tracks_table(found: RunUp) -> Table:
         "what chance does."
     )
     return Table(head, tuple(rows), frozenset({0, 2}), note=note)
-
-
-def fill_run_up(found: RunUp, folder: Path) -> None:
-    """Write all files into an existing empty folder."""
-    title = f"{found.model} against {', '.join(Path(source).name for source in found.sources)}"
-    setting = f"Simulated by {found.algorithm}; orders fitted over blocks of {found.turns:g} turns."
-    summary = Section("summary", "Summary", found.verdict, (setting,), tables=(tracks_table(found),))
-    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts_of(found)]
-    fill_page(
-        Page("validation of a run-up", title, (summary, *figures, *notes_section(tuple(found.notes)))),
-        folder,
-    )
-    write_json(run_up_content(found), folder / "summary.json", "run-up validation summary")

@@ -1,26 +1,148 @@
-"""Results as files for machines: JSON and netCDF, each with the name of its format.
+"""Results as files: a file of numbers, or a folder with a page, a summary, numbers and figures; whole or not at all.
 
-Takes contents in JSON types, and Datasets; writes files.
+Takes results and their presentations; writes HTML, JSON, netCDF, CSV and SVG.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.json_types import json_text
+from gearrattle.report.page import fill_page
+from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
+from gearrattle.report.provenance import versions
+from gearrattle.result import KIND
+from gearrattle.wording import listed
+from gearrattle.writing import Staging, is_left, sweep
 
-if TYPE_CHECKING:
-    import xarray as xr
+PAGE, SUMMARY, NUMBERS, FIGURES = "report.html", "summary.json", "results.nc", "figures"
+"""Names of what stands in a folder of a result."""
+_OTHERS = (".html", ".json", ".jpg", ".txt", ".xlsx", ".h5", ".hdf5", ".npz", ".mat", ".toml", ".zarr", ".wav")
+_FILE_ENDINGS = (*NUMBER_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)
+"""Endings of files, which no folder for a result should have."""
+_OLD_PAGES = ("compare.html", "modes.html", "reproduction.html", "study.html")
 
 
-def write_json(content: Mapping[str, Any], path: Path, kind: str) -> None:
-    """Write what ``json_value`` takes; its first key is the format, that of ``kind`` (``formats.FORMATS``)."""
-    path.write_text(json_text({"format": format_name(kind), **content}) + "\n", encoding="utf-8")
+def save(result: Any, path: str | os.PathLike[str]) -> Path:
+    """Save a result of any kind, whole or not at all.
+
+    Args:
+        result: what a function of gearrattle returned: a result, Dataset, DataArray, DataFrame or Series.
+        path: a file that ends in .nc (netCDF-4, all numbers) or .csv (a table of them), or in what else its kind can be
+            written as (.toml of what holds a model, .svg and .pdf of a single figure); or a folder, which gets
+            report.html, summary.json, results.nc and figures/. It need not exist.
+
+    Returns:
+        The file, or the page in the folder.
+
+    Raises:
+        ModelError: no result of gearrattle, another ending, or a folder that holds something else than a page of
+            gearrattle.
+        OSError: it cannot be written; then nothing has changed.
+
+    Example:
+        >>> import gearrattle as gr
+        >>> page = gr.save(gr.modes(gr.example("case3")), "case3-modes")
+        >>> page.name
+        'report.html'
+    """
+    from gearrattle.report.kinds import presentation_of
+
+    presentation, target = presentation_of(result), Path(path)
+    check_target(target, presentation.endings, "path")
+    with destination(target, presentation.endings) as staging:
+        written = put_into(presentation, target, staging)
+        staging.commit()
+    return written
 
 
-def write_netcdf(data: xr.Dataset, path: Path, kind: str) -> None:
-    """Write a Dataset; its attribute ``format`` is that of ``kind`` (``formats.FORMATS``)."""
-    data.assign_attrs(format=format_name(kind)).to_netcdf(path, engine="h5netcdf")
+def check_target(path: Path, endings: Sequence[str], option: str, inputs: Sequence[Path] = ()) -> None:
+    """Refuse a path that a result cannot be saved as, before anything is computed.
+
+    Args:
+        path: a file or a folder.
+        endings: of the files that the kind of result can be written as.
+        option: what the path was given as, for the message.
+        inputs: files that are read.
+
+    Raises:
+        ModelError: another ending, a folder or one of the inputs where a file is written, a file where a folder is.
+    """
+    suffix = path.suffix.lower()
+    if suffix in endings:
+        if path.is_dir():
+            raise ModelError(Problem(option, f'"{path}"', "is a folder; a file is needed"))
+        if path.parent.exists() and not path.parent.is_dir():
+            raise ModelError(Problem(option, f'"{path}"', "lies below a file; a folder is needed"))
+    elif suffix in _FILE_ENDINGS and not path.is_dir():
+        rule = f"must be a folder, or a file that ends in {listed(endings, 'or')}"
+        raise ModelError(Problem(option, f'"{path}"', rule))
+    if any(path.exists() and file.exists() and path.samefile(file) for file in inputs):
+        raise ModelError(Problem(option, f'"{path}"', "is read and would be lost", "choose another name"))
+
+
+def destination(path: Path, endings: Sequence[str]) -> Staging:
+    """Return where to write a result, checked by ``check_target``, before it is committed."""
+    return Staging(path.parent) if path.suffix.lower() in endings else result_folder(path)
+
+
+def put_into(presentation: Presentation[Any], path: Path, staging: Staging) -> Path:
+    """Write a result into an open ``destination``, and return the path of the file or page to come."""
+    if path.suffix.lower() in presentation.endings:
+        presentation.folder = path.parent
+        presentation.write(staging.path / path.name)
+        return path
+    fill(presentation, staging.path)
+    return path / PAGE
+
+
+def fill(presentation: Presentation[Any], folder: Path) -> None:
+    """Write all files of a result into an existing empty folder."""
+    fill_page(presentation.page(), folder)
+    write_json(summary(presentation), folder / SUMMARY)
+    presentation.write(folder / NUMBERS)
+    presentation.accompany(folder)
+
+
+def summary(presentation: Presentation[Any]) -> dict[str, Any]:
+    """Return what summary.json holds, and a command prints with --json."""
+    return {
+        "format": format_name("summary"),
+        KIND: presentation.kind,
+        "title": presentation.title,
+        "sentence": presentation.sentence,
+        **presentation.content(),
+        "notes": list(presentation.notes),
+        "versions": versions(),
+        "created": presentation.created,
+    }
+
+
+def result_folder(folder: str | os.PathLike[str]) -> Staging:
+    """Return a folder for a result; nothing is computed yet where it is refused.
+
+    A result has files of common names, which would replace those of others: a folder must be new, empty, or hold an
+    earlier page of gearrattle.
+
+    Raises:
+        ModelError: it holds files, and no page with its figures.
+    """
+    path = Path(folder)
+    sweep(path)  # a page that was being replaced when the program was killed
+    names = sorted(item.name for item in path.iterdir() if not is_left(item.name)) if path.is_dir() else []
+    has_page = (path / FIGURES).is_dir() and not set(names).isdisjoint((PAGE, *_OLD_PAGES))
+    if names and not has_page:
+        shown = [*names[:3], f"{len(names) - 3} more"] if len(names) > 4 else names
+        rule = f"is not empty and holds no page of gearrattle: {listed(shown)}"
+        raise ModelError(Problem(str(path), "", rule, "give a new or an empty folder"))
+    return Staging(path)
+
+
+def write_json(content: Mapping[str, Any], path: Path) -> None:
+    """Write what ``json_value`` takes."""
+    path.write_text(json_text(content) + "\n", encoding="utf-8")

@@ -1,22 +1,18 @@
-"""A screening as one page: which gears lift off and where, the maps, and the tables behind them.
+"""A screening as a result: which gears lift off and where, the maps, and the tables behind them.
 
-``fill_screening`` writes report.html, results.nc, summary.json and figures/ into a folder. The maps are interactive,
-and ink without JavaScript; the page loads nothing.
-
-Takes the Dataset of ``gearrattle.screen``.
+Takes the Dataset of ``gearrattle.screen``; gives its presentation.
 """
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.report.drawn import charts_of
-from gearrattle.report.page import Page, Section, fill_page
-from gearrattle.report.provenance import now, versions
-from gearrattle.report.saved import write_json, write_netcdf
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.screening import screening_map
+from gearrattle.report.page import Section
+from gearrattle.report.presentation import Presentation
 from gearrattle.report.screening_tables import (
     gears_of,
     gears_table,
@@ -25,47 +21,62 @@ from gearrattle.report.screening_tables import (
     summary_of,
     thresholds_table,
 )
+from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def screening_content(data: xr.Dataset) -> dict[str, Any]:
-    """Return everything for machines, in JSON types: speeds in rad/s; infinite ratios become None."""
-    gears = []
-    for each in gears_of(data):
-        at = {"speed": float(data["speed"].values[each.speed]), "load": float(data["load"].values[each.load])}
-        gears.append({**asdict(each), **at})
-    names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
-    return {
-        "title": str(data.attrs["title"]),
-        "units": str(data.attrs["units"]),
-        "summary": summary_of(data),
-        "cases": int(inside(data).size),
-        "exact": int(inside(data).sum()),
-        "gears": json_value(gears),
-        "axes": {str(name): json_value(each.values) for name, each in data.coords.items()},
-        "dimensions": ["speed", "load", "gear"],
-        **{name: json_value(data[name].values) for name in names},
-        "versions": versions(),
-        "created": now(),
-    }
+class ScreeningPage(Presentation["xr.Dataset"]):
+    """Which loose gear lifts off at which speed and load; the maps are interactive."""
 
+    kind = "screening"
+    is_interactive = True
+    is_data = True
 
-def fill_screening(data: xr.Dataset, folder: Path, *, title: str) -> None:
-    """Write all files into an existing empty folder.
+    def __init__(self, result: xr.Dataset, title: str = "") -> None:
+        """Present a screening; the title is the Dataset's own by default."""
+        super().__init__(result)
+        self._title = title
 
-    Args:
-        data: what ``screen`` returned.
-        folder: where to.
-        title: heading of the page.
-    """
-    gears = Section(
-        "summary", "Which gears lift off", summary_of(data), (setting_of(data),), tables=(gears_table(data),)
-    )
-    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts_of(data)]
-    table = thresholds_table(data)
-    thresholds = [Section("thresholds", "Thresholds", tables=(table,))] if table.rows else []
-    fill_page(Page("screening", title, (gears, *figures, *thresholds), is_interactive=True), folder)
-    write_json(screening_content(data), folder / "summary.json", "screening summary")
-    write_netcdf(data, folder / "results.nc", "screening")
+    @property
+    def title(self) -> str:
+        return self._title or str(self.result.attrs["title"])
+
+    @property
+    def sentence(self) -> str:
+        return summary_of(self.result)
+
+    def sections(self) -> tuple[Section, ...]:
+        data = self.result
+        words = (setting_of(data),)
+        gears = Section("summary", "Which gears lift off", self.sentence, words, tables=(gears_table(data),))
+        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        return gears, *figures, Section("thresholds", "Thresholds", tables=(thresholds_table(data),))
+
+    def charts(self) -> list[Chart]:
+        return [screening_map(self.result), screening_map(self.result, "separation_ratio")]
+
+    def answer(self) -> tuple[Table, ...]:
+        return (gears_table(self.result),)
+
+    def content(self) -> dict[str, Any]:
+        """Return everything for machines: speeds in rad/s; infinite ratios become None."""
+        data, gears = self.result, []
+        for gear in gears_of(data):
+            place = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
+            gears.append({**asdict(gear), **place})
+        names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
+        return {
+            "units": str(data.attrs["units"]),
+            "summary": self.sentence,
+            "cases": int(inside(data).size),
+            "exact": int(inside(data).sum()),
+            "gears": json_value(gears),
+            "axes": {str(name): json_value(coordinate.values) for name, coordinate in data.coords.items()},
+            "dimensions": ["speed", "load", "gear"],
+            **{name: json_value(data[name].values) for name in names},
+        }
+
+    def data(self) -> xr.Dataset:
+        return self.result

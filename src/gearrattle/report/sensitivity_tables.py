@@ -14,7 +14,7 @@ from gearrattle.plots.axis_names import Measure, measure_of
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
-from gearrattle.studies.layout import axes_in, outputs_in, scattered, subject_names, subject_of, units_of
+from gearrattle.studies.layout import axes_in, outputs_in, scattered
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.sensitivity import sensitivities
 from gearrattle.wording import counted
@@ -30,14 +30,22 @@ def sensitivity_tables(data: xr.Dataset) -> list[Table]:
     """What every output that varies follows, over samples alone; the strongest on top."""
     if SAMPLE not in data.dims or axes_in(data) or not scattered(data):
         return []
-    found = []
-    for output in outputs_in(data):
-        told, subject, units = sensitivities(data, output), subject_of(data, output), units_of(data, output)
-        for name in subject_names(data, output):
-            one = told.sel({subject: name}) if subject else told
-            title = f"{name}: {output}" if name else output
-            found += _tables(one, title, units[name], data)
-    return found
+    return [table for output in outputs_in(data) for table in output_tables(sensitivities(data, output), data)]
+
+
+def output_tables(found: xr.Dataset, measured: xr.Dataset) -> list[Table]:
+    """What one output follows, a table or two a subject that varies.
+
+    Args:
+        found: from ``sensitivities``.
+        measured: holds the values that scatter, with their words and units.
+    """
+    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
+    tables = []
+    for name in [str(name) for name in found[subject].values] if subject else [""]:
+        one = found.sel({subject: name}) if subject else found
+        tables += _tables(one, f"{name}: {output}" if name else output, str(one["output_unit"].item()), measured)
+    return tables
 
 
 def _tables(found: xr.Dataset, title: str, unit: str, data: xr.Dataset) -> list[Table]:

@@ -1,26 +1,30 @@
-"""Spectra as one page: where the power is, how far another signal explains it, and the curves between their limits.
+"""Spectra as results: where the power is, how far another signal explains it, and the curves between their limits.
 
-``fill_spectra`` writes report.html, results.nc, results.csv, summary.json and figures/ into a folder. The figures are
-interactive, and ink without JavaScript; the page loads nothing.
+Figures are interactive, and ink without JavaScript. Natural frequencies to mark stand in the attribute
+``natural_frequencies`` [rad/s], which the command sets.
 
-Takes the Dataset of ``gearrattle.spectra``.
+Takes the Datasets of ``spectra``, ``psd``, ``cross_psd`` and ``coherence``; gives their presentations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.calls.spectra import cross_parts, rms_of
 from gearrattle.json_types import json_value
-from gearrattle.plots.densities import spectra_charts
-from gearrattle.plots.order_maps import raised
-from gearrattle.report.page import Page, Section, fill_page, notes_section
-from gearrattle.report.saved import write_json, write_netcdf
-from gearrattle.report.spectra_tables import peaks_table, setting_of, summary_of
+from gearrattle.plots.chart import Chart
+from gearrattle.plots.densities import cross_chart as cross_density_chart
+from gearrattle.plots.densities import density_chart, natural_rules, response_chart, spectra_charts
+from gearrattle.plots.order_maps import coherence_chart, raised
+from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
+from gearrattle.report.page import Section, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.spectra_tables import coherence_table, cross_table, peaks_table, setting_of, summary_of
+from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,60 +32,157 @@ if TYPE_CHECKING:
 _MOST = 8
 
 
-def spectra_content(data: xr.Dataset) -> dict[str, Any]:
-    """Return for machines where the power is: the highest peaks of the density, ascending."""
-    density = data["psd"].values
-    inner = np.flatnonzero((density[1:-1] >= density[:-2]) & (density[1:-1] > density[2:])) + 1
-    highest = sorted(sorted(inner.tolist(), key=lambda k: -density[k])[:_MOST])
-    names = ["psd", "psd_low", "psd_high"]
-    if "coherence" in data:
-        names += ["coherence", "coherence_low", "coherence_high", "response_magnitude", "response_radius"]
-        names += ["response_phase", "response_phase_limit"]
-    rows = [{"frequency": float(data["frequency"][k]), **{n: float(data[n][k]) for n in names}} for k in highest]
-    attributes: dict[str, Any] = json_value(dict(data.attrs))
-    attributes["notes"] = str(data.attrs["notes"]).splitlines()
-    units = {name: str(data[name].attrs["units"]) for name in names}
-    return {**attributes, "bins": int(data.sizes["frequency"]), "units_of": units, "peaks": json_value(rows)}
+class _OverFrequency(Presentation["xr.Dataset"]):
+    """Common to what is labelled over frequency."""
+
+    is_interactive = True
+    is_data = True
+    heading = "Where the power is"
+    peaked: tuple[str, ...] = ("psd",)
+    """Names of what has peaks, and of what is told at them."""
+
+    def __init__(self, result: xr.Dataset) -> None:
+        super().__init__(result)
+        self.si = is_si(result)
+
+    @property
+    def title(self) -> str:
+        return channel_title(self.result.attrs)
+
+    def sections(self) -> tuple[Section, ...]:
+        first = Section(
+            "summary", self.heading, self.sentence,
+            tables=tuple(replace(table, head=tuple(map(raised, table.head))) for table in self.answer()),
+        )  # fmt: skip
+        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        return first, *figures, *notes_section(self.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        table = self._table(self.content())
+        return (replace(table, note=f"{table.note} {setting_of(self.result, si=self.si)}"),)
+
+    def content(self) -> dict[str, Any]:
+        """Return attributes, and the highest peaks, ascending."""
+        data, names = self.result, self._told()
+        values = data[names[0]].values
+        inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] > values[2:])) + 1
+        highest = sorted(sorted(inner.tolist(), key=lambda k: -values[k])[:_MOST])
+        rows = [{"frequency": float(data["frequency"][k]), **{n: float(data[n][k]) for n in names}} for k in highest]
+        units = {name: str(data[name].attrs["units"]) for name in names}
+        return {
+            **plain_attributes(data.attrs), "bins": int(data.sizes["frequency"]), "units_of": units,
+            "peaks": json_value(rows),
+        }  # fmt: skip
+
+    def data(self) -> xr.Dataset:
+        return self.result
+
+    def _told(self) -> tuple[str, ...]:
+        """Return what has peaks, and what is told at them."""
+        return self.peaked
+
+    def _table(self, content: dict[str, Any]) -> Table:
+        """Return the table of the peaks."""
+        raise NotImplementedError
 
 
-def fill_spectra(data: xr.Dataset, folder: Path, *, si: bool, natural: Sequence[float] = ()) -> None:
-    """Write all files into an existing empty folder.
+class SpectraPage(_OverFrequency):
+    """Density of a signal; of two also cross density, transfer function and coherence."""
 
-    Args:
-        data: what ``spectra`` returned.
-        folder: where to.
-        si: whether frequencies are hertz.
-        natural: natural frequencies to mark [rad/s].
-    """
-    content = spectra_content(data)
-    table = peaks_table(content, si=si)
-    power = Section(
-        "summary",
-        "Where the power is",
-        summary_of(data, si=si),
-        (setting_of(data, si=si),),
-        tables=(replace(table, head=tuple(map(raised, table.head))),),
-    )
-    charts = spectra_charts(data, si=si, natural=natural)
-    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in charts]
-    sections = (power, *figures, *notes_section(tuple(content["notes"])))
-    fill_page(Page("spectra", _title(data), sections, is_interactive=True), folder)
-    write_json(content, folder / "summary.json", "spectra summary")
-    write_netcdf(data, folder / "results.nc", "spectra")
-    _write_csv(data, folder / "results.csv", si=si)
+    kind = "spectra"
+
+    @property
+    def sentence(self) -> str:
+        return summary_of(self.result, si=self.si)
+
+    def _table(self, content: dict[str, Any]) -> Table:
+        return peaks_table(content, si=self.si)
+
+    def charts(self) -> list[Chart]:
+        return spectra_charts(self.result, si=self.si, natural=numbers_in(self.result, "natural_frequencies"))
+
+    def _told(self) -> tuple[str, ...]:
+        alone = ("psd", "psd_low", "psd_high")
+        if "reference" not in self.result.attrs:
+            return alone
+        return (
+            *alone, "coherence", "coherence_low", "coherence_high", "response_magnitude", "response_radius",
+            "response_phase", "response_phase_limit",
+        )  # fmt: skip
 
 
-def _title(data: xr.Dataset) -> str:
-    pair = f" and {data.attrs['reference']}" if "reference" in data.attrs else ""
-    return f"{data.attrs['channel']}{pair}, {data.attrs['source']}"
+class DensityPage(SpectraPage):
+    """The power spectral density of one signal, from ``psd``."""
+
+    kind = "density"
+
+    def __init__(self, result: xr.Dataset) -> None:
+        names = {"density": "psd", "low": "psd_low", "high": "psd_high"}
+        super().__init__(result.rename(names).assign_attrs(rms=rms_of(result)))
+        self._density = result
+
+    def charts(self) -> list[Chart]:
+        rules = natural_rules(self.result, numbers_in(self.result, "natural_frequencies"))
+        return [density_chart(self.result, si=self.si, rules=rules)]
+
+    def data(self) -> xr.Dataset:
+        return self._density
 
 
-def _write_csv(data: xr.Dataset, path: Path, *, si: bool) -> None:
-    """Write every variable over frequency, units in the head."""
-    names = [str(name) for name in data.data_vars]
-    head = ["frequency [Hz]" if si else "frequency", *(f"{name} [{data[name].attrs['units']}]" for name in names)]
-    with open(path, "w", encoding="utf-8", newline="\n") as stream:
-        stream.write(f"# {data.attrs['channel']} of {' '.join(str(data.attrs['source']).split())}\n")
-        stream.write(",".join(head) + "\n")
-        for row in zip(data["frequency"].values.tolist(), *(data[n].values.tolist() for n in names), strict=True):
-            stream.write(",".join(map(repr, row)) + "\n")
+class CrossDensityPage(_OverFrequency):
+    """Cross density of two signals and the transfer function between them; its data is real."""
+
+    kind = "cross density"
+    heading = "What the signals have in common"
+    peaked = ("cross_magnitude", "response_magnitude", "response_radius", "response_phase", "response_phase_limit")
+
+    def __init__(self, result: xr.Dataset) -> None:
+        import xarray as xr
+
+        is_complex = any(values.dtype.kind == "c" for values in result.data_vars.values())
+        if is_complex:
+            result = xr.Dataset(cross_parts(result), {"frequency": result["frequency"]}, result.attrs)
+        super().__init__(result)
+
+    @property
+    def sentence(self) -> str:
+        attributes, magnitude = self.result.attrs, self.result["cross_magnitude"].values[1:]
+        at = float(self.result["frequency"].values[1:][int(np.argmax(magnitude))])
+        unit = " Hz" if self.si else ""
+        return (
+            f"The cross density of {attributes['channel']} and {attributes['reference']} is largest at {at:.4g}{unit}: "
+            f"{magnitude.max():.4g} {raised(str(self.result['cross_magnitude'].attrs['units']))}".removesuffix(" 1")
+            + "."
+        )
+
+    def _table(self, content: dict[str, Any]) -> Table:
+        return cross_table(content, si=self.si)
+
+    def charts(self) -> list[Chart]:
+        rules = natural_rules(self.result, numbers_in(self.result, "natural_frequencies"))
+        charts = cross_density_chart(self.result, si=self.si, rules=rules)
+        return [charts, response_chart(self.result, si=self.si, rules=rules)]
+
+
+class CoherencePage(_OverFrequency):
+    """How far one signal explains another, bin by bin."""
+
+    kind = "coherence"
+    heading = "How far one signal explains the other"
+    peaked = ("coherence", "low", "high")
+
+    @property
+    def sentence(self) -> str:
+        attributes, threshold = self.result.attrs, float(self.result.attrs["threshold"])
+        coherence = np.nan_to_num(self.result["coherence"].values[1:])
+        share = 100.0 * float(np.mean(coherence > threshold)) if coherence.size else math.nan
+        return (
+            f"Coherence of {attributes['channel']} and {attributes['reference']} stands above what chance gives "
+            f"({threshold:.3g}) in {share:.0f} % of the bins."
+        )
+
+    def _table(self, content: dict[str, Any]) -> Table:
+        return coherence_table(content, si=self.si)
+
+    def charts(self) -> list[Chart]:
+        return [coherence_chart(self.result, si=self.si)]

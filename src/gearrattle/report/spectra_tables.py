@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SHARE = 0.9
+_LIMITS = "The highest peaks of the {}; limits enclose with a probability of {:g} %."
 
 
 def peaks_table(content: dict[str, Any], *, si: bool = True) -> Table:
@@ -26,8 +27,28 @@ def peaks_table(content: dict[str, Any], *, si: bool = True) -> Table:
     head = ["Hz" if si else "frequency", f"density [{content['units_of']['psd']}]", "limits"]
     head += ["coherence", "limits", "gain", "phase [deg]"] if pair else []
     rows = tuple(_row(row, pair=pair) for row in content["peaks"])
-    note = f"The highest peaks of the density; limits enclose with a probability of {100.0 * content['level']:g} %."
-    return Table(tuple(head), rows, frozenset(), note=note)
+    return Table(tuple(head), rows, frozenset(), note=_LIMITS.format("density", 100.0 * content["level"]))
+
+
+def cross_table(content: dict[str, Any], *, si: bool = True) -> Table:
+    """The highest peaks of a cross density, with the transfer function there."""
+    unit = content["units_of"]["cross_magnitude"]
+    head = ("Hz" if si else "frequency", f"cross density [{unit}]", "gain", "phase [deg]")
+    rows = tuple(
+        (_number(row["frequency"]), _number(row["cross_magnitude"]), _within(row), _phase(row))
+        for row in content["peaks"]
+    )
+    return Table(head, rows, frozenset(), note=_LIMITS.format("cross density", 100.0 * content["level"]))
+
+
+def coherence_table(content: dict[str, Any], *, si: bool = True) -> Table:
+    """The highest peaks of a coherence."""
+    head = ("Hz" if si else "frequency", "coherence", "limits")
+    rows = tuple(
+        (_number(row["frequency"]), _number(row["coherence"]), f"{_number(row['low'])} to {_number(row['high'])}")
+        for row in content["peaks"]
+    )
+    return Table(head, rows, frozenset(), note=_LIMITS.format("coherence", 100.0 * content["level"]))
 
 
 def summary_of(data: xr.Dataset, *, si: bool) -> str:
@@ -66,13 +87,24 @@ def _with(value: float, unit: str) -> str:
 
 def _row(row: dict[str, Any], *, pair: bool) -> tuple[str, ...]:
     """Return a peak as text; a dash where there is no number."""
-    said = {name: "-" if value is None else f"{value:.4g}" for name, value in row.items()}
+    said = {name: _number(value) for name, value in row.items()}
     told = (said["frequency"], said["psd"], f"{said['psd_low']} to {said['psd_high']}")
     if not pair:
         return told
-    phase = "-"
-    if row["response_phase"] is not None and row["response_phase_limit"] is not None:
-        turn = 180.0 / math.pi
-        phase = f"{turn * row['response_phase']:.4g} ± {turn * row['response_phase_limit']:.2g}"
     limits = f"{said['coherence_low']} to {said['coherence_high']}"
-    return (*told, said["coherence"], limits, f"{said['response_magnitude']} ± {said['response_radius']}", phase)
+    return (*told, said["coherence"], limits, _within(row), _phase(row))
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _within(row: dict[str, Any]) -> str:
+    return f"{_number(row['response_magnitude'])} ± {_number(row['response_radius'])}"
+
+
+def _phase(row: dict[str, Any]) -> str:
+    if row["response_phase"] is None or row["response_phase_limit"] is None:
+        return "-"
+    turn = 180.0 / math.pi
+    return f"{turn * row['response_phase']:.4g} ± {turn * row['response_phase_limit']:.2g}"

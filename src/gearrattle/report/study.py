@@ -1,39 +1,128 @@
-"""A study as one page: what came out in a sentence, then its figures, and the tables behind them.
+"""A study as a result: what came out in a sentence, then its figures, and the tables behind them.
 
-``fill_study`` writes study.html and figures/ into a folder. What stands on the page its kind says (``study_pages``).
-The page has no script and loads nothing.
+What is said, drawn and tabulated its kind says (``study_pages``). The page has no script and loads nothing.
 
-Takes the Dataset of a study and the messages of its failed cases.
+Takes the Dataset of a study and the messages of its failed cases; gives its presentation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gearrattle.plots.axis_names import measure_of
+from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import unbroken
-from gearrattle.report.page import Page, Section, fill_page
+from gearrattle.report.page import Section, fill_page, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.saved import SUMMARY, summary, write_json
 from gearrattle.report.study_pages import page_of
+from gearrattle.report.tables import Table
+from gearrattle.studies.kept import messages_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_LISTS = (
+    "sampled", "failures", "section", "scale", "over", "variables", "low", "high", "log", "senses", "units",
+    "constraints", "ideal", "reference",
+)  # fmt: skip
+"""Attributes that are lists; netCDF keeps one of a single value as that value."""
+_SHOWN = 5
 
-def fill_study(
-    data: xr.Dataset, messages: Mapping[tuple[int, ...], str], folder: Path, *, title: str, cost: str
-) -> None:
-    """Write the page and the figures of a study into an existing folder.
 
-    Args:
-        data: what ``study`` or ``open_study`` returned.
-        messages: why cases failed, by their place in the grid.
-        folder: to write into; it holds neither study.html nor figures/.
-        title: heading of the page.
-        cost: a sentence on what it cost.
-    """
-    kind = page_of(data)
-    setting = unbroken(f"{kind.setting(data)} {cost}".strip())
-    summary = Section("summary", "Summary", unbroken(kind.summary(data)), (setting,), tables=(kind.counts(data),))
-    figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in kind.charts(data)]
-    fill_page(Page("study", title, (summary, *figures, *kind.sections(data, messages))), folder, "study.html")
+class StudyReport(Presentation["xr.Dataset"]):
+    """A study of any kind: the Dataset that ``study``, ``bifurcation``, ``basins`` or ``optimize`` returned."""
+
+    kind = "study"
+    is_data = True
+
+    def __init__(
+        self,
+        result: xr.Dataset,
+        messages: Mapping[tuple[int, ...], str] | None = None,
+        *,
+        title: str = "",
+        cost: str = "",
+        facts: Mapping[str, Any] | None = None,
+        remarks: Sequence[str] = (),
+    ) -> None:
+        """Present a study.
+
+        Args:
+            result: the Dataset; ``attrs["kind"]`` is the kind of study.
+            messages: why cases failed, by their place in the grid; default: ``attrs["failures"]``.
+            title: heading of the page; default: the name of the model.
+            cost: a sentence on what it cost.
+            facts: what machines get besides.
+            remarks: notes besides those on cases that failed.
+        """
+        lists = {name: np.atleast_1d(result.attrs[name]).tolist() for name in _LISTS if name in result.attrs}
+        super().__init__(result.assign_attrs(lists))
+        self.messages = messages_of(lists.get("failures", ())) if messages is None else messages
+        self.study = page_of(result)
+        self.cost, self.facts, self.remarks, self._title = cost, facts or {}, tuple(remarks), title
+
+    @property
+    def title(self) -> str:
+        name = tomllib.loads(str(self.result.attrs.get("model", ""))).get("name", "")
+        return self._title or str(name) or "study"
+
+    @cached_property
+    def _sentence(self) -> str:
+        return self.study.summary(self.result)
+
+    @property
+    def sentence(self) -> str:
+        return self._sentence
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        first = [f"case {self._at(case)}: {text}" for case, text in list(self.messages.items())[:_SHOWN]]
+        left = len(self.messages) - _SHOWN
+        more = (f"{left} more cases failed; the page and attrs hold their messages",) if left > 0 else ()
+        return (*self.remarks, *first, *more)
+
+    def sections(self) -> tuple[Section, ...]:
+        data = self.result
+        setting = unbroken(f"{self.study.setting(data)} {self.cost}".strip())
+        first = Section("summary", "Summary", unbroken(self.sentence), (setting,), tables=(self.study.counts(data),))
+        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.study.charts(data)]
+        return first, *figures, *self.study.sections(data, self.messages), *notes_section(self.remarks)
+
+    def charts(self) -> list[Chart]:
+        return [chart for chart in self.study.charts(self.result) if chart.panels]
+
+    def answer(self) -> tuple[Table, ...]:
+        return self.study.answer(self.result)
+
+    def content(self) -> dict[str, Any]:
+        kind = str(self.result.attrs.get("kind", "grid"))
+        return {"kind": kind, **self.facts, "summary": self.sentence, **self.study.content(self.result)}
+
+    def data(self) -> xr.Dataset:
+        return self.result
+
+    def fill(self, folder: Path) -> None:
+        """Write page, summary and figures into an existing folder: the numbers of a study folder are results.zarr."""
+        fill_page(self.page(), folder)
+        write_json(summary(self), folder / SUMMARY)
+
+    def _at(self, case: tuple[int, ...]) -> str:
+        """Where a case stands in the grid, in words."""
+        return ", ".join(
+            _place(self.result, str(name), index) for name, index in zip(self.result["outcome"].dims, case, strict=True)
+        )
+
+
+def _place(data: xr.Dataset, dimension: str, index: int) -> str:
+    """Where along a dimension a case is, in words."""
+    if dimension not in data.coords:
+        return f"{dimension} {index}"
+    measure = measure_of(data, dimension)
+    return f"{measure.words} = {measure.said(data[dimension].values[index])}"

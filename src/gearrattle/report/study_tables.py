@@ -5,7 +5,7 @@ Takes the Dataset of a study; gives Tables.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,16 +84,27 @@ def probability_table(data: xr.Dataset) -> Table:
     output = chosen_codes(data)
     if not output or not has_probabilities(data) or axes_in(data):
         return Table(head, ())
-    found = rattle_probability(data, output)
-    subject = subject_of(data, output)
-    names = [str(name) for name in found[subject].values] if subject else [output]
-    if not names:
-        return Table(head, ())
-    columns = [np.atleast_1d(found[name].values) for name in ("rattling", "samples", "probability", "low", "high")]
-    rows = [
-        (name, f"{int(k)}", f"{int(n)}", _percent(p), f"{_percent(low)} to {_percent(high)}")
-        for name, k, n, p, low, high in zip(names, *columns, strict=True)
+    return probabilities_table(rattle_probability(data, output))
+
+
+def probabilities_table(found: xr.Dataset) -> Table:
+    """Probability of rattle by part and place of the axes, as ``rattle_probability`` returned it."""
+    subject, dims = str(found.attrs["subject"]), [str(name) for name in found["probability"].dims]
+    axes = [name for name in dims if name != subject]
+    labels = {axis: labels_of(found, axis) if axis in found.coords else _numbers(found, axis) for axis in axes}
+    names = [str(name) for name in found[subject].values] if subject else [str(found.attrs["output"])]
+    head = ("part", *(title_of(found, axis) for axis in axes), "rattling", "of samples", "probability", _level(found))
+    columns = [
+        found[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
     ]
+    rows = []
+    for at in np.ndindex(columns[0].shape):
+        k, n, p, low, high = (float(column[at]) for column in columns)
+        place = (labels[axis][i] for axis, i in zip(axes, at, strict=False))
+        interval = f"{_percent(low)} to {_percent(high)}"
+        rows.append((names[at[-1] if subject else 0], *place, f"{int(k)}", f"{int(n)}", _percent(p), interval))
+    if not rows:
+        return Table(head, ())
     widest = float(np.nanmax(columns[4] - columns[3], initial=0.0))
     wished = max(0.001, float(f"{widest / 4.0:.1g}")) if widest else 0.05
     note = (
@@ -103,23 +114,42 @@ def probability_table(data: xr.Dataset) -> Table:
     return Table(head, tuple(rows), note=note)
 
 
+def _level(found: xr.Dataset) -> str:
+    return f"{100.0 * float(found.attrs['level']):g} % interval"
+
+
+def _numbers(data: xr.Dataset, dimension: str) -> list[str]:
+    return [str(i) for i in range(data.sizes[dimension])]
+
+
 def boundary_table(data: xr.Dataset) -> Table:
     """Where the regime changes, along every axis, without samples."""
     output = chosen_codes(data)
     if not output or SAMPLE in data.dims:
         return Table(("along",), ())
-    found = regime_boundary(data, output)
-    count = found.sizes.get(CROSSING, 0)
     subject = subject_of(data, output)
     places = [paths_of(data, axis)[0] for axis in axes_in(data)]
+    return changes_table(regime_boundary(data, output), data, places, subject)
+
+
+def changes_table(found: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
+    """Where the regime changes, a row a change.
+
+    Args:
+        found: from ``regime_boundary``.
+        measured: holds axes and places, with their words and units.
+        places: variables that say where.
+        subject: the variable that says of which part; empty if there is none.
+    """
+    count = found.sizes.get(CROSSING, 0)
     names = [*([subject] if subject else []), "along", *places, "from", "to"]
-    measures = {path: measure_of(data, path) for path in places}
+    measures = {path: measure_of(measured, path) for path in places}
     head = tuple(measures[name].title if name in measures else name for name in names)
     if not count:
         return Table(head, ())
     order = np.lexsort([found[name].values for name in (*reversed(places), "along", *([subject] if subject else []))])
     columns = [found[name].values[order[:_MOST]] for name in names]
-    axes = {axis: measure_of(data, axis).words for axis in axes_in(data)}
+    axes = {str(axis): measure_of(measured, str(axis)).words for axis in found["along"].values}
     rows = [
         tuple(
             axes[str(value)] if name == "along" else _cell(value, measures[name].factor if name in measures else 1.0)

@@ -1,8 +1,8 @@
-"""The findings for machines: ``summary.json``.
+"""The findings for machines.
 
 The keys of ``Verdict.to_dict()`` (verdict, sentence, rule, parts, entries) stand at the top, beside the model's name,
-the linear results, the settings and cost of the run, all notes, every rattle metric, and versions. JSON types only;
-numbers that are not finite are null.
+the linear results, the settings and cost of the run, and every rattle metric. JSON types only; numbers that are not
+finite are null.
 
 Takes Findings; gives a dictionary.
 """
@@ -17,21 +17,19 @@ from gearrattle.advice.record import scores_dict
 from gearrattle.json_types import json_value
 from gearrattle.pipeline import Findings
 from gearrattle.report.energy_table import energy_dict
-from gearrattle.report.provenance import now, versions
 from gearrattle.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from gearrattle.calls.statics import Modes
 
 
-def summary(findings: Findings) -> dict[str, Any]:
+def findings_content(findings: Findings) -> dict[str, Any]:
     """Return the findings in JSON types."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     rest = findings.equilibrium
     return {
         "model": {"name": findings.model.name, "units": findings.model.units},
         **findings.verdict.to_dict(),
-        "notes": notes(findings),
         "simulation": {
             "period": trajectory.layout.period,
             "cycles": trajectory.cycles,
@@ -39,8 +37,8 @@ def summary(findings: Findings) -> dict[str, Any]:
             "samples_per_cycle": trajectory.samples_per_cycle,
             "crossings": len(trajectory.events),
             "switches": switches(trajectory),
-            "predictability_horizon": json_value(findings.run.predictability_horizon),
-            "largest_lyapunov_exponent": json_value(findings.run.largest_lyapunov_exponent),
+            "predictability_horizon": json_value(findings.motion.predictability_horizon),
+            "largest_lyapunov_exponent": json_value(findings.motion.largest_lyapunov_exponent),
         },
         "energy": json_value(energy_dict(findings)),
         "cost": json_value(trajectory.cost),
@@ -57,8 +55,6 @@ def summary(findings: Findings) -> dict[str, Any]:
         "advice": None if findings.advice is None else findings.advice.to_dict(),
         "scores": scores_dict(findings.scores),
         "metrics": json_value(findings.metrics),
-        "versions": versions(),
-        "created": now(),
     }
 
 
@@ -70,12 +66,6 @@ def switches(trajectory: Trajectory) -> dict[str, int]:
     first = len(trajectory.layout.clearance)
     counts = np.bincount(beside.watch[beside.watch >= first] - first, minlength=len(beside.names))
     return dict(zip(beside.names, counts.tolist(), strict=True))
-
-
-def notes(findings: Findings) -> list[str]:
-    """Return everything that is noted, by the run, the equilibrium and the criteria, once each."""
-    told = [*findings.run.notes, *findings.equilibrium.notes, *findings.verdict.notes]
-    return list(dict.fromkeys(told))
 
 
 def modes_dict(modes: Modes) -> dict[str, Any]:

@@ -5,7 +5,7 @@ Takes text; gives frozen tables to the page template.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 
 @dataclass(frozen=True)
@@ -25,3 +25,9 @@ class Table:
     words: frozenset[int] = field(default=frozenset({0}))
     title: str = ""
     note: str = ""
+
+
+def shortened(table: Table, most: int = 12) -> Table:
+    """Return a table with its first rows, for a terminal or a notebook; the page has the others."""
+    left = len(table.rows) - most
+    return table if left <= 0 else replace(table, rows=table.rows[:most], note=f"{left} more rows stand on the page.")

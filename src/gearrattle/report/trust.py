@@ -36,7 +36,7 @@ _SENSITIVE = (
 
 def trust(findings: Findings) -> list[str]:
     """Return what can be said about the reliability of the verdict, one sentence or two an item."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     window = steady(trajectory)
     algorithm = trajectory.cost.algorithm
     told = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
@@ -53,7 +53,7 @@ def trust(findings: Findings) -> list[str]:
     told.append(judged)
     if (residual := trajectory.cost.energy_residual) is not None:
         told.append(_ENERGY.format(residual=residual))
-    told.append(_predictable(findings.run.predictability_horizon, trajectory.layout.period, trajectory.end))
+    told.append(_predictable(findings.motion.predictability_horizon, trajectory.layout.period, trajectory.end))
     return told
 
 

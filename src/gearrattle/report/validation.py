@@ -1,61 +1,156 @@
-"""A validation as one page: the verdict first, then levels, budget, mean cycles, orders, spectra and impacts.
+"""A validation as a result: the verdict first, then levels, budget, mean cycles, orders, spectra and impacts.
 
-``fill_validation`` writes report.html, summary.json and figures/ into a folder. The page has no script and loads
-nothing.
-
-Takes a Validation.
+Takes a Validation; gives its presentation.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gearrattle.report.drawn import charts_of
-from gearrattle.report.page import Page, Section, fill_page, notes_section
-from gearrattle.report.provenance import now, versions
-from gearrattle.report.saved import write_json
+from gearrattle.plots.validation import validation_charts
+from gearrattle.report.numbers import write_csv
+from gearrattle.report.page import Section, notes_section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import records_dataset, stacked, texts
+from gearrattle.report.tables import Table
 from gearrattle.report.validation_tables import (
     budget_table,
     impacts_table,
     levels_table,
     orders_table,
     parameter_tables,
+    rms_effects_table,
     setting_table,
     ways_table,
 )
-from gearrattle.validation import Validation
+from gearrattle.validation import Pair, Validation
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
-def validation_content(found: Validation) -> dict[str, Any]:
-    """Return everything for machines, in JSON types."""
-    return {**found.to_dict(), "versions": versions(), "created": now()}
+class ValidationPage(Presentation[Validation]):
+    """A simulated motion against a measured one."""
+
+    kind = "validation"
+
+    @property
+    def title(self) -> str:
+        return f"{self.result.model} against {Path(self.result.source).name}"
+
+    @property
+    def sentence(self) -> str:
+        return self.result.verdict
+
+    def sections(self) -> tuple[Section, ...]:
+        found = self.result
+        tables = {
+            "sigma": (levels_table(found),),
+            "budget": (budget_table(found), ways_table(found), *parameter_tables(found)),
+            "orders": tuple(orders_table(pair) for pair in found.pairs if pair.orders),
+        }
+        figures = [
+            Section(chart.key, chart.title, charts=(chart,), tables=tables.get(chart.key, ()))
+            for chart in validation_charts(found)
+            if chart.panels
+        ]
+        impacts = [Section("impacts", "Impacts", tables=(impacts_table(found),))] if found.impacts else []
+        return (
+            Section("verdict", "Verdict", found.verdict, notes=tuple(found.findings)),
+            *figures,
+            *impacts,
+            Section("setting", "What was compared", tables=(setting_table(found),)),
+            *notes_section(self.notes),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        return levels_table(self.result), rms_effects_table(self.result)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        found, pairs = self.result, self.result.pairs
+        rows = [self._levels(), _orders(pairs), _bands(pairs), _budget(pairs)]
+        if found.impacts:
+            rate = dict.fromkeys(("exact", "exact_error", "measured", "simulated", "low", "high"), "1/cycle")
+            rows.append(records_dataset(found.impacts, "impact", prefix="impact_", units=rate))
+        clock = {f"clock_{name}": value for name, value in vars(found.clock).items()}
+        shared = {
+            name: getattr(found, name)
+            for name in ("model", "source", "algorithm", "measured_cycles", "simulated_cycles", "rate", "trend")
+        }
+        return xr.merge([*rows, _curves(pairs)]).assign_attrs({**shared, "band": list(found.band), **clock})
+
+    def write(self, path: Path) -> None:
+        """Write all numbers, or as CSV a row for every channel and level."""
+        if path.suffix == ".csv":
+            write_csv(self._levels(), path)
+        else:
+            super().write(path)
+
+    def _levels(self) -> xr.Dataset:
+        percent = dict.fromkeys(("sigma", "low", "high", "standard_error", "expanded", "remainder"), "%")
+        levels = [(pair, level) for pair in self.result.pairs for level in pair.levels]
+        data = records_dataset([level for _, level in levels], "level", units=percent)
+        return data.assign(
+            channel=("level", texts(pair.name for pair, _ in levels)),
+            partner=("level", texts(pair.partner for pair, _ in levels)),
+            unit=("level", texts(pair.unit for pair, _ in levels)),
+        )
 
 
-def fill_validation(found: Validation, folder: Path) -> None:
-    """Write all files into an existing folder."""
-    fill_page(Page("validation", _title(found), _sections(found), has_legends=False), folder)
-    write_json(validation_content(found), folder / "summary.json", "validation summary")
-
-
-def _title(found: Validation) -> str:
-    return f"{found.model} against {Path(found.source).name}"
-
-
-def _sections(found: Validation) -> tuple[Section, ...]:
-    tables = {
-        "sigma": (levels_table(found),),
-        "budget": (budget_table(found), ways_table(found), *parameter_tables(found)),
-        "orders": tuple(orders_table(pair) for pair in found.pairs if pair.orders),
-    }
-    figures = [
-        Section(chart.key, chart.title, charts=(chart,), tables=tables.get(chart.key, ())) for chart in charts_of(found)
-    ]
-    impacts = [Section("impacts", "Impacts", tables=(impacts_table(found),))] if found.impacts else []
+def _orders(pairs: tuple[Pair, ...]) -> xr.Dataset:
+    orders = [(pair, order) for pair in pairs for order in pair.orders]
+    units = {"order": "1", "frequency": "Hz", "sigma": "%", "low": "%", "high": "%"}
+    units |= dict.fromkeys(("phase", "phase_error", "phase_low", "phase_high"), "deg")
+    data = records_dataset([order for _, order in orders], "order_row", prefix="order_", units=units)
     return (
-        Section("verdict", "Verdict", found.verdict, notes=tuple(found.findings)),
-        *figures,
-        *impacts,
-        Section("setting", "What was compared", tables=(setting_table(found),)),
-        *notes_section(tuple(found.notes)),
+        data.rename(order_order="order").assign(order_channel=("order_row", texts(pair.name for pair, _ in orders)))
+        if orders
+        else data
+    )
+
+
+def _bands(pairs: tuple[Pair, ...]) -> xr.Dataset:
+    bands = [(pair, band) for pair in pairs for band in pair.bands]
+    units = {"low": "Hz", "high": "Hz", "decibels": "dB", "least": "dB", "most": "dB", "share": "1"}
+    data = records_dataset([band for _, band in bands], "band", prefix="band_", units=units)
+    return data.assign(band_channel=("band", texts(pair.name for pair, _ in bands)))
+
+
+def _budget(pairs: tuple[Pair, ...]) -> xr.Dataset:
+    """Return every contribution to the uncertainty of every level."""
+    rows = [(pair.name, level.measure, each) for pair in pairs for level in pair.levels for each in level.budget]
+    names = ("source", "value")
+    data = records_dataset(
+        [each for *_, each in rows], "contribution", prefix="budget_", names=names, units={"value": "%"}
+    )
+    return data.assign(
+        budget_channel=("contribution", texts(channel for channel, *_ in rows)),
+        budget_measure=("contribution", texts(measure for _, measure, _ in rows)),
+    )
+
+
+def _curves(pairs: tuple[Pair, ...]) -> xr.Dataset:
+    """Return mean cycles and spectral densities; shorter ones are filled up with NaN."""
+    import xarray as xr
+
+    def of(name: str) -> Any:
+        return stacked([getattr(pair.curves, name) for pair in pairs])
+
+    cycles = ("measured", "simulated", "measured_scatter", "simulated_scatter")
+    densities = ("measured_density", "simulated_density")
+    return xr.Dataset(
+        {
+            **{f"{name}_cycle": (("pair", "sample"), of(name)) for name in cycles},
+            **{name: (("pair", "line"), of(name)) for name in densities},
+            "density_frequency": (("pair", "line"), of("frequency"), {"units": "Hz"}),
+            "pair_unit": ("pair", texts(pair.unit for pair in pairs)),
+            "agreement": ("pair", [pair.agreement for pair in pairs], {"units": "1"}),
+        },
+        {"pair": texts(pair.name for pair in pairs)},
     )

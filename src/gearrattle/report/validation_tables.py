@@ -74,6 +74,20 @@ def parameter_tables(found: Validation) -> list[Table]:
     return [table for table in made if table.rows]
 
 
+def rms_effects_table(found: Validation) -> Table:
+    """What each uncertain parameter does to the rms of every channel, and how the levels pull it; short."""
+    if found.parameters is None:
+        return Table((), ())
+    head = ("parameter", *(f"{name} rms, %" for name in found.parameters.channels), "pulled, s.e.", "error left, %")
+    rows = []
+    for parameter in found.parameters.parameters:
+        effects = {effect.channel: effect for effect in parameter.effects if effect.measure == "rms"}
+        by_channel = [effects[name] for name in found.parameters.channels]
+        cells = (f"{effect.value:.3g} ± {effect.error:.2g}" for effect in by_channel)
+        rows.append((parameter.path, *cells, f"{parameter.shift:.3g}", f"{100.0 * parameter.left:.3g}"))
+    return Table(head, tuple(rows))
+
+
 def _effects(told: Explained) -> Table:
     rows = tuple(
         (

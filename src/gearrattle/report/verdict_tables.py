@@ -13,7 +13,7 @@ from itertools import groupby
 
 from markupsafe import Markup
 
-from gearrattle.criteria import CRITERIA, Entry, Part
+from gearrattle.criteria import CRITERIA, Entry, Part, Verdict
 from gearrattle.metrics import Row
 from gearrattle.pipeline import Findings
 from gearrattle.plots.numerals import engineering, numeral, quantity
@@ -109,7 +109,7 @@ def _changes(part: Part) -> str:
 
 def _share_bar(findings: Findings, part: Part) -> str:
     """Draw the shares of time on the coast side, in the centre and on the drive side."""
-    trajectory = findings.run.trajectory
+    trajectory = findings.motion.trajectory
     layout = trajectory.layout
     if part.name not in layout.clearance_names:
         return "always in contact"
@@ -125,11 +125,33 @@ def _share_bar(findings: Findings, part: Part) -> str:
     return Markup(f'<span class="share" role="img" aria-label="{told}">{bars}</span><small>{words}</small>')
 
 
-def criteria_tables(findings: Findings) -> list[Table]:
+def verdict_table(verdict: Verdict) -> Table:
+    """Return one row for every mesh and clearance in plain text, worst first."""
+    head = ("part", "regime", "impacts/cycle", "approach speed", "impact energy", "in contact", "margin")
+    rows = tuple(
+        (
+            part.name,
+            part.regime,
+            f"{part.impacts_per_cycle:.4g}",
+            _with_unit(part.max_approach_speed, part.speed_unit),
+            _with_unit(part.max_impact_energy, part.energy_unit),
+            percent(part.contact_share),
+            decibel(part.margin_db),
+        )
+        for part in verdict.parts
+    )
+    return Table(head, rows, frozenset({0, 1}))
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "–" if value is None else f"{value:.4g} {unit}".removesuffix(" 1")
+
+
+def criteria_tables(verdict: Verdict) -> list[Table]:
     """Return one table a criterion, every entry in it: subjects down and quantities across, or turned if too wide."""
     criteria = {criterion.name: criterion for criterion in CRITERIA}
     made = []
-    for name, group in groupby(findings.verdict.entries, key=lambda entry: entry.criterion):
+    for name, group in groupby(verdict.entries, key=lambda entry: entry.criterion):
         entries = list(group)
         criterion = criteria[name]
         note = f"Definition: {criterion.formula}. Source: {criterion.source}.{errors_note(entries)}"

@@ -4,7 +4,7 @@ C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associ
 Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``cases`` builds its models under any mean load,
 ``bench`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned to look alike.
 
-``reproduce`` gives a Reproduction; ``page.fill`` writes it as HTML and JSON.
+``reproduce`` gives a Reproduction; ``page`` presents it.
 """
 
 from gearrattle.reproduction.cases import load_case

@@ -6,10 +6,11 @@ Takes text, tables and charts; gives frozen records to the page and to JSON.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from gearrattle.plots.chart import Chart
 from gearrattle.report.tables import Table
+from gearrattle.result import Result
 
 Status = Literal[
     "reproduced",
@@ -84,7 +85,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Reproduction:
+class Reproduction(Result):
     """All sections.
 
     Attributes:
@@ -93,6 +94,8 @@ class Reproduction:
         seconds: how long everything took.
     """
 
+    kind: ClassVar[str] = "reproduction"
+    notes: ClassVar[tuple[str, ...]] = ()
     sections: tuple[Section, ...]
     quick: bool
     seconds: float

@@ -16,8 +16,9 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
+from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import find_impacts
 from gearrattle.signals.windows import steady
@@ -35,7 +37,6 @@ from gearrattle.sound.quality import Quality, quality
 from gearrattle.sound.resample import resampled
 from gearrattle.sound.train import impulse_train
 from gearrattle.sound.wave import wav_bytes
-from gearrattle.writing import Staging
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ _LONGEST = 600.0  # seconds
 
 
 @dataclass(frozen=True, eq=False)
-class Sound:
+class Sound(Result):
     """One or more designs to listen to.
 
     Attributes:
@@ -57,6 +58,7 @@ class Sound:
         notes: what the user must know.
     """
 
+    kind: ClassVar[str] = "sound"
     names: tuple[str, ...]
     pressure: tuple[Array, ...]
     rate: int
@@ -79,13 +81,24 @@ class Sound:
         """The WAV file of a design at the common gain; 24 bits (integers) or 32 (floating point)."""
         return wav_bytes(self.gain * self.pressure[self.names.index(name)], self.rate, bits)
 
-    def save(self, folder: str | os.PathLike[str], bits: int = 32) -> tuple[Path, ...]:
-        """Write ``NAME.wav`` for each design into a folder, whole or not at all; return the paths."""
-        with Staging(folder) as staging:
-            for name in self.names:
-                (staging.path / f"{name}.wav").write_bytes(self.wav(name, bits))
-            staging.commit()
-        return tuple(Path(folder) / f"{name}.wav" for name in self.names)
+    def save(self, path: str | os.PathLike[str], bits: int = 32) -> Path:
+        """Save the sound, whole or not at all.
+
+        Args:
+            path: a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
+                file that ends in .nc or .csv.
+            bits: of the WAV files: 24 (integers) or 32 (floating point).
+
+        Returns:
+            The page in the folder, or the file.
+
+        Raises:
+            ModelError: another ending, other bits, or a folder that holds something else than a page of gearrattle.
+            OSError: it cannot be written; then nothing has changed.
+        """
+        page = import_module("gearrattle.report.sound").SoundPage(self, bits)
+        written: Path = import_module("gearrattle.report").save(page, path)
+        return written
 
 
 def listen(

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.result import KIND
 from gearrattle.studies.layout import axes_in, chosen_codes, output_in, subject_of, words_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 CROSSING = "crossing"
+_WORDS = {"long_name", "units"}
 
 
 def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
@@ -60,7 +62,11 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
         for name, column in rows.items():
             columns.setdefault(name, []).append(column)
     joined = {name: (CROSSING, np.concatenate(parts)) for name, parts in columns.items()}
-    return xr.Dataset(joined, attrs={"output": str(codes.name), "subject": subject_of(data, str(codes.name))})
+    subject = subject_of(data, str(codes.name))
+    changes = xr.Dataset(joined, attrs={KIND: "regime boundary", "output": str(codes.name), "subject": subject})
+    for name in sorted(held.keys() & data.variables.keys() & changes.keys()):
+        changes[name].attrs = {key: data[name].attrs[key] for key in sorted(_WORDS & data[name].attrs.keys())}
+    return changes
 
 
 def _held(data: xr.Dataset, codes: xr.DataArray) -> dict[str, tuple[str, NDArray[Any]]]:

@@ -24,6 +24,7 @@ from gearrattle.errors import GearRattleError
 from gearrattle.formats import format_name
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
+from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.studies.evolution import front_of, hypervolume
 from gearrattle.studies.goals import SENSES, Constraint, Objective
@@ -105,7 +106,7 @@ def finished(
         **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
     })  # fmt: skip
     attributes = {
-        "kind": "optimization", "variables": paths, "low": [each.low for each in ranges],
+        KIND: "study", "kind": "optimization", "variables": paths, "low": [each.low for each in ranges],
         "high": [each.high for each in ranges], "log": [int(each.log) for each in ranges],
         "senses": [each.sense for each in goals[0]], "units": [each.quantity.unit for each in goals[0]],
         "constraints": [each.words for each in goals[1]], "best": chosen,

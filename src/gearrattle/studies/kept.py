@@ -16,7 +16,7 @@ import json
 import os
 import stat
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, reachable, within_limit
 from gearrattle.formats import check_format
+from gearrattle.result import KIND
 from gearrattle.studies.cases import MISSING
 from gearrattle.studies.claims import ABOUT, about_in
 from gearrattle.studies.places import Address, Place, place_of
@@ -73,6 +74,13 @@ def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> d
 def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
     """Return why cases failed as the attribute ``failures`` tells it, the indices of each case first."""
     return [f"{at}: {text}" for at, text in messages.items()]
+
+
+def messages_of(failures: Iterable[str]) -> dict[tuple[int, ...], str]:
+    """Return why cases failed by their indices, from the attribute ``failures``."""
+    parted = [failure.partition("): ") for failure in failures]
+    places = [tuple(int(index) for index in at.strip("(").split(",") if index.strip()) for at, _, _ in parted]
+    return {place: text for place, (_, _, text) in zip(places, parted, strict=True)}
 
 
 def is_whole(place: Place) -> bool:
@@ -161,6 +169,7 @@ def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     if "chunks" in about:
         _hide_unfinished(loaded, zarr.open_group(place.zarr(RESULTS), mode="r"), place, grid, box)
+    loaded.attrs.setdefault(KIND, "study")  # earlier versions did not name it
     loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = list(loaded.attrs.pop("order"))

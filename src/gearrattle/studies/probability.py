@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import shown
-from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of
+from gearrattle.result import KIND
+from gearrattle.studies.layout import chosen_codes, gaps_of, independent, output_in, sampling_of, subject_of
 from gearrattle.studies.plan import SAMPLE
 
 if TYPE_CHECKING:
@@ -131,10 +132,11 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
         raise ModelError(Problem("level", f"{level:g}", "must lie between 0 and 1", "for example 0.95"))
     among, count = (codes >= 0).sum(SAMPLE), (codes > 0).sum(SAMPLE)
     low, high = wilson(count.values, among.values, level)
+    subject = subject_of(data, str(codes.name))
     return xr.Dataset(
         {
             "probability": count / among.where(among > 0), "low": (count.dims, low), "high": (count.dims, high),
             "rattling": count, "samples": among,
         },
-        attrs={"output": str(codes.name), "level": level},
+        attrs={KIND: "rattle probability", "output": str(codes.name), "subject": subject, "level": level},
     )  # fmt: skip

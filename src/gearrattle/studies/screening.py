@@ -31,6 +31,7 @@ from gearrattle.linear.equilibrium import Equilibrium
 from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
+from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.study import study
@@ -104,7 +105,7 @@ def screen(
             "inside": (dims[:2], inside, {"units": "1"}),
         },
         {**_coordinates(plate, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
-        {"title": f"screening of {model.name}", "units": model.units},
+        {KIND: "screening", "title": f"screening of {model.name}", "units": model.units},
     )
     return _simulated(found, model, (speed, load), workers, progress) if simulate else found
 

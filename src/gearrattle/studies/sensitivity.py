@@ -28,9 +28,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.result import KIND
 from gearrattle.studies.designs import DESIGNS, ONE_AT_A_TIME, PAIRS, SALTELLI
 from gearrattle.studies.indices import indices
-from gearrattle.studies.layout import axes_in, numbers_of, output_in, sampled_in, sampling_of, subject_of
+from gearrattle.studies.layout import axes_in, numbers_of, output_in, sampled_in, sampling_of, subject_of, units_of
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.swings import swings
 
@@ -116,7 +117,8 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         ``first_order``, ``total_order`` and, along "value" and "with_value", ``second_order`` are Sobol' indices, with
         ``..._half_width`` of their 95 % intervals, and ``base_points`` that were whole. From one value at a time:
         ``base``, ``low``, ``high`` and ``swing``, what the output is, and ``low_value``, ``high_value``,
-        ``base_value``, what the values are. ``attrs["sampling"]`` tells the design. NaN where an output is the same in
+        ``base_value``, what the values are. Coordinates ``label`` and ``unit`` name the values in words,
+        ``output_unit`` is the output's; ``attrs["sampling"]`` tells the design. NaN where an output is the same in
         all cases. Cases that failed are left out.
 
     Raises:
@@ -144,10 +146,15 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         else (over, np.asarray(rows[0][name][1]))
         for name, (over, _) in rows[0].items()
     }
-    coordinates = {"value": list(paths), **({subject: values[subject].values} if subject else {})}
+    coordinates: dict[str, Any] = {"value": list(paths), **({subject: values[subject].values} if subject else {})}
+    coordinates["label"] = ("value", [str(data[path].attrs.get("long_name", path)) for path in paths])
+    coordinates["unit"] = ("value", [str(data[path].attrs.get("units", "")) for path in paths])
     if method == PAIRS:
         coordinates[_WITH] = list(paths)
-    return xr.Dataset(found, coordinates, {"output": output, "cosines": COSINES, "sampling": method})
+    units = list(units_of(data, output).values())
+    coordinates["output_unit"] = (subject, units) if subject else units[0]
+    attributes = {"output": output, "subject": subject, "cosines": COSINES, "sampling": method}
+    return xr.Dataset(found, coordinates, {KIND: "sensitivities", **attributes})
 
 
 Row = dict[str, tuple[tuple[str, ...], Any]]

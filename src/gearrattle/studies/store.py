@@ -28,6 +28,7 @@ from gearrattle.files import Refused
 from gearrattle.formats import format_name
 from gearrattle.model.path_labels import path_label
 from gearrattle.model.table import shown
+from gearrattle.result import KIND
 from gearrattle.studies.cases import DONE, MISSING, OUTCOMES, Computed, compute
 from gearrattle.studies.claims import ABOUT, Claim, check_owner, holds_one
 from gearrattle.studies.kept import (
@@ -226,7 +227,7 @@ class Store:
         group.attrs["format"] = format_name("study")
         group.attrs["source"] = f"gearrattle {version('gearrattle')}"
         group.attrs["model"] = plan.model.to_toml()
-        group.attrs.update({"kind": plan.kind, **plan.attributes})
+        group.attrs.update({KIND: "study", "kind": plan.kind, **plan.attributes})
         group.attrs["other_coordinates"] = sorted(self._extra_coordinates())
         group.attrs[OF] = plan.fingerprint
         self.flush(RESULTS)  # nothing may be missing of what the order names

@@ -9,10 +9,11 @@ Takes numbers; gives frozen records to verdicts, plots and reports.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearrattle.comparison.record import Record
 from gearrattle.json_types import json_value
+from gearrattle.result import Result
 from gearrattle.trajectory import Array
 from gearrattle.validation.effects import Explained
 
@@ -238,7 +239,7 @@ class Clock(Record):
 
 
 @dataclass(frozen=True)
-class Validation(Record):
+class Validation(Result, Record):
     """A simulated motion against a measured one.
 
     Attributes:
@@ -260,6 +261,7 @@ class Validation(Record):
         parameters: what the uncertain ones could explain; None without any, or of too few runs.
     """
 
+    kind: ClassVar[str] = "validation"
     model: str
     source: str
     algorithm: str

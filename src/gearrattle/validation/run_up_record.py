@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from gearrattle.comparison.record import Record
 from gearrattle.json_types import json_value
+from gearrattle.result import Result
 from gearrattle.trajectory import Array
 from gearrattle.validation.record import NEGLIGIBLE
 from gearrattle.validation.sigma import sigma
@@ -89,7 +90,7 @@ class Track(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class RunUp(Record):
+class RunUp(Result, Record):
     """A simulated run-up against measured ones.
 
     Attributes:
@@ -102,6 +103,7 @@ class RunUp(Record):
         notes: what the user must know.
     """
 
+    kind: ClassVar[str] = "validation of a run-up"
     model: str
     sources: tuple[str, ...]
     algorithm: str

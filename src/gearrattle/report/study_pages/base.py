@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gearrattle.plots.chart import Chart
-from gearrattle.report.answers import Answer
 from gearrattle.report.page import Section
 from gearrattle.report.tables import Table
 
@@ -34,7 +33,8 @@ class StudyPage:
         setting: what was varied.
         counts: the table below the summary.
         sections: the tables behind it all, those that have rows.
-        answer: what the terminal shows below the summary, and ``--json`` gives.
+        answer: what the terminal shows below the summary.
+        content: what ``--json`` and summary.json give: SI values, by the paths of the model file.
     """
 
     charts: Callable[[xr.Dataset], list[Chart]]
@@ -42,7 +42,8 @@ class StudyPage:
     setting: Callable[[xr.Dataset], str]
     counts: Callable[[xr.Dataset], Table]
     sections: Callable[[xr.Dataset, Messages], list[Section]]
-    answer: Callable[[xr.Dataset], Answer]
+    answer: Callable[[xr.Dataset], tuple[Table, ...]]
+    content: Callable[[xr.Dataset], dict[str, Any]]
 
 
 def joined(words: list[str]) -> str:

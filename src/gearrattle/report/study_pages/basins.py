@@ -5,7 +5,7 @@ Takes the Dataset of ``basins``; gives charts, sentences and sections.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,11 +15,10 @@ from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.basins import basin_map, keys_of, name_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.answers import Answer, shortened
 from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
-from gearrattle.report.tables import Table
+from gearrattle.report.tables import Table, shortened
 from gearrattle.studies.attractors import ATTRACTOR, CHAOS, FAR, NOTHING, UNSETTLED, orbit_of, quiet_share
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.wording import counted
@@ -141,10 +140,14 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
-def answer_of(data: xr.Dataset) -> Answer:
-    """The settled motions with their shares of the initial states, and how likely a quiet one is."""
+def answer(data: xr.Dataset) -> tuple[Table, ...]:
+    """The settled motions with their shares of the initial states."""
     whole = attractor_table(data)
-    table = Table(whole.head[:4], tuple(row[:4] for row in whole.rows))
+    return (shortened(Table(whole.head[:4], tuple(row[:4] for row in whole.rows))),)
+
+
+def content(data: xr.Dataset) -> dict[str, Any]:
+    """The same for machines, and how likely a quiet motion is."""
     motions = [
         {
             "number": n,
@@ -156,14 +159,19 @@ def answer_of(data: xr.Dataset) -> Answer:
     ]
     quiet = quiet_share(data)
     others = {"chaotic": CHAOS, "undecided": UNSETTLED, "failed": NOTHING}
-    content = {
+    return {
         "motions": motions,
         "quiet": {key: json_value(quiet[key]) for key in ("share", "low", "high")},
         **{word: int(np.count_nonzero(data["basin"].values == code)) for word, code in others.items()},
     }
-    return Answer((shortened(table),), content)
 
 
 PAGE = StudyPage(
-    charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections, answer=answer_of
+    charts=charts,
+    summary=summary_of,
+    setting=setting_of,
+    counts=counts_of,
+    sections=sections,
+    answer=answer,
+    content=content,
 )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from gearrattle.plots.axis_names import Measure, measure_of, paths_of
 from gearrattle.plots.bifurcation import diagram
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import numeral
-from gearrattle.report.answers import Answer, shortened
 from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
-from gearrattle.report.tables import Table
+from gearrattle.report.tables import Table, shortened
 from gearrattle.studies.branches import Stretch, stretches, sweeps_of, swept, swept_values
 from gearrattle.studies.cases import DONE
 from gearrattle.studies.layout import words_of
@@ -186,8 +185,13 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     return [section for section in found if any(table.rows for table in section.tables)]
 
 
-def answer_of(data: xr.Dataset) -> Answer:
+def answer(data: xr.Dataset) -> tuple[Table, ...]:
     """The stretches of one motion, and where two coexist."""
+    return shortened(stretch_table(data)), shortened(coexistence_table(data))
+
+
+def content(data: xr.Dataset) -> dict[str, Any]:
+    """The same for machines."""
     names = ("from", "to", "motion", "period", "verdict", "values")
     told = [
         {"sweep": name, **dict(zip(names, map(json_value, _stretch(each)), strict=True))}
@@ -200,10 +204,8 @@ def answer_of(data: xr.Dataset) -> Answer:
         for low, high in _runs(one)
     ]
     path = paths_of(data, swept(data))[0]
-    content = {
-        "swept": path, "unit": str(data[path].attrs.get("units", "")), "stretches": told, "coexistence": coexist,
-    }  # fmt: skip
-    return Answer((shortened(stretch_table(data)), shortened(coexistence_table(data))), content)
+    unit = str(data[path].attrs.get("units", ""))
+    return {"swept": path, "unit": unit, "stretches": told, "coexistence": coexist}
 
 
 def _stretch(found: Stretch) -> tuple[float, float, str, int | float, str, int]:
@@ -212,5 +214,11 @@ def _stretch(found: Stretch) -> tuple[float, float, str, int | float, str, int]:
 
 
 PAGE = StudyPage(
-    charts=charts, summary=summary_of, setting=setting_of, counts=counts_of, sections=sections, answer=answer_of
+    charts=charts,
+    summary=summary_of,
+    setting=setting_of,
+    counts=counts_of,
+    sections=sections,
+    answer=answer,
+    content=content,
 )

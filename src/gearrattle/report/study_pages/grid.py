@@ -17,7 +17,7 @@ from gearrattle.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.plots.scatter import histograms, probability_bars, tornado
 from gearrattle.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.plots.sweeps import output_sweep, probability_sweep
-from gearrattle.report.grid_answers import answer_of
+from gearrattle.report.grid_answers import answer, content
 from gearrattle.report.page import Section
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
@@ -190,5 +190,11 @@ def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[
 
 
 PAGE = StudyPage(
-    charts=charts, summary=summary_of, setting=setting_of, counts=count_table, sections=sections, answer=answer_of
+    charts=charts,
+    summary=summary_of,
+    setting=setting_of,
+    counts=count_table,
+    sections=sections,
+    answer=answer,
+    content=content,
 )

@@ -14,7 +14,6 @@ from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
 from gearrattle.plots.numerals import numeral, quantity
-from gearrattle.report.answers import Answer
 from gearrattle.report.page import Section
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
@@ -145,11 +144,10 @@ def _front_table(data: xr.Dataset) -> Table:
     )
 
 
-def answer_of(data: xr.Dataset) -> Answer:
+def answer(data: xr.Dataset) -> tuple[Table, ...]:
     """The best design: its objectives and its values, beside the model's own and the ranges."""
-    best, rows = int(data.attrs["best"]), []
-    own = bool(data.attrs.get("own", 0))
-    chosen = best if best >= 0 else _nearest(data)
+    best, chosen, own = _chosen(data)
+    rows = []
     for i, name in enumerate(_objectives(data)):
         unit = str(data.attrs["units"][i])
         values = data["value"].values[:, i]
@@ -161,13 +159,27 @@ def answer_of(data: xr.Dataset) -> Answer:
         ends = f"{numeral(float(low) * measure.factor, 3)} to {measure.said(float(high), 3)}"
         rows.append((measure.words, here, measure.said(float(values[0])) if own else "–", ends))
     head = ("", "best" if best >= 0 else "nearest to the limits", "the model", "sought, or range")
-    content: dict[str, Any] = {"feasible": int((data["violation"].values == 0.0).sum())}
-    content["lacking"] = lacking_values(data)
+    return (Table(head, tuple(rows)),)
+
+
+def content(data: xr.Dataset) -> dict[str, Any]:
+    """The best design, or the one nearest to the limits, and the model's own, for machines."""
+    best, chosen, own = _chosen(data)
+    designs: dict[str, Any] = {
+        "feasible": int((data["violation"].values == 0.0).sum()),
+        "lacking": lacking_values(data),
+    }
     if chosen >= 0:
-        content["optimum" if best >= 0 else "nearest to the limits"] = _design(data, chosen)
+        designs["optimum" if best >= 0 else "nearest to the limits"] = _design(data, chosen)
     if own:
-        content["model"] = _design(data, 0)
-    return Answer((Table(head, tuple(rows)),), content)
+        designs["model"] = _design(data, 0)
+    return designs
+
+
+def _chosen(data: xr.Dataset) -> tuple[int, int, bool]:
+    """The best design, -1 if none is feasible; the one to show; whether the first one is the model itself."""
+    best = int(data.attrs["best"])
+    return best, best if best >= 0 else _nearest(data), bool(data.attrs.get("own", 0))
 
 
 def _nearest(data: xr.Dataset) -> int:
@@ -196,5 +208,11 @@ def _objectives(data: xr.Dataset) -> list[str]:
 
 
 PAGE = StudyPage(
-    charts=charts, summary=summary_of, setting=setting_of, counts=counts, sections=sections, answer=answer_of
+    charts=charts,
+    summary=summary_of,
+    setting=setting_of,
+    counts=counts,
+    sections=sections,
+    answer=answer,
+    content=content,
 )

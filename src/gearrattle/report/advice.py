@@ -1,0 +1,76 @@
+"""Advice as a result: what to do before simulating, on what evidence, and what a run will show.
+
+Takes an Advice; gives its presentation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.advice import Advice
+from gearrattle.plots.numerals import numeral
+from gearrattle.report.page import Section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import records_dataset, texts
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class AdvicePage(Presentation[Advice]):
+    """What to do before simulating a driveline."""
+
+    kind = "advice"
+
+    @property
+    def title(self) -> str:
+        return self.result.model or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        topics = counted(len(self.result.lines), "piece of advice", "pieces of advice")
+        return f"{topics}, and {counted(len(self.result.forecasts), 'forecast')} that a run will settle."
+
+    def sections(self) -> tuple[Section, ...]:
+        lines, forecasts = self.answer()[0], self._forecasts()
+        return (
+            Section("advice", "Advice", self.sentence, tables=(lines,)),
+            Section("forecasts", "Forecasts", tables=(forecasts,)),
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        rows: list[tuple[str, ...]] = []
+        for line in self.result.lines:
+            rows += [(line.topic, line.words), *(("", f"- {evidence}") for evidence in line.evidence)]
+        return (Table(("topic", "advice, and its evidence"), tuple(rows), frozenset({0, 1})),)
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        advice = self.result
+        forecasts = records_dataset(advice.forecasts, "forecast", names=("quantity", "subject", "by", "unit"))
+        values = [forecast.value for forecast in advice.forecasts]
+        lines = {
+            "topic": ("line", texts(line.topic for line in advice.lines)),
+            "advice": ("line", texts(line.words for line in advice.lines)),
+            "evidence": ("line", texts("\n".join(line.evidence) for line in advice.lines)),
+            "value": ("forecast", [math.nan if isinstance(value, str) else value for value in values]),
+            "word": ("forecast", texts(value if isinstance(value, str) else "" for value in values)),
+        }
+        return forecasts.merge(xr.Dataset(lines)).assign_attrs(model=advice.model)
+
+    def _forecasts(self) -> Table:
+        rows = []
+        for forecast in self.result.forecasts:
+            value = forecast.value
+            if not isinstance(value, str):
+                number = f"{numeral(value, 3)} {forecast.unit}".removesuffix(" 1").strip()
+                value = "to the end" if math.isinf(value) else number
+            rows.append((forecast.quantity, forecast.subject, forecast.by, value))
+        return Table(("foretold", "of", "by", "forecast"), tuple(rows), frozenset({0, 1, 2}))

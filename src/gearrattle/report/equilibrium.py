@@ -1,0 +1,95 @@
+"""The static equilibrium as a result: where every element rests under the mean loads.
+
+Takes an Equilibrium; gives its presentation.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.assembly import free_names
+from gearrattle.calls.statics import Equilibrium
+from gearrattle.plots.numerals import engineering
+from gearrattle.report.linear_tables import region_in_words
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import texts
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class EquilibriumPage(Presentation[Equilibrium]):
+    """Where a driveline rests under its mean loads."""
+
+    kind = "equilibrium"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        rest = self.result
+        centre = [name for name, label in rest.region.items() if label == 0]
+        of = counted(len(rest.region), "element with corners", "elements with corners")
+        where = f"{len(centre)} of {of} {'rests' if len(centre) == 1 else 'rest'} in the centre"
+        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
+        return f"Under the mean loads, transmission errors at zero, {where}{moves}."
+
+    def answer(self) -> tuple[Table, ...]:
+        rest, si = self.result, self.result.model.units == "SI"
+        meshes = {mesh.name for mesh in rest.model.meshes}
+        elements = tuple(
+            (
+                name,
+                engineering(deflection, ("m" if name in meshes else "rad") if si else "", 4),
+                region_in_words(rest.region[name]) if name in rest.region else "linear",
+            )
+            for name, deflection in rest.deflection.items()
+        )
+        bodies = tuple(
+            (name, engineering(angle, "rad" if si else "", 4), engineering(acceleration, "rad/s²" if si else "", 4))
+            for name, angle, acceleration in zip(
+                free_names(rest.model), rest.angle.tolist(), rest.acceleration.tolist(), strict=True
+            )
+        )
+        return (
+            Table(("element", "deflection", "rests in"), elements, frozenset({0, 2}), "Elements"),
+            Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
+        )
+
+    def content(self) -> dict[str, Any]:
+        rest, names = self.result, free_names(self.result.model)
+        return {
+            "model": {"name": rest.model.name, "units": rest.model.units},
+            "angle": dict(zip(names, rest.angle.tolist(), strict=True)),
+            "deflection": rest.deflection,
+            "region": rest.region,
+            "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
+        }
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        rest, si = self.result, self.result.model.units == "SI"
+        meshes = {mesh.name for mesh in rest.model.meshes}
+        units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
+        return xr.Dataset(
+            {
+                "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
+                "acceleration": ("inertia", rest.acceleration, {"units": "rad/s^2" if si else "1"}),
+                "deflection": ("element", list(rest.deflection.values())),
+                "deflection_unit": ("element", texts(units)),
+                "region": ("clearance", list(rest.region.values())),
+            },
+            {
+                "inertia": texts(free_names(rest.model)),
+                "element": texts(rest.deflection),
+                "clearance": texts(rest.region),
+            },
+            {"model": rest.model.name},
+        )

@@ -1,0 +1,150 @@
+"""A fit as a result: the parameters with errors, every datum's residual, what stays open, other minima.
+
+Takes a Fit; gives its presentation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.identification.fitted import Fit, FittedParameter
+from gearrattle.identification.problem import Residual
+from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.records import records_dataset, texts
+from gearrattle.report.tables import Table
+from gearrattle.wording import counted, noun_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_RESPONSE = "response "
+
+
+class FitPage(ModelPresentation[Fit]):
+    """A model whose parameters were fitted to measured data."""
+
+    kind = "fit"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        fit = self.result
+        number = len(fit.undetermined)
+        combinations = noun_of(number, "combination of parameters", "combinations of parameters")
+        known = f"the data leave {number} {combinations} open" if number else "the data determine every parameter"
+        return (
+            f"{counted(len(fit.parameters), 'parameter')} fitted to {counted(len(fit.residuals), 'number')}: "
+            f"chi-square {fit.chi_square:.4g}, {counted(fit.degrees_of_freedom, 'degree')} of freedom; {known}. The "
+            f"best minimum was reached from {fit.minima[0].times} of {counted(fit.starts, 'start')}; there are "
+            f"{counted(len(fit.minima), 'distinct minimum', 'distinct minima')}."
+        )
+
+    def answer(self) -> tuple[Table, ...]:
+        minima = tuple((f"{m.chi_square:.4g}", f"{m.times}") for m in self.result.minima)
+        return (
+            self._parameters(),
+            self._residuals(),
+            self._responses(),
+            self._undetermined(),
+            Table(("chi-square", "reached from starts"), minima, frozenset(), "Minima"),
+        )
+
+    def content(self) -> dict[str, Any]:
+        return self.result.to_dict()
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        fit, paths = self.result, texts(p.path for p in self.result.parameters)
+        ends = [(math.nan, math.nan) if p.interval is None else p.interval for p in fit.parameters]
+        values = [[minimum.values[p.path] for p in fit.parameters] for minimum in fit.minima]
+        exponents = [[c.exponents.get(p.path, 0.0) for p in fit.parameters] for c in fit.undetermined]
+        shape = (len(fit.undetermined), len(fit.parameters))
+        return xr.merge(
+            [
+                records_dataset(fit.parameters, "parameter", prefix="parameter_"),
+                records_dataset(fit.residuals, "datum", prefix="datum_", units={"residual": "1"}),
+                records_dataset(fit.undetermined, "combination", prefix="combination_"),
+                xr.Dataset(
+                    {
+                        "profile_interval": (("parameter", "end"), ends),
+                        "covariance": (("parameter", "other_parameter"), fit.covariance, {"units": "1"}),
+                        "minimum_values": (("minimum", "parameter"), values),
+                        "minimum_chi_square": ("minimum", [m.chi_square for m in fit.minima], {"units": "1"}),
+                        "minimum_times": ("minimum", [m.times for m in fit.minima], {"units": "1"}),
+                        "exponent": (("combination", "parameter"), np.reshape(exponents, shape), {"units": "1"}),
+                    },
+                    {"parameter": paths, "other_parameter": paths, "end": texts(("low", "high"))},
+                ),
+            ]
+        ).assign_attrs(
+            model=fit.model.name,
+            chi_square=fit.chi_square,
+            degrees_of_freedom=fit.degrees_of_freedom,
+            starts=fit.starts,
+        )
+
+    def _parameters(self) -> Table:
+        profiled = any(p.interval is not None for p in self.result.parameters)
+        head = ("parameter", "start", "fitted", "standard error", "bounds", *(["95 % interval"] if profiled else []))
+        rows = []
+        for p in self.result.parameters:
+            bounds = f"{p.lower:.4g} ... {p.upper:.4g}" + (f", {p.at_bound} reached" if p.at_bound else "")
+            row = [p.path, f"{p.start:.6g}", f"{p.value:.6g}", _error(p), bounds]
+            rows.append((*row, *([_interval(p.interval)] if profiled else [])))
+        return Table(head, tuple(rows), title="Parameters")
+
+    def _residuals(self) -> Table:
+        rows = []
+        for r in self.result.residuals:
+            if r.label.startswith(_RESPONSE):
+                continue
+            numbers = (r.measured, r.fitted) if r.unit else (round(r.measured, 6), round(r.fitted, 6))
+            unit = f" {r.unit}" if r.unit else ""
+            rows.append(
+                (r.label, *(f"{v:.6g}{unit}" for v in numbers), f"{r.standard_error:.2g}", f"{r.residual:+.2f}")
+            )
+        return Table(("datum", "measured", "fitted", "standard error", "residual"), tuple(rows), title="Data")
+
+    def _responses(self) -> Table:
+        responses: dict[str, list[Residual]] = {}
+        for r in self.result.residuals:
+            if r.label.startswith(_RESPONSE):
+                responses.setdefault(r.label.split(": ")[0], []).append(r)
+        rows = []
+        for label, samples in responses.items():
+            squares = np.array([r.residual for r in samples]) ** 2
+            worst = samples[int(squares.argmax())].label.split(": ")[1]
+            rms, largest = math.sqrt(squares.mean()), math.sqrt(squares.max())
+            rows.append((label, f"{len(samples) // 2}", f"{rms:.3g}", f"{largest:.3g}", f"{worst} rad/s"))
+        head = ("response", "samples", "residuals, standard errors rms", "largest", "at")
+        return Table(head, tuple(rows), title="Responses")
+
+    def _undetermined(self) -> Table:
+        rows = [
+            ("not determined by the data" if c.structural else "hardly determined by the data", c.words)
+            for c in sorted(self.result.undetermined, key=lambda c: not c.structural)
+        ]
+        return Table(("", "combination"), tuple(rows), frozenset({0, 1}), "What stays open")
+
+
+def _error(p: FittedParameter) -> str:
+    if p.at_bound:
+        return "on its bound"
+    if math.isinf(p.standard_error):
+        return "not determined"
+    return f"{p.standard_error:.2g} ({100 * p.relative_error:.2g} %)"
+
+
+def _interval(ends: tuple[float, float] | None) -> str:
+    if ends is None:
+        return "–"
+    low = "below the bound" if ends[0] == 0.0 else f"{ends[0]:.5g}"
+    high = "beyond the bound" if math.isinf(ends[1]) else f"{ends[1]:.5g}"
+    return f"{low} ... {high}"

@@ -1,0 +1,87 @@
+"""The table of the kinds of results: how each one is presented.
+
+To add a kind: a class derived from ``Presentation`` in a file of this folder, and its line here.
+
+Takes a result of any kind; gives its Presentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.report.presentation import Presentation
+from gearrattle.result import KIND, Result
+
+PRESENTATIONS: Mapping[str, str] = {
+    "run": "gearrattle.report.run_report:RunReport",
+    "motion": "gearrattle.report.run_report:MotionReport",
+    "verdict": "gearrattle.report.run_report:VerdictReport",
+    "Campbell diagram": "gearrattle.report.modes:CampbellPage",
+    "modes": "gearrattle.report.modes:ModesPage",
+    "comparison": "gearrattle.report.comparison:ComparisonPage",
+    "validation": "gearrattle.report.validation:ValidationPage",
+    "validation of a run-up": "gearrattle.report.run_up_validation:RunUpPage",
+    "reduction": "gearrattle.report.reductions:ReductionPage",
+    "condensation": "gearrattle.report.reductions:CondensedPage",
+    "scaling": "gearrattle.report.scaling:ScalingPage",
+    "fit": "gearrattle.report.fits:FitPage",
+    "loop fit": "gearrattle.report.loop_fit:LoopFitPage",
+    "stiffness": "gearrattle.report.stiffness:StiffnessPage",
+    "equilibrium": "gearrattle.report.equilibrium:EquilibriumPage",
+    "advice": "gearrattle.report.advice:AdvicePage",
+    "torque over angle": "gearrattle.report.torque_angle:TorqueAnglePage",
+    "gas torque": "gearrattle.report.gas_torque:GasTorquePage",
+    "contents": "gearrattle.report.contents:ContentsPage",
+    "sound": "gearrattle.report.sound:SoundPage",
+    "reproduction": "gearrattle.reproduction.page:ReproductionPage",
+    "study": "gearrattle.report.study:StudyReport",
+    "sensitivities": "gearrattle.report.of_studies:SensitivitiesPage",
+    "rattle probability": "gearrattle.report.of_studies:ProbabilityPage",
+    "regime boundary": "gearrattle.report.of_studies:BoundaryPage",
+    "screening": "gearrattle.report.screening:ScreeningPage",
+    "spectra": "gearrattle.report.spectra:SpectraPage",
+    "density": "gearrattle.report.spectra:DensityPage",
+    "cross density": "gearrattle.report.spectra:CrossDensityPage",
+    "coherence": "gearrattle.report.spectra:CoherencePage",
+    "order map": "gearrattle.report.orders:OrderMapPage",
+    "order cuts": "gearrattle.report.orders:OrderCutsPage",
+    "waterfall": "gearrattle.report.orders:WaterfallPage",
+    "metrics": "gearrattle.report.metrics:MetricsPage",
+    "contact ratio": "gearrattle.report.contact_ratio:ContactRatioPage",
+}
+"""Kind of result -> module and class."""
+
+
+def presentation_of(result: Any) -> Presentation[Any]:
+    """Return the presentation of a result.
+
+    Args:
+        result: a ``Result``; a Dataset, DataArray, DataFrame or Series that gearrattle returned; or a presentation,
+            which is returned.
+
+    Raises:
+        ModelError: it is none of these.
+    """
+    if isinstance(result, Presentation):
+        return result
+    kind = kind_of(result)
+    if kind is None:
+        remedy = 'give what a function of gearrattle returned; it names its kind in attrs["result"]'
+        raise ModelError(Problem("result", type(result).__name__, "is no result of gearrattle", remedy))
+    return presentation_class(kind)(result)
+
+
+def presentation_class(kind: str) -> type[Presentation[Any]]:
+    """Return the class that presents a kind of result."""
+    module, _, name = PRESENTATIONS[kind].partition(":")
+    found: type[Presentation[Any]] = getattr(import_module(module), name)
+    return found
+
+
+def kind_of(result: Any) -> str | None:
+    """Return the kind of a result; None for what is none."""
+    kind = result.kind if isinstance(result, Result) else getattr(result, "attrs", {}).get(KIND)
+    return kind if kind in PRESENTATIONS else None

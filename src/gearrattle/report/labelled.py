@@ -1,0 +1,38 @@
+"""What presentations of labelled data share: its attributes, plain; whether it has units; the name of its channel.
+
+Takes Datasets and DataArrays; gives text and numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gearrattle.json_types import json_value
+from gearrattle.result import KIND
+
+_AXES = ("frequency", "time", "speed")
+
+
+def is_si(data: Any) -> bool:
+    """Whether axes have units: rad/s, seconds, hertz; those of a dimensionless model have "1"."""
+    units = (str(data.coords[name].attrs.get("units", "1")) for name in _AXES if name in data.coords)
+    return any(unit != "1" for unit in units)
+
+
+def numbers_in(data: Any, name: str) -> list[float]:
+    """Return numbers that an attribute keeps, none if there is no such one; netCDF keeps a single one as a number."""
+    return [float(value) for value in np.atleast_1d(data.attrs.get(name, []))]
+
+
+def channel_title(attributes: Mapping[Any, Any]) -> str:
+    """Return the channel, or the two, and where they come from."""
+    pair = f" and {attributes['reference']}" if "reference" in attributes else ""
+    return f"{attributes['channel']}{pair}, {' '.join(str(attributes['source']).split())}"
+
+
+def plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes in JSON types, without the kind of result and the notes, which every summary has."""
+    return {str(name): json_value(value) for name, value in attributes.items() if name not in (KIND, "format", "notes")}

@@ -1,0 +1,46 @@
+"""A result in a notebook: its sentence, its first tables and its first figure, static and small.
+
+There is no script and no style sheet: a notebook that is not trusted runs and keeps neither. Text takes the notebook's
+own colours, light or dark; a figure stands on white.
+
+Takes a result; gives HTML.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from typing import Any
+
+from markupsafe import Markup
+
+from gearrattle.plots.static import draw
+from gearrattle.report.kinds import presentation_of
+from gearrattle.report.tables import shortened
+from gearrattle.report.templates import templates
+
+_LARGEST_FIGURE = 120_000  # bytes of SVG
+_TABLES = 3
+
+
+def notebook_view(result: Any) -> str:
+    """Return a result of any kind as HTML for a notebook, at most some 200 kB.
+
+    Raises:
+        ModelError: it is no result of gearrattle.
+    """
+    presentation = presentation_of(result)
+    tables = [shortened(table) for table in presentation.answer() if table.rows][:_TABLES]
+    charts, image = presentation.charts(), None
+    if charts and len(svg := draw(charts[0], legend=True)) <= _LARGEST_FIGURE:
+        image = Markup(f"data:image/svg+xml;base64,{b64encode(svg).decode('ascii')}")
+    return (
+        templates()
+        .get_template("notebook.html.j2")
+        .render(
+            presentation=presentation,
+            tables=tables,
+            chart=charts[0] if charts else None,
+            image=image,
+            count=len(charts),
+        )
+    )

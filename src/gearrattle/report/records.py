@@ -1,0 +1,72 @@
+"""Records as a Dataset: a variable a field, a row a record.
+
+Takes frozen dataclasses of one kind; gives a Dataset.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def records_dataset(
+    records: Sequence[Any],
+    dimension: str,
+    *,
+    prefix: str = "",
+    names: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Return the fields of records that are numbers or text, each as a variable over one dimension.
+
+    Args:
+        records: dataclasses of one kind; None among numbers becomes NaN, fields of another type are left out.
+        dimension: its name.
+        prefix: of the names of variables.
+        names: fields to take; empty: all.
+        units: by field.
+    """
+    import xarray as xr
+
+    columns = {}
+    for field in fields(records[0]) if records else ():
+        values = [getattr(record, field.name) for record in records]
+        if names and field.name not in names:
+            continue
+        if all(value is None or isinstance(value, bool | int | float | np.number) for value in values):
+            whole = all(isinstance(value, bool | int) for value in values)
+            column = np.array([math.nan if value is None else value for value in values], np.int64 if whole else float)
+        elif all(isinstance(value, str) for value in values):
+            column = np.array(values, dtype=np.str_)
+        else:
+            continue
+        unit = (units or {}).get(field.name)
+        columns[f"{prefix}{field.name}"] = (dimension, column, {"units": unit} if unit else {})
+    return xr.Dataset(columns)
+
+
+def stacked(rows: Sequence[Any]) -> Any:
+    """Return rows of numbers as one array, the shorter ones filled up with NaN.
+
+    Args:
+        rows: (m,) sequences of any length.
+
+    Returns:
+        (m, longest) numbers.
+    """
+    table = np.full((len(rows), max((len(row) for row in rows), default=0)), math.nan)
+    for target, row in zip(table, rows, strict=True):
+        target[: len(row)] = row
+    return table
+
+
+def texts(words: Iterable[str]) -> Any:
+    """Return text as an array that netCDF can hold."""
+    return np.array(list(words), dtype=np.str_)

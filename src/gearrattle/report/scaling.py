@@ -1,0 +1,80 @@
+"""A model without dimensions as a result: what counts as one, the coefficients, and the conditioning.
+
+Takes a Nondimensional, and the Stiffness of its model; gives their presentation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from gearrattle.calls.scaling import Nondimensional
+from gearrattle.calls.stiffness import Stiffness, stiffness
+from gearrattle.report.presentation import ModelPresentation
+from gearrattle.report.records import texts
+from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_UNITS = {"frequency": "rad/s", "angle": "rad", "length": "m", "radius": "m", "inertia": "kg m^2"}
+
+
+class ScalingPage(ModelPresentation[Nondimensional]):
+    """A model in multiples of its characteristic quantities."""
+
+    kind = "scaling"
+
+    def __init__(self, result: Nondimensional, stiff: Stiffness | None = None) -> None:
+        """Present a model without dimensions.
+
+        Args:
+            result: the model with its scales.
+            stiff: condition numbers of the model in SI; default: every clearance closed.
+        """
+        super().__init__(result)
+        self.stiff = stiffness(result.original) if stiff is None else stiff
+
+    @property
+    def title(self) -> str:
+        return self.result.original.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        scales = asdict(self.result.scales).items()
+        return f"One stands for {', '.join(f'{name} {value:.6g} {_UNITS[name]}' for name, value in scales)}."
+
+    def answer(self) -> tuple[Table, ...]:
+        found, r_lambda = self.result, f"{self.stiff.r_lambda:.4g}"
+        scales = tuple((name, f"{value:.6g} {_UNITS[name]}") for name, value in asdict(found.scales).items())
+        coefficients = tuple((name, f"{value:.6g}") for name, value in found.coefficients.items())
+        conditions = tuple((name, f"{value:.4g}", r_lambda) for name, value in self.stiff.condition.items())
+        note = "R_lambda is the same in all: changes of coordinates and units are similarity transforms."
+        return (
+            Table(("unit", ""), scales),
+            Table(("coefficient", ""), coefficients),
+            Table(("formulation", "condition number", "R_lambda"), conditions, note=note),
+        )
+
+    def content(self) -> dict[str, Any]:
+        return {
+            "scales": asdict(self.result.scales),
+            "coefficients": self.result.coefficients,
+            "r_lambda": self.stiff.r_lambda,
+            "condition": self.stiff.condition,
+        }
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        scales, coefficients = asdict(self.result.scales), self.result.coefficients
+        return xr.Dataset(
+            {
+                **{f"scale_{name}": ((), value, {"units": _UNITS[name]}) for name, value in scales.items()},
+                "coefficient": ("name", list(coefficients.values()), {"units": "1"}),
+                "condition_number": ("formulation", list(self.stiff.condition.values()), {"units": "1"}),
+                "r_lambda": ((), self.stiff.r_lambda, {"units": "1"}),
+            },
+            {"name": texts(coefficients), "formulation": texts(self.stiff.condition)},
+            {"model": self.result.original.name},
+        )

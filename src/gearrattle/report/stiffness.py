@@ -1,0 +1,203 @@
+"""Numerical stiffness as a result: eigenvalues, R_lambda over contact ratios and regions, and fixed steps.
+
+Takes a Stiffness, and what was computed with it; gives their presentation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.calls.steps import StepLimit
+from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.records import records_dataset, stacked, texts
+from gearrattle.report.tables import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class OverRatios:
+    """R_lambda over the contact ratio of one element after the other.
+
+    Attributes:
+        ratios: (R,) contact ratios.
+        r_lambda: (R,) values by element.
+    """
+
+    ratios: tuple[float, ...]
+    r_lambda: Mapping[str, Sequence[float]]
+
+
+class StiffnessPage(Presentation[Stiffness]):
+    """How stiff a driveline is to an integrator."""
+
+    kind = "stiffness"
+
+    def __init__(
+        self,
+        result: Stiffness,
+        over: OverRatios | None = None,
+        regions: Sequence[RegionStiffness] = (),
+        limits: Sequence[StepLimit] = (),
+        notes: Sequence[str] = (),
+    ) -> None:
+        """Present the stiffness of a driveline.
+
+        Args:
+            result: with every clearance replaced by one slope.
+            over: R_lambda over contact ratios.
+            regions: of the driveline, or those that a motion visits.
+            limits: of fixed steps.
+            notes: on these.
+        """
+        super().__init__(result)
+        self.over, self.regions, self.limits = over, regions, limits
+        self.more_notes = tuple(notes)
+        self.si = result.model.units == "SI"
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "driveline"
+
+    @property
+    def sentence(self) -> str:
+        return f"R_lambda {self.result.r_lambda:.6g} ({self.result.stiffness_class}), rigid motions left out."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        unstable = (
+            f"{limit.algorithm}: a step multiplies a mode by {_growth(limit.growth)}: unstable"
+            for limit in self.limits
+            if limit.growth > 1.0 + 1e-9
+        )
+        return (*self.more_notes, *self.result.notes, *unstable)
+
+    def answer(self) -> tuple[Table, ...]:
+        return self._eigenvalues(), self._conditions(), self._over_ratios(), self._regions(), self._steps()
+
+    def content(self) -> dict[str, Any]:
+        found, content = self.result, {}
+        if self.over is not None:
+            content["over"] = {"contact_ratio": self.over.ratios, "r_lambda": self.over.r_lambda}
+        return {
+            "r_lambda": found.r_lambda,
+            "stiffness_class": found.stiffness_class,
+            "eigenvalues": _complex(found.eigenvalues),
+            "rigid_eigenvalues": _complex(found.rigid_eigenvalues),
+            "condition": found.condition,
+            **content,
+            "regions": [_region(region) for region in self.regions],
+            "steps": self.limits,
+        }
+
+    def data(self) -> xr.Dataset:
+        import xarray as xr
+
+        found, rate = self.result, {"units": "1/s" if self.si else "1"}
+        parts = [
+            xr.Dataset(
+                {
+                    "r_lambda": ((), found.r_lambda, {"units": "1"}),
+                    "eigenvalue": (("part", "eigenvalue_number"), _parts(found.eigenvalues), rate),
+                    "rigid_eigenvalue": (("part", "rigid_eigenvalue_number"), _parts(found.rigid_eigenvalues), rate),
+                    "condition_number": ("formulation", list(found.condition.values()), {"units": "1"}),
+                },
+                {"formulation": texts(found.condition), "part": texts(("real", "imaginary"))},
+                {"model": found.model.name, "stiffness_class": found.stiffness_class},
+            )
+        ]
+        if self.over is not None and self.over.r_lambda:
+            table = ("element", "contact_ratio"), list(self.over.r_lambda.values()), {"units": "1"}
+            coordinates = {"element": texts(self.over.r_lambda), "contact_ratio": list(self.over.ratios)}
+            parts.append(xr.Dataset({"r_lambda_over_contact_ratio": table}, coordinates))
+        if self.regions:
+            parts.append(self._region_data())
+        seconds = "s" if self.si else "1"
+        units = {"step": seconds, "largest_step": seconds, "product": "1", "growth": "1"}
+        parts.append(records_dataset(self.limits, "algorithm_number", prefix="fixed_step_", units=units))
+        return xr.merge(parts)
+
+    def _region_data(self) -> xr.Dataset:
+        import xarray as xr
+
+        clearances = list(self.regions[0].labels)
+        eigenvalues = [region.eigenvalues.elastic for region in self.regions]
+        by_region, rate = ("region", "region_eigenvalue"), {"units": "1/s" if self.si else "1"}
+        return xr.Dataset(
+            {
+                "region_label": (("region", "clearance"), [list(region.labels.values()) for region in self.regions]),
+                "region_r_lambda": ("region", [r.eigenvalues.r_lambda for r in self.regions], {"units": "1"}),
+                "region_share": ("region", [r.share for r in self.regions], {"units": "1"}),
+                "region_eigenvalue_real": (by_region, stacked([values.real for values in eigenvalues]), rate),
+                "region_eigenvalue_imaginary": (by_region, stacked([values.imag for values in eigenvalues]), rate),
+            },
+            {"clearance": texts(clearances)},
+        )
+
+    def _eigenvalues(self) -> Table:
+        values = [value for value in self.result.eigenvalues.tolist() if value.imag >= 0.0]
+        rows = tuple((f"{value.real:.6g} {value.imag:+.6g}i", f"{abs(value):.6g}") for value in values)
+        return Table(("eigenvalue [1/s]" if self.si else "eigenvalue", "magnitude"), rows)
+
+    def _conditions(self) -> Table:
+        rows = tuple((name, f"{value:.4g}") for name, value in self.result.condition.items())
+        return Table(("formulation", "condition number of the Jacobian"), rows)
+
+    def _over_ratios(self) -> Table:
+        if self.over is None:
+            return Table((), ())
+        values = self.over.r_lambda.values()
+        rows = tuple((f"{ratio:g}", *(f"{v[j]:.5g}" for v in values)) for j, ratio in enumerate(self.over.ratios))
+        return Table(("R_lambda over contact ratio", *self.over.r_lambda), rows)
+
+    def _regions(self) -> Table:
+        if not self.regions:
+            return Table((), ())
+        has_share = not math.isnan(self.regions[0].share)
+        rows = []
+        for region in self.regions:
+            values = region.eigenvalues
+            numbers = (f"{values.r_lambda:.5g}", values.stiffness_class, f"{values.fastest:.5g}")
+            share = (f"{100.0 * region.share:.4g}",) if has_share else ()
+            rows.append((*map(str, region.labels.values()), *numbers, *share))
+        largest = "largest [1/s]" if self.si else "largest"
+        shares = ("share of time [%]",) if has_share else ()
+        return Table((*self.regions[0].labels, "R_lambda", "class", largest, *shares), tuple(rows))
+
+    def _steps(self) -> Table:
+        rows = tuple(
+            (x.algorithm, f"{x.step:.5g}", f"{x.product:.4g}", f"{x.growth:.5g}", f"{x.largest_step:.5g}")
+            for x in self.limits
+        )
+        unit = " [s]" if self.si else ""
+        return Table(("fixed step", f"step{unit}", "largest x step", "growth", f"limit{unit}"), rows)
+
+
+def _growth(growth: float) -> str:
+    return f"{growth:.4g}" if growth > 1.001 else f"1 + {growth - 1.0:.2g}"
+
+
+def _complex(values: Any) -> list[list[float]]:
+    return [[value.real, value.imag] for value in values.tolist()]
+
+
+def _parts(values: Any) -> Any:
+    return np.array([values.real, values.imag])
+
+
+def _region(region: RegionStiffness) -> dict[str, Any]:
+    return {
+        "labels": region.labels,
+        "r_lambda": region.eigenvalues.r_lambda,
+        "stiffness_class": region.eigenvalues.stiffness_class,
+        "share": region.share,
+        "eigenvalues": _complex(region.eigenvalues.elastic),
+        "rigid_eigenvalues": _complex(region.eigenvalues.rigid),
+    }
