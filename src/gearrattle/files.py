@@ -26,6 +26,7 @@ _DEFAULT_LIMIT = 1_000_000_000
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 
 _HEAP = b"GCOL\x01\0\0\0"
+_MOST_SEARCHED = 200_000_000  # bytes, for all heaps together: a tenth of a second
 _EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file tells wrong places
 _FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
@@ -182,13 +183,19 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     has index 0 and a size that counts its own header. The inside of large datasets is not searched for heaps. Format:
     The HDF Group, HDF5 File Format Specification 3.0, III.E.
 
+    A string is told by its length (4 bytes), the heap's address and the object's index (4 bytes); the library takes as
+    much memory as the length says. These are looked for as well, but in files of very many heaps.
+
     Raises:
-        Refused: such an object.
+        Refused: such an object, or a string longer than the file.
     """
-    width, size, objects = file.id.get_create_plist().get_sizes()[1], os.path.getsize(path), 0
-    header, most = 8 + width, 2 ** (8 * width)
+    import h5py
+
+    (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
+    header, most, insides = 8 + width, 2 ** (8 * width), _insides(file)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        for begin in _heaps(content, _insides(file)):
+        heaps = list(_places(content, _HEAP, insides))
+        for begin in heaps:
             end = min(begin + int.from_bytes(content[begin + 8 : begin + header], "little"), size)
             at = begin + header
             while at + header <= end:
@@ -199,13 +206,27 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 if not header <= padded < most // 2 or objects > size // header:
                     raise Refused("is damaged: an object of a global heap has an impossible size", "write it again")
                 at += padded
+        for _, item in datasets(file):
+            at, kind = item.id.get_offset(), item.id.get_type()
+            if at and (kind.get_class() == h5py.h5t.VLEN or getattr(kind, "is_variable_str", bool)()):
+                lengths = content[at : at + item.size * (8 + address)]
+                step = 8 + address
+                if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
+                    raise Refused("is damaged: a string is longer than the file", "write it again")
+        searched = size - sum(end - first for first, end in insides)
+        for begin in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
+            for at in _places(content, (begin - file.userblock_size).to_bytes(address, "little"), insides):
+                length = int.from_bytes(content[max(0, at - 4) : at], "little")
+                index = int.from_bytes(content[at + address : at + address + 4], "little")
+                if length > size and 0 < index < 2**16:  # of a string in this heap
+                    raise Refused("is damaged: a string is longer than the file", "write it again")
 
 
-def _heaps(content: mmap.mmap, insides: list[tuple[int, int]]) -> Iterator[int]:
-    """Yield where heaps begin, but for those inside of large datasets."""
+def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> Iterator[int]:
+    """Yield where some bytes stand in a file, but for the insides of large datasets."""
     last = 0
     for first, end in [*insides, (len(content), len(content))]:
-        while (last := content.find(_HEAP, last, first + len(_HEAP))) >= 0:
+        while (last := content.find(what, last, first + len(what))) >= 0:
             yield last
             last += 1
         last = end

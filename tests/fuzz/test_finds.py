@@ -237,3 +237,35 @@ def test_a_string_of_an_unknown_encoding_is_refused(tmp_path: Path) -> None:
     for read in (gr.read, gr.open_run):
         with pytest.raises(ModelError, match=r"x\.nc"):
             read(path)
+
+
+@pytest.mark.parametrize("place", ["attribute", "dataset"])
+def test_a_string_longer_than_its_file_is_refused_before_memory_is_taken(place: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = file["time"] = np.arange(4.0)
+        if place == "attribute":
+            file["x"].attrs["units"] = "rad/s"
+        else:
+            file["label"] = ["rad/s"]
+    content = bytearray(path.read_bytes())
+    reference = struct.pack("<IQI", 5, content.index(b"GCOL"), 1)
+    assert content.count(reference) == 1
+    struct.pack_into("<I", content, content.index(reference), 2**32 - 16)
+    path.write_bytes(content)
+    for read in (gr.read, gr.open_run):
+        with pytest.raises(ModelError, match="a string is longer than the file"):
+            read(path)
+
+
+def test_records_larger_than_memory_are_refused(tmp_path: Path) -> None:
+    pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    record = struct.pack("<II", 24, 0)  # bytes of a record, and those that tell what is invalid
+    assert content.count(record) == 1
+    struct.pack_into("<I", content, content.index(record), 4_278_190_104)
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match="GB of a file are read"):
+        gr.read(path)

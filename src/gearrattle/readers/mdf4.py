@@ -81,6 +81,10 @@ def _check_size(file: Any, entries: list[tuple[str, int, int]], request: Request
     groups = {group for name, group, _ in entries if request.names is None or name in request.names}
     samples = {group: int(file.groups[group].channel_group.cycles_nr) for group in groups}
     within_limit(sum(16 * samples[group] for _, group, _ in entries if group in groups))
+    for group in groups:
+        records = file.groups[group].channel_group
+        record = records.samples_byte_nr + getattr(records, "invalidation_bytes_nr", 0)
+        within_limit(samples[group] * record)
     unpacked = 0
     for group in groups:
         for number, block in enumerate(file.groups[group].get_data_blocks()):
