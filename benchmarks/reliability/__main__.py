@@ -52,7 +52,8 @@ Promised, and attacked here:
 
 A failure is an input with any other end. `damaged input` means generated files: a sound file of each kind with tokens, numbers or bytes
 changed, cut or repeated; nothing is simulated from it. Where atheris is installed, some inputs are chosen by the code that they reach
-(*guided*). Failures found earlier are mended and kept as tests (`tests/fuzz/test_finds.py`); the counts are of the last campaign.
+(*guided*). Failures found earlier are mended and kept as tests (`tests/fuzz/test_finds.py`); the counts of an attack begin anew when it has
+found one.
 
 | attack | tried | of them guided | failures | date | again |
 |---|---|---|---|---|---|

@@ -31,7 +31,6 @@ from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
 from gearrattle.plots.stored import packed_charts, read_charts
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.drawn import charts_of
-from gearrattle.report.saved import write_netcdf
 from gearrattle.sound.wave import read_wav
 from gearrattle.studies.file import read_study
 
@@ -199,7 +198,7 @@ def _stream(folder: Path) -> None:
 
 def _densities(folder: Path) -> list[bytes]:
     spectrum = gr.spectra(recording(), "n", resolution="100 Hz")
-    write_netcdf(spectrum, folder / "seed.nc", "spectra")
+    gr.save(spectrum, folder / "seed.nc")
     return [(folder / "seed.nc").read_bytes()]
 
 

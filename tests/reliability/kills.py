@@ -32,6 +32,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
 import numpy as np
@@ -341,8 +342,10 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", choices=names, action="append")
     parser.add_argument("--output", type=Path, default=RESULTS)
+    parser.add_argument("--add", action="store_true", help="add the counts to those of earlier campaigns")
     asked = parser.parse_args()
     rng = np.random.default_rng(asked.seed)
+    earlier = json.loads(asked.output.read_text(encoding="utf-8"))["rows"] if asked.add else []
     if asked.every is not None:
         asked.only = ["processes"]
         times = np.arange(asked.every, 5.0 + 1e-9, asked.every)
@@ -363,23 +366,31 @@ def main() -> int:
                 print(f"{attack.name}: {note}", file=sys.stderr, flush=True)
             if (i + 1) % 20 == 0:
                 print(f"{i + 1} kills", file=sys.stderr, flush=True)
-                _write(made, asked.output, asked.seed)
+                _write(made, asked, earlier)
         for attack in made:
             finish(attack)
             print(f"{attack.name}: {attack.tried} kills, failures {attack.failures}", file=sys.stderr, flush=True)
-        _write(made, asked.output, asked.seed)
+        _write(made, asked, earlier)
     return int(any(sum(attack.failures.values()) for attack in made))
 
 
-def _write(made: list[Attack], path: Path, seed: int) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = [
-        {"attack": f"kills: {attack.name}", "tried": attack.tried, "failures": sum(attack.failures.values()),
-         "kinds": attack.failures, "notes": attack.notes}
-        for attack in made
-    ]  # fmt: skip
-    content = {"date": time.strftime("%Y-%m-%d"), "seed": seed, "rows": rows}
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+def _write(made: list[Attack], asked: argparse.Namespace, earlier: list[dict[str, Any]]) -> None:
+    """Write the counts, added to earlier ones of the same name; at all multiples of a time is an attack of its own."""
+    which = "" if asked.every is None else f", each signal every {asked.every:g} s of the first five"
+    rows = {row["attack"]: row for row in earlier}
+    for attack in made:
+        name = f"kills: {attack.name}{which}"
+        before = rows.get(name, {"tried": 0, "failures": 0, "kinds": {}, "notes": []})
+        rows[name] = {
+            "attack": name,
+            "tried": before["tried"] + attack.tried,
+            "failures": before["failures"] + sum(attack.failures.values()),
+            "kinds": {kind: before["kinds"].get(kind, 0) + count for kind, count in attack.failures.items()},
+            "notes": [*before["notes"], *attack.notes],
+        }
+    asked.output.parent.mkdir(parents=True, exist_ok=True)
+    content = {"date": time.strftime("%Y-%m-%d"), "seed": asked.seed, "rows": list(rows.values())}
+    asked.output.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
