@@ -80,7 +80,7 @@ class Gathered:
 
     Attributes:
         scope: what has been gathered.
-        tallies: by the name of the criterion.
+        tallies: by the name of the sums (``Criterion.sums``).
     """
 
     scope: Scope
@@ -106,15 +106,15 @@ class Gathered:
         if not arrays:
             return None
         (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
-        tallies: dict[str, dict[str, NDArray[Any]]] = {criterion.name: {} for criterion in CRITERIA}
+        tallies: dict[str, dict[str, NDArray[Any]]] = {criterion.sums: {} for criterion in CRITERIA}
         for name in set(arrays) - {"span", "grid"}:
-            criterion, _, key = name.partition("/")
-            tallies[criterion][key] = arrays[name]
+            sums, _, key = name.partition("/")
+            tallies[sums][key] = arrays[name]
         return cls(Scope(layout, Window(start, end, first, last, cycles), per_cycle, algorithm), tallies)
 
 
 def gather(trajectory: Trajectory, before: Gathered | None = None) -> Gathered:
-    """Let every criterion gather from the next chunk of a motion.
+    """Gather from the next chunk of a motion what the criteria read, each kind of sums once.
 
     Args:
         trajectory: the chunk, of whole cycles.
@@ -124,7 +124,11 @@ def gather(trajectory: Trajectory, before: Gathered | None = None) -> Gathered:
         ModelError: if no cycle of the chunk remains after the discarded ones.
         GearRattleError: if the log of corner crossings has a gap.
     """
-    tallies = {c.name: c.gather(trajectory, None if before is None else before.tallies[c.name]) for c in CRITERIA}
+    readers = {criterion.sums: criterion for criterion in CRITERIA}
+    tallies = {
+        sums: criterion.gather(trajectory, None if before is None else before.tallies[sums])
+        for sums, criterion in readers.items()
+    }
     return Gathered(scope_of(trajectory, None if before is None else before.scope), tallies)
 
 
@@ -136,8 +140,8 @@ def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
         units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
     """
     scope, tallies = gathered.scope, gathered.tallies
-    entries = [item for criterion in CRITERIA for item in criterion.tell(tallies[criterion.name], scope)]
-    parts = worst_first(measure_parts(entries, scope, tallies[ImpactStatistics.name]))
+    entries = [item for criterion in CRITERIA for item in criterion.tell(tallies[criterion.sums], scope)]
+    parts = worst_first(measure_parts(entries, scope, tallies[ImpactStatistics.sums]))
     if units != "SI":
         entries = [item if item.unit in _UNITS_WITHOUT_DIMENSION else _bare(item) for item in entries]
         parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
@@ -176,6 +180,6 @@ def _distinct(notes: Iterable[str]) -> tuple[str, ...]:
 
 def _density(gathered: Gathered) -> Spectrum | None:
     try:
-        return density_of(gathered.tallies[AccelerationSpectrum.name], gathered.scope)
+        return density_of(gathered.tallies[AccelerationSpectrum.sums], gathered.scope)
     except ModelError:
         return None

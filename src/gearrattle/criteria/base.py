@@ -100,6 +100,10 @@ class Criterion(Protocol):
         """Where the formula comes from."""
 
     @property
+    def sums(self) -> str:
+        """Which sums it reads: criteria of one name gather the same, and it is gathered once for all of them."""
+
+    @property
     def merging(self) -> str:
         """How the values of consecutive chunks become those of the whole, and what of them cannot."""
 

@@ -11,10 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from gearrattle.criteria.base import PAPER, Entry, Measures, Scope, Tally, Telling, entry, measured
-from gearrattle.signals import centre_words, dwell_times, outside, steady
+from gearrattle.signals import add_crossings, centre_words, outside, pieces_of, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 
@@ -27,6 +25,7 @@ class ContactShare(Telling):
     formula: str = "time outside the centre / time, over [discard T, end], from event times"
     unit: str = "1"
     source: str = f"{PAPER}, sec. 6"
+    sums: str = "crossings"
     merging: str = "exact: times add up"
 
     def occasional(self, layout: Layout) -> list[Entry]:
@@ -34,17 +33,14 @@ class ContactShare(Telling):
         return [entry(self, name, "contact share", 1.0) for name in layout.clearance_names]
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return dwell (pieces of all clearances,): the time in each region [s]."""
-        window, count = steady(trajectory), trajectory.layout.clearance.size
-        times = np.concatenate([np.zeros(0), *(dwell_times(trajectory, k, window) for k in range(count))])
-        return {"dwell": times if before is None else before["dwell"] + times}
+        """Return dwell (pieces of all clearances,): the time in each region [s]; beside other sums of crossings."""
+        return add_crossings(before, trajectory, steady(trajectory))
 
     def measure(self, tally: Tally, layout: Layout, _cycles: int, duration: Array) -> Measures:
         """Return the contact share and the share of every region, for every clearance."""
         found: dict[tuple[str, str], Array] = {}
-        pieces = np.cumsum([0, *(stiffness.size for stiffness in layout.stiffness_of_piece)])
         for k, name in enumerate(layout.clearance_names):
-            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][..., pieces[k] : pieces[k + 1]]
+            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][..., pieces_of(layout, k)]
             shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
             found[name, "contact share"] = outside(layout, k, shares)
             found |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}

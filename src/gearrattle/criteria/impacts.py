@@ -31,7 +31,7 @@ from gearrattle.criteria.base import (
     impulse_unit,
     measured,
 )
-from gearrattle.signals import add_impacts, centre_words, measure_impacts, steady, summarise_impacts
+from gearrattle.signals import add_crossings, centre_words, measure_impacts, steady, summarise_impacts
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 _SEVERITY = {
@@ -53,7 +53,7 @@ class ImpactStatistics(Telling):
     formula: str = "crossings into contact, from the centre or outward (|to| > |from|), in [discard T, end]"
     unit: str = "1/cycle"
     source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
-
+    sums: str = "crossings"
     merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
 
     def occasional(self, layout: Layout) -> list[Entry]:
@@ -69,8 +69,8 @@ class ImpactStatistics(Telling):
         return entries
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return counts, sums and peaks by clearance, and the contacts still open (see ``add_impacts``)."""
-        return add_impacts(before, trajectory, steady(trajectory))
+        """Return counts, sums and peaks by clearance, and the contacts still open."""
+        return add_crossings(before, trajectory, steady(trajectory))
 
     def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
         """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""

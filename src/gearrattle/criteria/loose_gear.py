@@ -38,7 +38,7 @@ class LooseGear(Telling):
     formula: str = "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]"
     unit: str = "dB"
     source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
-
+    sums: str = "peaks"
     merging: str = "exact: the peak of all is the largest peak"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:

@@ -24,7 +24,7 @@ def measure_parts(entries: Sequence[Entry], scope: Scope, impacts: Tally) -> lis
     Args:
         entries: those of all criteria.
         scope: what they are of.
-        impacts: sums over the impacts (see ``add_impacts``).
+        impacts: sums over the crossings (``signals.crossing_sums``).
     """
     said = {(item.criterion, item.quantity, item.subject): item.value for item in entries}
     margins: dict[str, float] = {}

@@ -25,7 +25,7 @@ class PeakToPeak(Telling):
     formula: str = "max theta_i'' - min theta_i'' over the last 8 T"
     unit: str = "rad/s^2"
     source: str = f"{PAPER}, sec. 8 and Table 5"
-
+    sums: str = "last cycles"
     merging: str = "exact: extremes of each of the last eight cycles are kept across chunks"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:

@@ -27,7 +27,7 @@ from gearrattle.criteria.base import (
     judged_elements,
     measured,
 )
-from gearrattle.signals import centre_words, sides_crossed, steady
+from gearrattle.signals import add_crossings, centre_words, steady
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 
@@ -40,6 +40,7 @@ class ImpactRegime(Telling):
     formula: str = "corners crossed in [discard T, end]: none, on one side of the centre, on both"
     unit: str = ""
     source: str = f"{PAPER}, sec. 6 and Fig. 3"
+    sums: str = "crossings"
     merging: str = "exact: a side crossed in any chunk is crossed"
 
     def occasional(self, layout: Layout) -> list[Entry]:
@@ -47,10 +48,8 @@ class ImpactRegime(Telling):
         return [entry(self, layout.element_names[element], "regime", "quiet") for element, _ in judged_elements(layout)]
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return sides (K, 2): 1 where a clearance crosses corners of its drive side, of its coast side."""
-        window, count = steady(trajectory), trajectory.layout.clearance.size
-        sides = np.array([sides_crossed(trajectory, k, window) for k in range(count)], dtype=float).reshape(-1, 2)
-        return {"sides": sides if before is None else np.maximum(before["sides"], sides)}
+        """Return sides (K, 2): 1 where a clearance crosses corners of its drive side, of its coast side; and others."""
+        return add_crossings(before, trajectory, steady(trajectory))
 
     def measure(self, tally: Tally, layout: Layout, _cycles: int, _duration: Array) -> Measures:
         """Return the regime of every mesh and clearance, by its severity; a mesh without a corner is quiet."""

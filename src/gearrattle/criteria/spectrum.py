@@ -47,7 +47,7 @@ class AccelerationSpectrum(Telling):
     formula: str = "Fourier sums over [discard T, end]"
     unit: str = "rad/s^2"
     source: str = f"Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; {PAPER}, sec. 8"
-
+    sums: str = "spectra"
     merging: str = (
         "exact: sums of the least squares and of the segments' densities add up, segments reach across chunks; "
         "super- and sub-harmonics are of the longest chunk's number of last cycles only"

@@ -27,7 +27,7 @@ class Transmissibility(Telling):
     formula: str = "rms(theta_i'') / rms(theta_r'') and pp(theta_i'') / pp(theta_r''), r: reference inertia, last 8 T"
     unit: str = "1"
     source: str = f"{PAPER}, eqs. (23)-(25)"
-
+    sums: str = "last cycles"
     merging: str = "exact: levels of each of the last eight cycles are kept across chunks"
 
     def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+
 T = TypeVar("T", "Coefficients", "Tallies")
 
 
@@ -74,8 +76,19 @@ class Judged(NamedTuple):
     gap: Any  # (K,) whether its centre is free of stiffness, 1 or 0
 
 
+class Crossings(NamedTuple):
+    """Crossings of corners, ordered by time, then element."""
+
+    time: Any  # (E,) [s]
+    clearance: Any  # (E,)
+    origin: Any  # (E,) pieces left, the lowest of a clearance is 0
+    to: Any  # (E,) pieces entered
+    rate: Any  # (E,) deflection rate [rad/s or m/s]
+    integral: Any  # (E,) of the element's force since t = 0 [N m s or N s]
+
+
 class Tallies(NamedTuple):
-    """The tallies of V variants, each array with a leading axis (V, ...)."""
+    """What is kept of the crossings of V motions, each array with a leading axis (V, ...)."""
 
     sides: Any  # (K, 2) 1 where corners of the drive side, of the coast side are crossed
     dwell: Any  # (pieces,) time in each region [s]
@@ -88,12 +101,28 @@ class Tallies(NamedTuple):
     top_change: Any  # (K,) largest change of the deflection rate, begin to end of a contact
     push: Any  # (K,) sum of their contact impulses
     top_push: Any  # (K,)
+    lost: Any  # (K,) sum of v^2 - v'^2 of contacts that have ended
+    kept: Any  # (K,) sum of |v'| / |v| of those with v other than zero
+    moving: Any  # (K,) how many these are
+    held: Any  # (K,) time in contacts that have ended [s]
+    same: Any  # (K,) impacts on the flank of the contact before
+    other: Any  # (K,) impacts on the other one
+    flank: Any  # (K,) of the last contact: 1 drive, -1 coast, 0 none yet
     final: Any  # (K,) force integral at the end
     open: Any  # (corners,) 1 where a contact has not ended
     begun: Any  # (corners,) the force integral at its begin
     met: Any  # (corners,) the speed at its begin
+    since: Any  # (corners,) when it began [s]
     crossings: Any  # (1,) crossings in the window
     calls: Any  # (1,) function calls of the algorithm
+
+
+def room_for(count: int, judged: Judged) -> Tallies:
+    """Tallies of so many motions, all zero."""
+    clearances, pieces = judged.label.size, int(judged.pieces[-1])
+    shapes = {"sides": (clearances, 2), "dwell": (pieces,), "crossings": (1,), "calls": (1,)}
+    shapes |= dict.fromkeys(("open", "begun", "met", "since"), (pieces - clearances,))
+    return Tallies(*(np.zeros((count, *shapes.get(name, (clearances,)))) for name in Tallies._fields))
 
 
 def picked(many: T, which: Any) -> T:

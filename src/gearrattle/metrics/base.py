@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.signals import amplitudes_from, harmonics, loose_gears, order_sums, resolved
+from gearrattle.signals.crossing_sums import Contacts, Sides, Sums, contacts_of, sides_of, sums_of
 from gearrattle.signals.levels import thinned
-from gearrattle.signals.summaries import Contacts, Sides, Summary, contacts_of, sides_of, summary_of
+from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
@@ -92,15 +93,19 @@ class Heard:
         """Whether there is an exact log of crossings."""
         return self.motion is not None
 
+    @cached_property
+    def crossings(self) -> Sums:
+        """What the crossings in the window add up to, to metrics that need the log."""
+        assert self.motion is not None
+        return sums_of(self.motion)
+
     def contacts(self, clearance: int) -> Contacts:
         """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""
-        assert self.motion is not None
-        return contacts_of(self.motion, clearance)
+        return contacts_of(self.crossings, self.plate, clearance, float(self.time[-1]))
 
     def sides(self, clearance: int) -> Sides:
         """Return where a clearance spends its time and how its impacts change flanks, to metrics that need the log."""
-        assert self.motion is not None
-        return sides_of(self.motion, clearance)
+        return sides_of(self.crossings, self.plate, clearance, self.duration)
 
     @property
     def taken(self) -> tuple[Array, float, float] | None:

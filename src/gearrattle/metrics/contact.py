@@ -16,10 +16,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.metrics.base import LOG, Heard, Value
 from gearrattle.signals import centre, is_gap
-from gearrattle.signals.summaries import Sides, flank_before
+from gearrattle.signals.crossing_sums import Sides
 from gearrattle.trajectory import Array, Layout
 
 
@@ -74,5 +75,17 @@ def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
     sides = np.sign(np.where(region > max(inner), 1, -1) * closed)
     begins = 1 + np.flatnonzero((sides[1:] != 0) & (sides[1:] != sides[:-1]))
     drive = sides[begins] > 0
-    before = flank_before(drive, int(region[0]), inner)
+    before = _flank_before(drive, int(region[0]), inner)
     return Sides(shares, int(np.sum(drive == before)), int(np.sum(drive != before)))
+
+
+def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
+    """(I,) whether the contact before each impact was on the drive side.
+
+    Args:
+        drive: (I,) whether each impact is.
+        begun: region before the first one.
+        inner: regions of the centre.
+    """
+    first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
+    return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,8 @@ from gearrattle.metrics.base import Heard, Signal, asked_of
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import steady
 from gearrattle.signals.chunks import Exactly, Tally, gather
-from gearrattle.signals.summaries import Contacts, Sides, Summary
+from gearrattle.signals.crossing_sums import Sums
+from gearrattle.signals.summaries import Summary
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
 
@@ -102,13 +104,10 @@ class HeardInChunks(Heard):
         """Whether there is an exact log of crossings: there was."""
         return True
 
-    def contacts(self, clearance: int) -> Contacts:
-        """Return what the contacts of a clearance add up to over the window."""
-        return self._gathered.contact(clearance)
-
-    def sides(self, clearance: int) -> Sides:
-        """Return where a clearance spends its time and how its impacts change flanks."""
-        return self._gathered.sides(clearance)
+    @cached_property
+    def crossings(self) -> Sums:
+        """What the crossings in the window add up to."""
+        return self._gathered.crossings
 
     @property
     def taken(self) -> tuple[Array, float, float] | None:

@@ -19,6 +19,7 @@ from gearrattle.signals.bodies import (
     speed_ratios,
 )
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
+from gearrattle.signals.crossing_sums import add_crossings, contact_share, dwell_times, pieces_of, regime, region_shares
 from gearrattle.signals.ensembles import (
     density_distances,
     distribution_distances,
@@ -26,7 +27,7 @@ from gearrattle.signals.ensembles import (
     number_distances,
     rank,
 )
-from gearrattle.signals.impact_sums import ImpactSummary, Severity, add_impacts, measure_impacts, summarise_impacts
+from gearrattle.signals.impact_sums import ImpactSummary, Severity, measure_impacts, summarise_impacts
 from gearrattle.signals.impacts import Impacts, find_impacts
 from gearrattle.signals.levels import peak_to_peak, rms
 from gearrattle.signals.lines import Line, strongest, sub_harmonics, super_harmonics
@@ -35,17 +36,12 @@ from gearrattle.signals.regions import (
     Regime,
     centre,
     centre_words,
-    contact_share,
     dwell_of_regions,
-    dwell_times,
     in_contact,
     judged_of,
     outside,
-    regime,
     regime_of,
     region_at,
-    region_shares,
-    sides_crossed,
 )
 from gearrattle.signals.spectra import Spectrum, psd
 from gearrattle.signals.windows import Window, last_cycles, steady
@@ -62,7 +58,7 @@ __all__ = [
     "Severity",
     "Spectrum",
     "Window",
-    "add_impacts",
+    "add_crossings",
     "align",
     "amplitudes_from",
     "band_rms",
@@ -89,6 +85,7 @@ __all__ = [
     "order_sums",
     "outside",
     "peak_to_peak",
+    "pieces_of",
     "psd",
     "rank",
     "reduced_inertia",
@@ -99,7 +96,6 @@ __all__ = [
     "region_shares",
     "resolved",
     "rms",
-    "sides_crossed",
     "speed_ratios",
     "steady",
     "strongest",

@@ -1,10 +1,9 @@
-"""What is kept of the chunks of a long motion: moments, extremes, products for orders, contacts and sides.
+"""What is kept of the chunks of a long motion: moments, extremes, products for orders, sums of crossings.
 
 Its size does not grow with the number of chunks. Moments of two pieces merge as in P. Pebay (2008, Sandia report
 SAND2008-6212, eqs. 2.1-2.9, after Chan, Golub, LeVeque 1979): no mean is taken away from a sum of squares. Orders rest
 on the products of 1, the time, its square, sines and cosines with each other and with every signal, of which any least
-squares with a polynomial beside the orders is solved in the end. A contact that a chunk leaves open is carried on as
-the crossing that began it.
+squares with a polynomial beside the orders is solved in the end. Crossings are added up by ``crossing_sums``.
 
 Takes consecutive Trajectories and signals on their grid; gives a Tally.
 """
@@ -12,19 +11,18 @@ Takes consecutive Trajectories and signals on their grid; gives a Tally.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.signals.impacts import Impacts, find_impacts
+from gearrattle.signals.crossing_sums import Sums, add_crossings
 from gearrattle.signals.levels import extremes_missed
 from gearrattle.signals.orders import repeating_angles, resolved
-from gearrattle.signals.regions import centre, dwell_times
-from gearrattle.signals.summaries import Contacts, Sides, Summary, added, flank_before
+from gearrattle.signals.summaries import Summary
 from gearrattle.signals.windows import steady
 from gearrattle.system.statistics import Statistics
-from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
+from gearrattle.trajectory import Array, Layout, Trajectory
 
 _POWERS = 3  # 1, time, its square
 Exactly = tuple[Sequence[int], Statistics]
@@ -111,11 +109,7 @@ class Tally:
         moments: of the signals; None while all is discarded.
         gram: (p, p) products of 1, s, s^2, sines and cosines, s = (time - start) / period.
         products: (p, q) of these with the signals.
-        open: crossings that began contacts not yet ended.
-        contacts: of every clearance, those that have ended.
-        dwell: time in each region of every clearance [s].
-        flanks: (K, 2) impacts on the same flank as the contact before, and on the other.
-        before: (K,) flank of the last contact: 1 drive, -1 coast, 0 none yet.
+        crossings: what is kept of the log (``crossing_sums``).
         loss: (m,) work that elements took since the very begin [J]; None where a chunk was not audited.
         time: since the very begin [s].
     """
@@ -130,26 +124,9 @@ class Tally:
     moments: Moments | None
     gram: Array
     products: Array
-    open: EventLog
-    contacts: tuple[Contacts, ...]
-    dwell: tuple[Array, ...]
-    flanks: IntArray
-    before: IntArray
+    crossings: Sums
     loss: Array | None
     time: float
-
-    def contact(self, clearance: int) -> Contacts:
-        """Return what the contacts of a clearance add up to, the open one included."""
-        mine = (self.open.clearance == clearance) & (self.open.time >= self.start)
-        began, speeds = self.open.time[mine], float(np.sum(np.abs(self.open.velocity[mine])))
-        time = float(np.sum(self.end - began))
-        return self.contacts[clearance].plus(Contacts(speeds=speeds, time=time, cut=bool(began.size)))
-
-    def sides(self, clearance: int) -> Sides:
-        """Return where a clearance spent its time, and how its impacts changed flanks."""
-        first, times = int(self.layout.region_of_first_piece[clearance]), self.dwell[clearance]
-        shares = {first + k: float(each) / (self.end - self.start) for k, each in enumerate(times)}
-        return Sides(shares, int(self.flanks[clearance, 0]), int(self.flanks[clearance, 1]))
 
     def amplitudes(self, products: Array, trend: int) -> NDArray[np.complex128]:
         """(o,) complex amplitudes of a signal beside a polynomial of time; NaN where the samples do not show them.
@@ -198,33 +175,35 @@ def gather(
         before: None at the first.
         exact: columns of the signals whose statistics are known between samples, and these.
     """
-    kept = _begun(trajectory, signals.shape[1], orders) if before is None else before
+    window = steady(trajectory) if trajectory.discard < trajectory.cycles else None
+    crossings = add_crossings(None if before is None else before.crossings, trajectory, window)
+    kept = _begun(trajectory, signals.shape[1], orders, crossings) if before is None else before
+    kept = replace(kept, crossings=crossings, discarded=kept.discarded + trajectory.discard)
     kept = replace(kept, time=kept.time + float(trajectory.time[-1] - trajectory.time[0]), loss=_lost(trajectory, kept))
-    if trajectory.discard < trajectory.cycles:
-        window = steady(trajectory)
+    if window is not None:
         start = min(kept.start, window.start)
         kept = replace(kept, start=start, end=window.end, cycles=kept.cycles + window.cycles)
         kept = _sampled(kept, window.closed(trajectory.time), signals, exact)
-        times = tuple(each + dwell_times(trajectory, k, window) for k, each in enumerate(kept.dwell))
-        kept = replace(kept, dwell=times)
-    kept = replace(kept, discarded=kept.discarded + trajectory.discard)
-    return _logged(kept, trajectory)
+    return kept
 
 
-def _begun(trajectory: Trajectory, signals: int, orders: Array) -> Tally:
-    layout = trajectory.layout
-    count, size = layout.clearance.size, _POWERS + 2 * orders.size
-    nothing = {each.name: getattr(trajectory.events, each.name)[:0] for each in fields(EventLog)}
-    begun = np.zeros(count, dtype=np.int64)
-    for k, region in enumerate(trajectory.initial_region.tolist()):
-        inner = centre(layout, k)
-        begun[k] = 0 if region in inner else 1 if region > max(inner) else -1
+def _begun(trajectory: Trajectory, signals: int, orders: Array, crossings: Sums) -> Tally:
+    size = _POWERS + 2 * orders.size
     return Tally(
-        layout, np.inf, 0.0, 0, 0, float(trajectory.time[-1] - trajectory.time[0]) / (trajectory.time.size - 1), orders,
-        None, np.zeros((size, size)), np.zeros((size, signals)), EventLog(**nothing), (Contacts(),) * count,
-        tuple(np.zeros(each.size) for each in layout.stiffness_of_piece), np.zeros((count, 2), dtype=np.int64), begun,
-        np.zeros(layout.is_mesh.size), 0.0,
-    )  # fmt: skip
+        layout=trajectory.layout,
+        start=np.inf,
+        end=0.0,
+        cycles=0,
+        discarded=0,
+        interval=float(trajectory.time[-1] - trajectory.time[0]) / (trajectory.time.size - 1),
+        orders=orders,
+        moments=None,
+        gram=np.zeros((size, size)),
+        products=np.zeros((size, signals)),
+        crossings=crossings,
+        loss=np.zeros(trajectory.layout.is_mesh.size),
+        time=0.0,
+    )
 
 
 def _lost(trajectory: Trajectory, kept: Tally) -> Array | None:
@@ -254,32 +233,3 @@ def _waves(kept: Tally, time: Array) -> Array:
     if angle is None:
         angle, periods = omega * np.multiply.outer(time, kept.orders), 1
     return np.tile(np.concatenate([np.sin(angle), np.cos(angle)], axis=1), (periods, 1))
-
-
-def _logged(kept: Tally, trajectory: Trajectory) -> Tally:
-    """Add crossings: contacts that have ended, changes of flank; keep what is open."""
-    layout, new = kept.layout, trajectory.events
-    log = EventLog(*(np.concatenate([getattr(kept.open, e.name), getattr(new, e.name)]) for e in fields(EventLog)))
-    carried = len(kept.open)
-    found = find_impacts(replace(trajectory, events=log))
-    ended = tuple(sums.plus(_ended(found, k, kept.start)) for k, sums in enumerate(kept.contacts))
-    flanks, last = kept.flanks.copy(), kept.before.copy()
-    for k in range(layout.clearance.size):
-        mine = (found.clearance == k) & (found.row >= carried)
-        drive = np.asarray(found.drive[mine])
-        if not drive.size:
-            continue
-        inner = centre(layout, k)
-        begun = {0: min(inner), 1: max(inner) + 1, -1: min(inner) - 1}[int(last[k])]
-        before, inside = flank_before(drive, begun, inner), found.time[mine] >= kept.start
-        flanks[k] += [int(np.sum(inside & (drive == before))), int(np.sum(inside & (drive != before)))]
-        last[k] = 1 if drive[-1] else -1
-    rows = np.sort(found.row[found.censored])
-    still = EventLog(*(getattr(log, each.name)[rows] for each in fields(EventLog)))
-    return replace(kept, contacts=ended, flanks=flanks, before=last, open=still)
-
-
-def _ended(found: Impacts, clearance: int, start: float) -> Contacts:
-    """Return what the contacts of a clearance add up to that began in the window and have ended."""
-    mine = (found.clearance == clearance) & (found.time >= start) & ~found.censored
-    return added(found.velocity[mine], found.departure[mine], found.duration[mine], found.censored[mine])

@@ -29,7 +29,7 @@ from gearrattle.remember import remembered
 from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
-from gearrattle.trajectory import Array, EventLog, IntArray, Layout, Trajectory
+from gearrattle.trajectory import Array, EventLog, IntArray, Trajectory
 
 
 @dataclass(frozen=True)
@@ -123,19 +123,6 @@ def _returns(events: EventLog) -> NDArray[np.intp]:
     following = np.full(len(events), -1, dtype=np.intp)
     following[here[same]] = after[same]
     return following
-
-
-def corner_keys(layout: Layout, clearance: IntArray, region: IntArray, other: IntArray) -> IntArray:
-    """Return (E,) the number of the corner between two neighbouring regions, counted over all clearances.
-
-    Args:
-        layout: the driveline's name plate.
-        clearance: (E,) indices into ``layout.clearance``.
-        region, other: (E,) labels of the regions the corner lies between.
-    """
-    before = np.concatenate([[0], np.cumsum([corners.size for corners in layout.corners])]).astype(np.int64)
-    lower = np.minimum(region, other) - layout.region_of_first_piece[clearance] if len(clearance) else clearance
-    return np.asarray(before[:-1][clearance] + lower if len(clearance) else clearance, dtype=np.int64)
 
 
 @remembered(1)

@@ -10,7 +10,7 @@ contact* outside the centre. *Regime* (Padmanabhan et al. 1995, sec. 6, Fig. 3):
 stiffness) rattles where it separates, so only the corners of its centre count; of a staged spring every corner counts.
 Passing delta = 0 inside the centre is no crossing in this sense, for it opens or closes no contact.
 
-Takes a Trajectory; gives shares and regimes to the criteria and to ``impacts``.
+Takes a Trajectory; gives regions to ``crossing_sums``, which has shares and regimes, and to ``impacts``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import GearRattleError
 from gearrattle.kernels.variants import Judged
-from gearrattle.signals.windows import Window, steady
+from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, IntArray, Layout, Trajectory
 
 Regime = Literal["quiet", "single-sided", "double-sided"]
@@ -87,48 +87,32 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
     return ~np.isin(region, sorted(centre(layout, clearance)))
 
 
-def _crossings(trajectory: Trajectory, clearance: int) -> NDArray[np.intp]:
-    """Return the positions in the log of one clearance's crossings, after checking that they form one chain."""
-    events = trajectory.events
-    rows = np.flatnonzero(events.clearance == clearance)
-    chain = np.concatenate([trajectory.initial_region[clearance : clearance + 1], events.to_region[rows]])
-    broken = np.flatnonzero(chain[:-1] != events.from_region[rows])
-    if broken.size:
-        row = rows[broken[0]]
-        raise GearRattleError(
-            f"event log of {trajectory.layout.clearance_names[clearance]} at t = {events.time[row]:.9g}: found a "
-            f"crossing from region {events.from_region[row]}, but the crossings before it lead to region "
-            f"{chain[broken[0]]}; a log must be gapless (simulate again, or repair the data)"
-        )
-    return rows
+def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
+    """Return the error for a crossing that does not lead on from where the one before led, to a region beside it.
+
+    Args:
+        trajectory: the motion.
+        row: position of the crossing in the log.
+    """
+    log, k = trajectory.events, int(trajectory.events.clearance[row])
+    if not 0 <= k < trajectory.layout.clearance.size:
+        return GearRattleError(f"event log, row {row}: there is no clearance {k}; simulate again, or repair the data")
+    before = np.flatnonzero(log.clearance[:row] == k)
+    region = int(log.to_region[before[-1]] if before.size else trajectory.initial_region[k])
+    place = f"event log of {trajectory.layout.clearance_names[k]} at t = {log.time[row]:.9g}"
+    if region == log.from_region[row]:
+        return GearRattleError(f"{place}: found a crossing from region {region} to {log.to_region[row]}, not beside it")
+    return GearRattleError(
+        f"{place}: found a crossing from region {log.from_region[row]}, but the crossings before it lead to region "
+        f"{region}; a log must be gapless (simulate again, or repair the data)"
+    )
 
 
 def region_at(trajectory: Trajectory, clearance: int, time: float) -> int:
-    """Return the region in which a clearance is just before ``time`` [s] (at its start for ``time`` <= 0).
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    rows = _crossings(trajectory, clearance)
+    """Return the region in which a clearance is just before ``time`` [s] (at its start for ``time`` <= 0)."""
+    rows = np.flatnonzero(trajectory.events.clearance == clearance)
     passed = rows[trajectory.events.time[rows] < time]
     return int(trajectory.events.to_region[passed[-1]]) if passed.size else int(trajectory.initial_region[clearance])
-
-
-def dwell_times(trajectory: Trajectory, clearance: int, window: Window) -> Array:
-    """Return (pieces,) the time in the window that a clearance spends in each of its regions, lowest first [s].
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    layout = trajectory.layout
-    events = trajectory.events
-    rows = _crossings(trajectory, clearance)
-    inside = rows[window.contains(events.time[rows])]
-    bounds = np.concatenate([[window.start], events.time[inside], [window.end]])
-    region = np.concatenate([[region_at(trajectory, clearance, window.start)], events.to_region[inside]])
-    first = int(layout.region_of_first_piece[clearance])
-    pieces = layout.stiffness_of_piece[clearance].size
-    return np.bincount(region - first, weights=np.diff(bounds), minlength=pieces).astype(np.float64)
 
 
 def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
@@ -153,29 +137,6 @@ def dwell_of_regions(trajectory: Trajectory) -> dict[tuple[int, ...], float]:
     return dwell
 
 
-def region_shares(trajectory: Trajectory, clearance: int, window: Window) -> dict[int, float]:
-    """Return the share of the window's time that a clearance spends in each of its regions, from the event times.
-
-    Returns:
-        share by region label, ascending, every region of the element included; they sum to 1.
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    first = int(trajectory.layout.region_of_first_piece[clearance])
-    shares = dwell_times(trajectory, clearance, window) / window.duration
-    return {first + piece: share for piece, share in enumerate(shares.tolist())}
-
-
-def contact_share(trajectory: Trajectory, clearance: int, window: Window) -> float:
-    """Return the share of the window's time that a clearance spends in contact (0 to 1), from the event times.
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    return float(outside(trajectory.layout, clearance, region_shares(trajectory, clearance, window)))
-
-
 def outside(layout: Layout, clearance: int, shares: Mapping[int, float] | Mapping[int, Array]) -> Array:
     """Return the part of the shares (by region label, of one motion or of many) that is contact, 0 to 1."""
     inner, total = centre(layout, clearance), np.zeros(())
@@ -184,36 +145,8 @@ def outside(layout: Layout, clearance: int, shares: Mapping[int, float] | Mappin
     return np.asarray(np.minimum(1.0, total))
 
 
-def regime(trajectory: Trajectory, clearance: int, window: Window) -> Regime:
-    """Return the regime of a clearance in the window, from the sides on which it crosses corners.
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    return regime_of(*sides_crossed(trajectory, clearance, window))
-
-
 def regime_of(drive: bool, coast: bool) -> Regime:
     """Return the regime of a clearance that crosses corners on these sides."""
     if drive and coast:
         return "double-sided"
     return "single-sided" if drive or coast else "quiet"
-
-
-def sides_crossed(trajectory: Trajectory, clearance: int, window: Window) -> tuple[bool, bool]:
-    """Return whether a clearance crosses corners on its drive side, and on its coast side, in the window.
-
-    Of a gap only the corners of its centre count: where it separates.
-
-    Raises:
-        GearRattleError: if the log has a gap.
-    """
-    events = trajectory.events
-    rows = _crossings(trajectory, clearance)
-    inside = rows[window.contains(events.time[rows])]
-    lower = np.minimum(events.from_region[inside], events.to_region[inside])  # the piece below the crossed corner
-    inner = centre(trajectory.layout, clearance)
-    drive_bound = max(inner)  # corners from here up are the drive side's, the others the coast side's
-    below, above = np.isin(lower, sorted(inner)), np.isin(lower + 1, sorted(inner))
-    crossed = below != above if judged_of(trajectory.layout).gap[clearance] else ~(below & above)
-    return bool(np.any(crossed & (lower >= drive_bound))), bool(np.any(crossed & (lower < drive_bound)))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
-from gearrattle.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, one
+from gearrattle.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, one, room_for
 from gearrattle.linear.equilibrium import elastic_elements, statics_of
 from gearrattle.solvers.choice import is_large
 from gearrattle.solvers.exact import paper
@@ -126,7 +126,7 @@ class _Place:
         self.inputs, self.notes = packed_inputs(flow), paper(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
-        self.out = _tallies(count, size.clearances, self.cases.judged)
+        self.out = room_for(count, self.cases.judged)
         self.at, self.limit = self._addresses(), StepLimit(pattern.system)
 
     @property
@@ -238,9 +238,3 @@ def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
     """Room for the state at the end alone."""
     states, pieces = np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
     return packed.Samples(1, cycles, states, pieces, flow.waves(1))
-
-
-def _tallies(count: int, clearances: int, judged: Judged) -> Tallies:
-    pieces = int(judged.pieces[-1])
-    shapes = [(clearances, 2), (pieces,), *10 * [(clearances,)], *3 * [(pieces - clearances,)], (1,), (1,)]
-    return Tallies(*(np.zeros((count, *shape)) for shape in shapes))
