@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.criteria.base import Entry, Scope, Tally, Telling, entry
-from gearrattle.signals import loose_gears, steady
+from gearrattle.signals import decibels, loose_gears, steady, torque_ratio
 from gearrattle.signals.levels import extremes_missed
 from gearrattle.trajectory import Trajectory
 
@@ -61,9 +61,10 @@ class LooseGear(Telling):
         """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
         layout, peak = scope.layout, tally["peak"]
         entries = []
-        for mesh, loose, driver, reduction in loose_gears(layout):
-            ratio = float(layout.inertia[loose]) * reduction * float(peak[driver]) / float(layout.drag_torque[loose])
-            margin = 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
+        for gear in loose_gears(layout):
+            mesh, loose, driver, _ = gear
+            ratio = torque_ratio(layout, gear, float(peak[driver]))
+            margin = decibels(ratio)
             element = layout.element_names[mesh]
             loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
             short = 100.0 * float(tally["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0

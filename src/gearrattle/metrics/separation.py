@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.metrics.base import EXACT, SAMPLES, SINGH, Heard, Value, order_word, sampled
-from gearrattle.signals import LooseGear, loose_gears
-from gearrattle.trajectory import Layout
+from gearrattle.signals import decibels, loose_gears, torque_ratio
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,11 @@ class SeparationRatio:
         for gear in loose_gears(heard.plate):
             mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
             told = heard.summary("acceleration", driver) if driver in accelerations else None
-            ratio = math.nan if told is None else _slope(heard.plate, gear) * told.peak
+            ratio = math.nan if told is None else torque_ratio(heard.plate, gear, told.peak)
             note = f"{mesh}: no acceleration of its driver {driver}" if told is None else sampled(mesh, told, told.peak)
-            missed = math.nan if told is None else _slope(heard.plate, gear) * told.miss
+            missed = math.nan if told is None else torque_ratio(heard.plate, gear, told.miss)
             values.append(Value(mesh, "separation ratio", ratio, "1", note, missed))
-            margin = _decibel(ratio)
+            margin = decibels(ratio)
             still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
             beyond = 20.0 * math.log10(1.0 + missed / ratio) if ratio > 0.0 else 0.0
             values.append(Value(mesh, "separation margin", margin, "dB", still, beyond))
@@ -77,8 +76,8 @@ class HarmonicSeparation:
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"
                 values.append(Value(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
-            ratios = _slope(heard.plate, gear) * heard.orders * heard.speed * np.abs(found)
-            errors = _slope(heard.plate, gear) * heard.orders * heard.speed * heard.velocity_errors(driver)
+            ratios = torque_ratio(heard.plate, gear, heard.orders * heard.speed * np.abs(found))
+            errors = torque_ratio(heard.plate, gear, heard.orders * heard.speed * heard.velocity_errors(driver))
             for order, ratio, error in zip(heard.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
                 values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
@@ -87,14 +86,3 @@ class HarmonicSeparation:
             error = float(errors[np.nanargmax(ratios)]) if np.isfinite(ratios).any() else math.nan
             values.append(Value(mesh, "largest separation ratio of an order", largest, "1", note, error))
         return values
-
-
-def _slope(layout: Layout, gear: LooseGear) -> float:
-    """J (R_d/R_l) / T [s^2/rad]."""
-    return float(layout.inertia[gear.loose]) * gear.reduction / float(layout.drag_torque[gear.loose])
-
-
-def _decibel(ratio: float) -> float:
-    if math.isnan(ratio):
-        return math.nan
-    return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf

@@ -11,12 +11,14 @@ from gearrattle.signals.alignment import Alignment, align
 from gearrattle.signals.bands import band_rms
 from gearrattle.signals.bodies import (
     LooseGear,
+    decibels,
     gap_names,
     is_gap,
     loose_gears,
     reduced_inertia,
     reduced_inertias,
     speed_ratios,
+    torque_ratio,
 )
 from gearrattle.signals.coherence import ChanceCoherence, Coherence, by_chance, coherence_at_harmonics
 from gearrattle.signals.crossing_sums import add_crossings, contact_share, dwell_times, pieces_of, regime, region_shares
@@ -67,6 +69,7 @@ __all__ = [
     "centre_words",
     "coherence_at_harmonics",
     "contact_share",
+    "decibels",
     "density_distances",
     "distribution_distances",
     "dwell_of_regions",
@@ -102,4 +105,5 @@ __all__ = [
     "sub_harmonics",
     "summarise_impacts",
     "super_harmonics",
+    "torque_ratio",
 ]

@@ -14,13 +14,16 @@ Takes a Layout; gives plain numbers to criteria and metrics.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from gearrattle.signals.regions import judged_of
 from gearrattle.trajectory import Array, Layout
+
+T = TypeVar("T", float, Array)
 
 
 class LooseGear(NamedTuple):
@@ -54,6 +57,24 @@ def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
     """Return whether the mesh is the only element with a stiffness on the inertia's body."""
     touching = np.flatnonzero((layout.between == inertia).any(axis=1))
     return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)
+
+
+def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T) -> T:
+    """Return J_loose (R_driver/R_loose) theta_driver'' / T_drag: needed torque over drag.
+
+    Args:
+        layout: the driveline's name plate.
+        gear: the loose gear.
+        acceleration: theta_driver'' [rad/s^2].
+    """
+    return float(layout.inertia[gear.loose]) * gear.reduction * acceleration / float(layout.drag_torque[gear.loose])
+
+
+def decibels(ratio: float) -> float:
+    """Return 20 log10 of a ratio; minus infinity of zero, NaN of NaN [dB]."""
+    if math.isnan(ratio):
+        return math.nan
+    return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
 
 
 def reduced_inertia(layout: Layout, element: int) -> float:

@@ -32,7 +32,7 @@ from gearrattle.linear.response import steady_angles, steady_deflections, steady
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
 from gearrattle.result import KIND
-from gearrattle.signals import LooseGear, loose_gears
+from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.study import study
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -179,10 +179,7 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, 
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
     reach = steady_extremes(system, steady_deflections(system, slope, damping))
     peak = np.maximum(*(np.abs(rest.acceleration + swing) for swing in swings))
-    ratio = [
-        float(plate.inertia[g.loose]) * g.reduction * float(peak[g.driver]) / float(plate.drag_torque[g.loose])
-        for g in gears
-    ]
+    ratio = [torque_ratio(plate, gear, float(peak[gear.driver])) for gear in gears]
     lift = [_lift(system, rest, reach, g.mesh) for g in gears]
     return np.array(ratio), np.array(lift), _inside(system, rest, reach)
 
