@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.criteria import CRITERIA, Criterion, evaluate, judge
+from gearrattle.metrics import Heard
+from gearrattle.studies.outputs import outputs_of
 
 NAMES = ["separation margin", "mean impact intensity", "rattle level of all meshes", "transmissibility at order 1"]
 
@@ -32,6 +37,49 @@ def test_a_metric_in_a_study_is_that_of_the_run() -> None:
     assert found["separation margin"].attrs["sampling_error"] == "none"
     assert found["transmissibility at order 1"].attrs["sampling_error"].startswith("of samples, about")
     assert np.all(np.isnan(found["separation margin"].sel(part="clutch")))
+
+
+def test_only_quantities_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The force exceeded 5 % of the time takes a search on the exact motion: none where it is not asked for."""
+    model = gr.load("examples/paper/case1.toml").with_({"simulation.cycles": 4, "simulation.discard": 2})
+    run = gr.simulate(model, audit=False)
+    asked, counted = Heard.exceeded, list[str]()
+
+    def exceeded(self: Heard, quantity: str, subject: str, share: float) -> float | None:
+        counted.append(subject)
+        return asked(self, quantity, subject, share)
+
+    monkeypatch.setattr(Heard, "exceeded", exceeded)
+    table = gr.metrics(run).set_index(["quantity", "subject"]).value
+    assert len(counted) == 1
+    for name, times in (("force standard deviation", 0), ("force exceeded 5 % of the time", 1)):
+        outputs = outputs_of([name], run)
+        counted.clear()
+        values = outputs.of(run)[name]
+        assert len(counted) == times
+        (output,) = outputs.chosen
+        told = dict(zip(output.subjects, values.tolist(), strict=True))
+        assert told["gear"] == table[name, "gear"]
+
+
+def test_each_kind_of_sums_is_gathered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    counted: list[str] = []
+    for criterion in CRITERIA:
+        own = type(criterion).gather
+
+        def gather(self: Criterion, *given: Any, own: Any = own) -> Any:
+            counted.append(self.sums)
+            return own(self, *given)
+
+        monkeypatch.setattr(type(criterion), "gather", gather)
+    run = gr.simulate(gr.load("examples/paper/case1.toml"), cycles=4, discard=2, audit=False)
+    judge(run.trajectory)
+    assert sorted(counted) == ["crossings", "last cycles", "peaks", "spectra"]
+    counted.clear()
+    chosen = [each for each in CRITERIA if each.name in ("regime", "contact", "impacts")]
+    entries = evaluate(run.trajectory, chosen)
+    assert counted == ["crossings"]
+    assert entries == [entry for each in chosen for entry in each.evaluate(run.trajectory)]
 
 
 def test_what_needs_an_audit_is_no_output() -> None:

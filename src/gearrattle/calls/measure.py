@@ -7,7 +7,7 @@ recording, what a model, a speed and orders say beside it; a metric that lacks s
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -95,9 +95,11 @@ def metrics(
     return table
 
 
-def rows_of(heard: Heard, chosen: Sequence[Metric] = METRICS, units: str = "SI") -> list[Row]:
-    """Return the rows; without units, every one that has a dimension reads "1"."""
-    rows = measure(heard, chosen)
+def rows_of(
+    heard: Heard, chosen: Sequence[Metric] = METRICS, units: str = "SI", quantities: Collection[str] | None = None
+) -> list[Row]:
+    """Return the rows, of some quantities alone if these are named; without units, a dimension reads "1"."""
+    rows = measure(heard, chosen, quantities)
     return rows if units == "SI" else [row if row.unit in BARE else replace(row, unit="1") for row in rows]
 
 

@@ -12,7 +12,7 @@ Takes a Trajectory from any source; gives a Verdict to calls, the pipeline and r
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,7 @@ __all__ = [
     "Part",
     "Tally",
     "Verdict",
+    "evaluate",
     "gather",
     "judge",
     "tell",
@@ -124,11 +125,7 @@ def gather(trajectory: Trajectory, before: Gathered | None = None) -> Gathered:
         ModelError: if no cycle of the chunk remains after the discarded ones.
         GearRattleError: if the log of corner crossings has a gap.
     """
-    readers = {criterion.sums: criterion for criterion in CRITERIA}
-    tallies = {
-        sums: criterion.gather(trajectory, None if before is None else before.tallies[sums])
-        for sums, criterion in readers.items()
-    }
+    tallies = _tallies(trajectory, CRITERIA, {} if before is None else before.tallies)
     return Gathered(scope_of(trajectory, None if before is None else before.scope), tallies)
 
 
@@ -154,6 +151,29 @@ def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
         window=scope.window,
         spectra=_density(gathered),
     )
+
+
+def evaluate(trajectory: Trajectory, criteria: Sequence[Criterion] = CRITERIA) -> list[Entry]:
+    """Return the entries of some criteria, in their order.
+
+    Args:
+        trajectory: the motion, of whole cycles.
+        criteria: which.
+
+    Raises:
+        ModelError: if no cycle remains after the discarded ones.
+        GearRattleError: if the log of corner crossings has a gap.
+    """
+    if not criteria:
+        return []
+    tallies, scope = _tallies(trajectory, criteria, {}), scope_of(trajectory)
+    return [item for criterion in criteria for item in criterion.tell(tallies[criterion.sums], scope)]
+
+
+def _tallies(trajectory: Trajectory, criteria: Sequence[Criterion], before: Mapping[str, Tally]) -> dict[str, Tally]:
+    """Each kind of sums that the criteria read, gathered once."""
+    readers = {criterion.sums: criterion for criterion in criteria}
+    return {sums: reader.gather(trajectory, before.get(sums)) for sums, reader in readers.items()}
 
 
 def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:

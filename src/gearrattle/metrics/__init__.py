@@ -11,8 +11,8 @@ Takes a Heard; gives rows to calls, studies and reports.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 from gearrattle.metrics.base import Heard, Metric, Value
 from gearrattle.metrics.contact import ContactSides
@@ -65,14 +65,17 @@ class Row:
     error: float
 
 
-def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
+def measure(heard: Heard, metrics: Sequence[Metric] = METRICS, quantities: Collection[str] | None = None) -> list[Row]:
     """Return every value of the metrics; those that lack something give one row that says what.
 
     Args:
         heard: what there is to measure.
         metrics: which.
+        quantities: which of theirs; None for all.
     """
     rows = []
+    if quantities is not None:
+        heard = replace(heard, wanted=frozenset(quantities))
     for metric in metrics:
         lacking = [words for need in metric.needs if (words := heard.lacks(need))]
         values = [] if lacking else metric.measure(heard)
@@ -83,6 +86,7 @@ def measure(heard: Heard, metrics: Sequence[Metric] = METRICS) -> list[Row]:
         rows += [
             Row(metric.name, v.subject, v.quantity, v.value, v.unit, window, metric.source, v.note, v.error)
             for v in values
+            if not v.subject or heard.wants(v.quantity)
         ]
     return rows
 

@@ -58,6 +58,7 @@ class Heard:
         motion: the simulated motion with its log of crossings; None for a measurement.
         notes: what the user must know.
         units: of a recording's signals, by quantity and subject; empty where the layout tells them.
+        wanted: quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
     """
 
     source: str
@@ -71,6 +72,11 @@ class Heard:
     motion: Trajectory | None = None
     notes: tuple[str, ...] = ()
     units: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    wanted: frozenset[str] | None = None
+
+    def wants(self, quantity: str) -> bool:
+        """Whether a quantity is asked for."""
+        return self.wanted is None or quantity in self.wanted
 
     @property
     def interval(self) -> float:

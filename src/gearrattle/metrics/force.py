@@ -22,6 +22,7 @@ from gearrattle.metrics.base import EXACT, WHOLE, Heard, Value, sampled
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary
 
+EXCEEDED = "force exceeded 5 % of the time"
 _SHARE = 0.05  # of the time
 
 
@@ -65,13 +66,14 @@ class ForceStatistics:
                 heard.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
             )
             peak_error = told.miss / level if level > 0.0 else math.nan
-            exceeded, exceeded_error, why = _exceeded(heard, name)
             values += [
                 Value(name, "force standard deviation", spread, "N", error=level_error),
                 Value(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
                 Value(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
-                Value(name, "force exceeded 5 % of the time", exceeded, "N", why, exceeded_error),
             ]
+            if heard.wants(EXCEEDED):
+                exceeded, exceeded_error, why = _exceeded(heard, name)
+                values.append(Value(name, EXCEEDED, exceeded, "N", why, exceeded_error))
         return values
 
 

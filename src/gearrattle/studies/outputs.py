@@ -9,7 +9,7 @@ Takes Runs; gives arrays by name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from numbers import Real
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.calls.judge import criteria
 from gearrattle.calls.measure import BARE, heard_of, rows_of
 from gearrattle.calls.simulate import simulate
-from gearrattle.criteria import CRITERIA, Entry
+from gearrattle.criteria import CRITERIA, Entry, evaluate
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.metrics import METRICS, Metric, Row
 from gearrattle.model import Model
@@ -151,10 +151,11 @@ class Outputs:
         """Return every output of one run, (subjects,) or ()."""
         found: dict[str, NDArray[Any]] = {}
         needed = {output.criterion for output in self.chosen}
-        told: dict[str, list[Any]] = {
-            each.name: each.evaluate(run.trajectory) for each in CRITERIA if each.name in needed
-        }
-        for row in _measured(run, [metric for metric in METRICS if metric.name in needed]):
+        told: dict[str, list[Any]] = {}
+        for entry in evaluate(run.trajectory, [each for each in CRITERIA if each.name in needed]):
+            told.setdefault(entry.criterion, []).append(entry)
+        quantities = {output.quantity for output in self.chosen}
+        for row in _measured(run, [metric for metric in METRICS if metric.name in needed], quantities):
             told.setdefault(row.metric, []).append(row)
         for output in self.chosen:
             if output.name in RUN_OUTPUTS:
@@ -177,9 +178,9 @@ class Outputs:
         return {output.name: found[output.name] for output in self.all}
 
 
-def _measured(run: Run, metrics: Sequence[Metric]) -> list[Row]:
-    """Rows of some metrics that say something of a subject."""
-    rows = rows_of(heard_of(run), metrics, run.model.units) if metrics else []
+def _measured(run: Run, metrics: Sequence[Metric], quantities: Collection[str] | None = None) -> list[Row]:
+    """Rows of some metrics, and of some of their quantities alone if these are named, about a subject."""
+    rows = rows_of(heard_of(run), metrics, run.model.units, quantities) if metrics else []
     return [row for row in rows if row.subject]
 
 
