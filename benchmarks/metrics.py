@@ -121,7 +121,7 @@ paper's case 1, the load pushes meanwhile, and a note says so.
 Change in per cent, largest over all subjects and orders, from 512, 1024 and 2048 samples a cycle to 4096 of the *same*
 exact motion; bold: more than 0.1 %. Quantities from the log and from the audit do not depend on sampling (0: below
 1e-10 %). *loaded*: `paper/case1_loaded.toml`, no gap opens; *rattling*: `paper/case1.toml`; *gearbox*:
-`manual_transmission.toml` at idle, {hit} impacts a cycle on its busiest mesh.
+`manual_transmission.toml` at idle, {hit} impacts per cycle on its busiest mesh.
 
 {table}
 
