@@ -9,7 +9,7 @@ Takes a result; gives words, Tables, Charts and data.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
@@ -73,8 +73,14 @@ class Presentation(Generic[R]):
         return tuple(notes.splitlines() if isinstance(notes, str) else notes)
 
     def sections(self) -> tuple[Section, ...]:
-        """Return what stands on the page, in reading order; by default the sentence, the answer and the notes."""
-        return (Section("summary", "Summary", self.sentence, tables=self.answer()), *notes_section(self.notes))
+        """Return what stands on the page, in reading order; by default sentence and answer, figures, notes."""
+        summary = Section("summary", "Summary", self.sentence, tables=self.answer())
+        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures())
+        return summary, *figures, *notes_section(self.notes)
+
+    def figures(self) -> Sequence[Chart]:
+        """Return the figures of the page, unless ``sections`` places them otherwise."""
+        return ()
 
     def answer(self) -> tuple[Table, ...]:
         """Return the tables that a terminal and a notebook show."""
