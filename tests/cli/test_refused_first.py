@@ -56,7 +56,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 WORDS = [
     ("run two.toml -o taken", "taken"),
-    ("simulate two.toml -o full", "must end in .nc or .csv"),
+    ("simulate two.toml -o full", "other.txt"),
     ("simulate two.toml -o taken/run.nc", "taken"),
     ("stream two.toml -o taken", "taken"),
     ("stream two.toml -o full", "other.txt"),

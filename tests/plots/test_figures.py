@@ -60,7 +60,7 @@ def test_keys_name_files_and_do_not_repeat(rattling: Findings) -> None:
 
 
 def test_histories_show_the_last_cycles_sample_by_sample(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     for column, panel in enumerate(accelerations(rattling).panels):
         (line,) = panel.lines
         window = last_cycles(motion, 4)
@@ -70,7 +70,7 @@ def test_histories_show_the_last_cycles_sample_by_sample(rattling: Findings) -> 
 
 
 def test_deflections_are_scaled_and_marked_at_their_corners(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     gear = deflections(rattling).panels[2]
     curve, *marks = gear.lines
     assert gear.unit == "µm"
@@ -83,7 +83,7 @@ def test_deflections_are_scaled_and_marked_at_their_corners(rattling: Findings) 
 
 
 def test_overview_shows_all_and_greys_what_is_discarded(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     gear = overview(rattling).panels[2]
     assert gear.lines[0].x[[0, -1]].tolist() == [0.0, motion.cycles]
     assert gear.lines[0].y.max() == pytest.approx(1e6 * motion.deflection[:, 2].max())
@@ -92,7 +92,7 @@ def test_overview_shows_all_and_greys_what_is_discarded(rattling: Findings) -> N
 
 
 def test_force_is_that_of_the_trajectory(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     panel = forces(rattling).panels[1]
     assert panel.title == "spline"
     assert np.array_equal(panel.lines[0].y, last_cycles(motion, 4).closed(motion.force)[:, 1])
@@ -107,7 +107,7 @@ def test_deflection_rate_is_the_derivative(findings: Findings) -> None:
 
 
 def test_phase_plane_pairs_rate_with_deflection(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     clutch = phase_plane(rattling).panels[0].lines[0]
     window = last_cycles(motion, 8)
     assert np.allclose(clutch.x, 1e3 * window.closed(motion.deflection)[:, 0])
@@ -115,7 +115,7 @@ def test_phase_plane_pairs_rate_with_deflection(rattling: Findings) -> None:
 
 
 def test_impact_histograms_count_every_impact_once(rattling: Findings) -> None:
-    motion = rattling.run.trajectory
+    motion = rattling.motion.trajectory
     mine = find_impacts(motion).within(steady(motion)).of(2)
     phases, speeds, pushes = impacts(rattling).panels
     assert sum(line.x.size for line in phases.lines) == len(mine)
