@@ -15,40 +15,16 @@ from gearrattle.pipeline import run as pipeline
 from gearrattle.recording import Channel, Recording
 from gearrattle.report import save
 from tests import synthetic
+from tests.browser import MARKS, alive, browse
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine"),
-]
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=30000", "--window-size=1280,9000",
-    "--enable-logging=stderr", "--v=0",
-)  # fmt: skip
+pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return synthetic.findings("double-sided").save(tmp_path_factory.mktemp("browser"))
-
-
-def browse(page: Path, profile: Path, *flags: str) -> subprocess.CompletedProcess[str]:
-    command = [str(BROWSER), *FLAGS, f"--user-data-dir={profile}", *flags, page.as_uri()]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-
-
-def alive(page: Path, folder: Path, sign: str, count: int = 1) -> subprocess.CompletedProcess[str]:
-    """Look until a sign of life has come as often as it must: a busy machine may not have let it be drawn in time."""
-    for attempt in range(4):
-        done = browse(page, folder / f"profile-{attempt}", "--dump-dom")
-        assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
-        if done.stdout.count(sign) >= count:
-            break
-    return done
 
 
 def test_figures_come_alive_without_a_network(page: Path, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from gearrattle.plots.chart import Chart
 from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.record import Reproduction, Section, row
+from tests.browser import BROWSER, browse
 from tests.calls.test_gas_torque import engine
 from tests.identification.test_loop import ANGLE
 from tests.validation import made
@@ -256,6 +257,17 @@ def test_saved_data_is_the_result_again(kind: str, tmp_path: Path) -> None:
     assert [chart.key for chart in again.charts()] == [chart.key for chart in presentation.charts()]
     if again.charts():
         assert list(gr.figures(tmp_path / "saved.nc")) == [chart.key for chart in again.charts()]
+
+
+@pytest.mark.long
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_the_page_opens_in_a_browser_without_a_complaint(kind: str, tmp_path: Path) -> None:
+    """A forbidden address, a style that the page's policy refuses or a failing script would be told on the console."""
+    done = browse(gr.save(result(kind), tmp_path / "out"), tmp_path / "profile", "--dump-dom")
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    assert presentation_of(result(kind)).title.split()[0] in done.stdout
 
 
 def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
