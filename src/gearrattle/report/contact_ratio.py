@@ -16,6 +16,7 @@ from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 _POINT = ("gain", "mean_slope", "mean", "deviation")
