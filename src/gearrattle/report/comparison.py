@@ -5,6 +5,7 @@ Takes a Comparison, or the DataFrame it hangs on, and perhaps a WorkPrecision; g
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,10 +84,10 @@ class ComparisonPage(Presentation[Comparison]):
     def data(self) -> xr.Dataset:
         import xarray as xr
 
-        comparison = self.result
+        comparison = _with_distinct_labels(self.result)
         shared = {name: getattr(comparison, name) for name in ("model", "reference", "tolerance", "window", "period")}
         attributes = {**shared, "predictability_horizon": comparison.horizon, "cycles": comparison.cycles}
-        parts = [self._table(), _errors(comparison.rows), _histories(comparison.rows), _growths(comparison.rows)]
+        parts = [_table(comparison), _errors(comparison.rows), _histories(comparison.rows), _growths(comparison.rows)]
         if self.precision is not None:
             parts.append(_work_precision(self.precision))
         labels = [row.label for row in comparison.rows]
@@ -95,20 +96,32 @@ class ComparisonPage(Presentation[Comparison]):
     def write(self, path: Path) -> None:
         """Write all numbers, or as CSV a row for every algorithm."""
         if path.suffix == ".csv":
-            write_csv(self._table(), path)
+            write_csv(_table(_with_distinct_labels(self.result)), path)
         else:
             super().write(path)
 
-    def _table(self) -> xr.Dataset:
-        """Return the table of the comparison, with units."""
-        table, error_unit = table_of(self.result), _error_unit(self.result.rows)
-        data = table.to_xarray()
-        for name, (unit, _) in COLUMNS.items():
-            if unit:
-                data[name].attrs["units"] = error_unit if name == "error" else unit
-            else:
-                data[name] = ("algorithm", table[name].to_numpy(dtype=np.str_))
-        return data.assign_coords(algorithm=np.array(table.index, dtype=np.str_))
+
+def _with_distinct_labels(comparison: Comparison) -> Comparison:
+    """Return a comparison whose rows can be told apart by their labels: "exact" may be reference and contender."""
+    seen: dict[str, int] = {}
+    rows = []
+    for row in comparison.rows:
+        seen[row.label] = seen.get(row.label, 0) + 1
+        number = seen[row.label]
+        rows.append(row if number == 1 else replace(row, label=f"{row.label} ({number})"))
+    return replace(comparison, rows=tuple(rows))
+
+
+def _table(comparison: Comparison) -> xr.Dataset:
+    """Return the table of the comparison, with units."""
+    table, error_unit = table_of(comparison), _error_unit(comparison.rows)
+    data = table.to_xarray()
+    for name, (unit, _) in COLUMNS.items():
+        if unit:
+            data[name].attrs["units"] = error_unit if name == "error" else unit
+        else:
+            data[name] = ("algorithm", table[name].to_numpy(dtype=np.str_))
+    return data.assign_coords(algorithm=np.array(table.index, dtype=np.str_))
 
 
 def _error_unit(rows: tuple[Row, ...]) -> str:
