@@ -19,7 +19,8 @@ difference = sound.levels["wide"] - sound.levels["narrow"]
 print(f"0.1 mm against 0.05 mm of backlash: {difference:+.1f} dB")
 
 with tempfile.TemporaryDirectory() as folder:
-    one, other = (wavfile.read(path)[1].astype(float) for path in sound.save(folder))
+    sound.save(folder)
+    one, other = (wavfile.read(Path(folder) / f"{name}.wav")[1].astype(float) for name in ("wide", "narrow"))
 in_files = 10.0 * np.log10(np.mean(one**2) / np.mean(other**2))
 print(f"in the files: {in_files:+.1f} dB, gain {sound.gain:.4g} of full scale per pascal for both")
 assert abs(in_files - difference) < 1e-5

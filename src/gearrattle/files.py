@@ -27,6 +27,7 @@ _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a de
 
 _HEAP = b"GCOL\x01\0\0\0"
 _MOST_SEARCHED = 200_000_000  # bytes, for all heaps together: a tenth of a second
+_MOST_CHUNKS = 10_000
 _EDGE = 100_000  # bytes of a dataset that are searched for heaps at each end, for a damaged file tells wrong places
 _FLAGS = 3  # byte of an encoded type of HDF5: after two of the encoding and one of version and class
 
@@ -194,9 +195,13 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
     header, most, insides = 8 + width, 2 ** (8 * width), _insides(file)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        heaps = list(_places(content, _HEAP, insides))
-        for begin in heaps:
-            end = min(begin + int.from_bytes(content[begin + 8 : begin + header], "little"), size)
+        heaps: list[tuple[int, int]] = []
+        for begin in _places(content, _HEAP, insides):
+            if heaps and begin < heaps[-1][1]:
+                continue  # text in a heap
+            claimed = begin + int.from_bytes(content[begin + 8 : begin + header], "little")
+            end = min(claimed, size)
+            heaps.append((begin, claimed if claimed <= size else begin))
             at = begin + header
             while at + header <= end:
                 index = int.from_bytes(content[at : at + 2], "little")
@@ -213,9 +218,12 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 step = 8 + address
                 if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
                     raise Refused("is damaged: a string is longer than the file", "write it again")
-        searched = size - sum(end - first for first, end in insides)
-        for begin in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
-            for at in _places(content, (begin - file.userblock_size).to_bytes(address, "little"), insides):
+        elsewhere = sorted(
+            [*heaps, *_numbers(file)]
+        )  # where no string is told of: text, and numbers that may look alike
+        searched = size - sum(end - first for first, end in elsewhere)
+        for begin, _ in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
+            for at in _places(content, (begin - file.userblock_size).to_bytes(address, "little"), elsewhere):
                 length = int.from_bytes(content[max(0, at - 4) : at], "little")
                 index = int.from_bytes(content[at + address : at + address + 4], "little")
                 if length > size and 0 < index < 2**16:  # of a string in this heap
@@ -229,13 +237,29 @@ def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> 
         while (last := content.find(what, last, first + len(what))) >= 0:
             yield last
             last += 1
-        last = end
+        last = max(first, end)
 
 
 def _insides(file: Any) -> list[tuple[int, int]]:
     """Where the insides of large datasets lie in an HDF5 file, ascending: begins and ends [bytes]."""
     found = [(item.id.get_offset() or 0, item.id.get_storage_size()) for _, item in datasets(file)]
     return sorted((at + _EDGE, at + size - _EDGE) for at, size in found if at and size > 4 * _EDGE)
+
+
+def _numbers(file: Any) -> list[tuple[int, int]]:
+    """Where the values of datasets lie in an HDF5 file that are no strings of any length: begins and ends [bytes]."""
+    import h5py
+
+    regions = []
+    for _, item in datasets(file):
+        if item.id.get_type().get_class() == h5py.h5t.VLEN or getattr(item.id.get_type(), "is_variable_str", bool)():
+            continue
+        if item.chunks is None:
+            regions.append((item.id.get_offset() or 0, item.id.get_storage_size()))
+        else:
+            chunks = (item.id.get_chunk_info(k) for k in range(min(item.id.get_num_chunks(), _MOST_CHUNKS)))
+            regions += [(chunk.byte_offset, chunk.size) for chunk in chunks if chunk.byte_offset is not None]
+    return [(begin, begin + length) for begin, length in regions if begin and length > 0]
 
 
 def datasets(file: Any) -> Iterator[tuple[str, Any]]:

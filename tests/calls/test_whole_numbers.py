@@ -33,6 +33,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     "listen": lambda **given: gr.listen(_run(), **given),
     "optimize": lambda **given: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **given),
     "order_map": lambda **given: gr.order_map(_run(), "velocity.hub", **given),
+    "run": lambda **given: gr.run(MODEL, **given),
     "screen": lambda **given: gr.screen(MODEL, [100.0, 120.0], simulate=True, **given),
     "simulate": lambda **given: gr.simulate(MODEL, **given),
     "stream": lambda **given: gr.stream(MODEL, **given),

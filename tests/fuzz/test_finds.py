@@ -13,6 +13,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
+from gearrattle.files import opened_hdf5
 from gearrattle.plots.stored import read_charts
 from gearrattle.sound.wave import read_wav
 from tests.fuzz.targets import TARGETS, recording
@@ -153,6 +154,18 @@ def test_a_heap_behind_a_large_dataset_is_looked_at(tmp_path: Path) -> None:
     with_objects(path, struct.pack("<Q", 2**64 - 16), at=8)
     with pytest.raises(ModelError, match="an object of a global heap has an impossible size"):
         gr.read(path)
+
+
+def test_text_and_numbers_that_look_like_addresses_of_heaps_are_read(tmp_path: Path) -> None:
+    """The bytes of a heap's address stand in strings after other strings, and among whole numbers."""
+    path, words = tmp_path / "x.h5", ["x" * length for length in range(1, 40)]
+    with h5py.File(path, "w") as file:
+        file["words"] = np.array([*words, "GCOL and more"], dtype=h5py.string_dtype())
+        near = np.array([value for begin in range(0, 8192, 8) for value in (-1, begin, 5)])
+        file["numbers"] = near
+        file.create_dataset("chunked", data=near, chunks=(60,))
+    with opened_hdf5(path) as file:
+        assert [text.decode() for text in file["words"][:]][-1] == "GCOL and more"
 
 
 def test_heaps_within_heaps_are_refused_at_once(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from gearrattle.plots.static import draw
 from tests import synthetic
 
 FOUND = synthetic.findings("double-sided")
-ROWS = rows_of(heard_of(FOUND.run))
+ROWS = rows_of(heard_of(FOUND.motion))
 
 
 def test_points_are_the_values_of_the_table() -> None:
@@ -47,7 +47,7 @@ def test_no_subject_has_the_colour_of_a_side() -> None:
 
 def test_a_recording_is_drawn_as_well() -> None:
     """What it cannot give has no panel; nothing at all makes no figure."""
-    motion = FOUND.run.trajectory
+    motion = FOUND.motion.trajectory
     heard = hear_recording(recording_of(motion), motion.layout, synthetic.OMEGA, np.array([1.0, 2.0]))
     chart = metrics_chart(measure(heard))
     assert chart is not None

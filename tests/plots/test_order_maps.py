@@ -197,7 +197,7 @@ def test_the_report_of_a_run_up_has_its_maps_with_orders_and_natural_frequencies
     drawn = {chart.key: chart for chart in charts(found())}
     spectra, orders = drawn["run_up_spectra"], drawn["run_up_orders"]
     assert spectra.group == orders.group == "run_up"
-    assert [panel.title for panel in spectra.panels] == list(found().run.trajectory.layout.inertia_names)
+    assert [panel.title for panel in spectra.panels] == list(found().motion.trajectory.layout.inertia_names)
     names = {line.name for line in spectra.panels[1].lines}
     assert {"order 2", "order 4", "natural frequency 1"} <= names
     assert "order 40 reaches 2000 Hz" in spectra.caption

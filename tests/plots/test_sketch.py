@@ -89,7 +89,7 @@ def test_any_driveline_can_be_drawn(layout: Layout) -> None:
     other = replace(
         findings,
         model=model.model_copy(update={"inertias": bodies, "torques": ()}),
-        run=replace(findings.motion, trajectory=motion),
+        motion=replace(findings.motion, trajectory=motion),
     )
     root = ElementTree.fromstring(sketch(other))
     words = ["".join(text.itertext()) for text in root.iter("text")]
