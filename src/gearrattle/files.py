@@ -218,9 +218,7 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
                 step = 8 + address
                 if any(int.from_bytes(lengths[i : i + 4], "little") > size for i in range(0, len(lengths), step)):
                     raise Refused("is damaged: a string is longer than the file", "write it again")
-        elsewhere = sorted(
-            [*heaps, *_numbers(file)]
-        )  # where no string is told of: text, and numbers that may look alike
+        elsewhere = sorted([*heaps, *_numbers(file)])  # text and numbers: they may look like what is looked for
         searched = size - sum(end - first for first, end in elsewhere)
         for begin, _ in heaps if len(heaps) * searched < _MOST_SEARCHED else []:
             for at in _places(content, (begin - file.userblock_size).to_bytes(address, "little"), elsewhere):
