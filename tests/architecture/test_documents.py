@@ -68,11 +68,12 @@ def test_every_example_is_listed() -> None:
     assert [name for path in files if (name := path.relative_to(EXAMPLES).as_posix()) not in catalogue] == []
 
 
-def test_readme_python_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_readme_python_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (code,) = re.findall(r"```python\n(.*?)```", _read(ROOT / "README.md"), flags=re.DOTALL)
     assert len(code.strip().splitlines()) <= 12
-    monkeypatch.chdir(ROOT)
+    monkeypatch.chdir(tmp_path)  # it saves a report into the working directory
     exec(compile(code, "README.md", "exec"), {})
+    assert (tmp_path / "tight" / "report.html").is_file()
 
 
 def _keys(schema: Any) -> set[str]:
