@@ -92,12 +92,12 @@ class Result:
             ModelError: another ending, or a folder that holds something else than a page of gearrattle.
             OSError: it cannot be written; then nothing has changed.
         """
-        written: Path = import_module("gearrattle.report").save(self, path)
+        written: Path = import_module("gearrattle.report.saved").save(self, path)
         return written
 
     def _repr_html_(self) -> str:
         """Return a short static view for notebooks: sentence, first tables, first figure; no script."""
-        return str(import_module("gearrattle.report").notebook_view(self))
+        return str(import_module("gearrattle.report.notebook").notebook_view(self))
 
     def _presentation(self) -> Any:
         return import_module("gearrattle.report.kinds").presentation_of(self)

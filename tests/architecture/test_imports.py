@@ -69,3 +69,14 @@ def test_a_name_that_is_also_that_of_a_file_comes_from_it() -> None:
 def test_heavy_libraries_load_late(start: str) -> None:
     printed = _python(f"{start}\nimport sys\nprint('LOADED', *sorted(set(sys.modules) & set({HEAVY!r})))")
     assert printed.strip().splitlines()[-1] == "LOADED"
+
+
+def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
+    """Nothing is drawn, judged or saved: a motion's answer is its cost and its crossings."""
+    unneeded = ("gearrattle.plots", "gearrattle.criteria", "gearrattle.pipeline", "xarray", "h5py")
+    code = (
+        "import sys\nfrom gearrattle.cli import main\n"
+        "assert main(['simulate', 'examples/paper/case3.toml', '--cycles', '2']) == 0\n"
+        f"print('LOADED', *sorted(set(sys.modules) & set({unneeded!r})))"
+    )
+    assert _python(code).strip().splitlines()[-1] == "LOADED"

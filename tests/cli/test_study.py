@@ -66,7 +66,7 @@ def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytes
     folder = Path("gaps-study")
     first = (folder / "report.html").read_bytes()
     assert sorted(p.name for p in (folder / "figures").glob("*.svg")) == ["map-impacts-per-cycle.svg", "map.svg"]
-    monkeypatch.setattr("gearrattle.report.page.versions", lambda: {}["broken"])
+    monkeypatch.setattr("gearrattle.report.written_page.versions", lambda: {}["broken"])
     assert main(["study", str(study), "--resume"]) != 0
     assert (folder / "report.html").read_bytes() == first
     monkeypatch.undo()

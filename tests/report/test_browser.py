@@ -13,7 +13,7 @@ import pytest
 from gearrattle import load, spectra
 from gearrattle.pipeline import run as pipeline
 from gearrattle.recording import Channel, Recording
-from gearrattle.report import save
+from gearrattle.report.saved import save
 from tests import synthetic
 from tests.browser import MARKS, alive, browse
 

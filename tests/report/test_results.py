@@ -237,7 +237,7 @@ def test_a_notebook_shows_it_without_script_or_style_sheet(kind: str) -> None:
 
 
 def view_of(kind: str) -> str:
-    from gearrattle.report import notebook_view
+    from gearrattle.report.notebook import notebook_view
 
     view = notebook_view(result(kind))
     if isinstance(result(kind), gr.Result):

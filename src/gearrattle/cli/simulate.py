@@ -9,7 +9,7 @@ from gearrattle.cli.options import Json, Output, Settings
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.report.run_report import SimulationReport
+    from gearrattle.report.motion import SimulationReport
 
 _DEFAULTS = Settings()
 
@@ -39,7 +39,7 @@ def simulate(
 
     def work(watch: Watch) -> SimulationReport:
         run = gearrattle.simulate(driveline, **settings.arguments(), progress=watch)
-        from gearrattle.report.run_report import SimulationReport
+        from gearrattle.report.motion import SimulationReport
 
         return SimulationReport(run)
 

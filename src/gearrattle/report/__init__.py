@@ -7,10 +7,6 @@
     results.nc      every number, netCDF-4
     figures/        every figure as SVG, and the charts themselves, for ``figures``
 
-all of it or nothing; what kinds of results there are stands in ``kinds``. ``notebook_view`` shows one in a notebook.
+all of it or nothing. What kinds of results there are stands in ``kinds``, ``saved`` writes them, ``notebook`` shows one
+in a notebook. Nothing is imported here: a result on a terminal needs neither figures nor templates.
 """
-
-from gearrattle.report.notebook import notebook_view
-from gearrattle.report.saved import fill, save
-
-__all__ = ["fill", "notebook_view", "save"]

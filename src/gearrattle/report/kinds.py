@@ -17,7 +17,7 @@ from gearrattle.result import KIND, Result
 
 PRESENTATIONS: Mapping[str, str] = {
     "run": "gearrattle.report.run_report:RunReport",
-    "motion": "gearrattle.report.run_report:MotionReport",
+    "motion": "gearrattle.report.motion:MotionReport",
     "verdict": "gearrattle.report.run_report:VerdictReport",
     "Campbell diagram": "gearrattle.report.modes:CampbellPage",
     "modes": "gearrattle.report.modes:ModesPage",

@@ -1,30 +1,20 @@
-"""A page: sections of sentences, figures and tables, and the folder that it stands in.
+"""A page as a value: sections of sentences, figures and tables. ``written_page`` makes HTML of it.
 
-Every result has one template (``page.html.j2``); the report of a run extends it (``run_report.html.j2``). A page needs
-nothing else: no network, no folder beside it. Every figure is in it as SVG, which is shown without JavaScript and
-printed. On a page that is interactive it is there a second time as data, which plotly.js, inlined once, turns into a
-plot when the figure scrolls into view. A page forbids itself to load anything from elsewhere.
+Nothing that draws or renders is imported here: a result on a terminal needs no figure.
 
-Takes what a page says and shows; writes HTML, JSON and figures.
+Takes what a page says and shows; gives frozen Pages.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
-
-from gearrattle.plots.chart import Chart
-from gearrattle.report.ink import fill_figures
-from gearrattle.report.live_figures import page_script, plotly_script
-from gearrattle.report.provenance import now, versions
 from gearrattle.report.tables import Table
-from gearrattle.report.templates import templates
 
-_HERE = Path(__file__).parent
+if TYPE_CHECKING:
+    from gearrattle.plots.chart import Chart
 
 
 @dataclass(frozen=True)
@@ -92,31 +82,6 @@ class Page:
     def charts(self) -> list[Chart]:
         """All figures, in reading order."""
         return [chart for section in self.sections for chart in section.charts]
-
-
-def fill_page(page: Page, folder: Path) -> None:
-    """Write a page and figures/ into an existing folder that holds neither.
-
-    Args:
-        page: what it says and shows.
-        folder: to write into.
-    """
-    drawn = fill_figures(page.charts, folder)
-    for section in page.sections:
-        for picture in section.pictures:
-            (folder / "figures" / f"{picture.key}.svg").write_bytes(picture.svg)
-    template = templates().get_template(page.template)
-    html = template.render(
-        page=page,
-        svg={chart.key: svg for chart, svg in drawn},
-        created=now(),
-        version=versions().get("gearrattle", ""),
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-        script=page_script() if page.is_interactive else "",
-        plotly=plotly_script() if page.is_interactive else "",
-        **page.values,
-    )
-    (folder / "report.html").write_text(html, encoding="utf-8")
 
 
 def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:

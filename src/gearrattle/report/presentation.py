@@ -14,7 +14,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from gearrattle.plots.chart import Chart
 from gearrattle.report.numbers import write_csv, write_netcdf
 from gearrattle.report.page import Page, Section, notes_section
 from gearrattle.report.provenance import now
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearrattle.model import Model
+    from gearrattle.plots.chart import Chart
 
 R = TypeVar("R")
 

@@ -1,13 +1,12 @@
 """The report of a run: the verdict first, then figures, modes, criteria, metrics, the model and what it cost.
 
-Takes Findings, a Run or a Verdict; gives their presentations.
+Takes Findings or a Verdict; gives their presentations.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +15,8 @@ import numpy as np
 from markupsafe import Markup
 
 from gearrattle.criteria import Verdict
-from gearrattle.json_types import json_value
 from gearrattle.model import Model
-from gearrattle.pipeline import Findings, judged
+from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.shelf import charts
 from gearrattle.plots.sketch import sketch
@@ -35,8 +33,6 @@ from gearrattle.report.summary import findings_content
 from gearrattle.report.tables import Table
 from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles, verdict_table
-from gearrattle.results import Run
-from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,42 +53,37 @@ class RunReport(Presentation[Findings]):
     is_interactive = True
 
     @property
-    def findings(self) -> Findings:
-        """What the page is about."""
-        return self.result
-
-    @property
     def title(self) -> str:
-        return self.findings.model.name or "Driveline"
+        return self.result.model.name or "Driveline"
 
     @property
     def sentence(self) -> str:
-        return str(self.findings.verdict)
+        return str(self.result.verdict)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return self.findings.notes
+        return self.result.notes
 
     def sections(self) -> tuple[Section, ...]:
-        return _sections(self.findings)
+        return _sections(self.result)
 
     def charts(self) -> list[Chart]:
-        return charts(self.findings)
+        return charts(self.result)
 
     def answer(self) -> tuple[Table, ...]:
-        return (verdict_table(self.findings.verdict),)
+        return (verdict_table(self.result.verdict),)
 
     def content(self) -> dict[str, Any]:
-        return findings_content(self.findings)
+        return findings_content(self.result)
 
     def data(self) -> xr.Dataset:
-        return self.findings.motion.data
+        return self.result.motion.data
 
     def write(self, path: Path) -> None:
-        self.findings.motion.write(path)
+        self.result.motion.write(path)
 
     def page(self) -> Page:
-        findings = self.findings
+        findings = self.result
         values = {
             "findings": findings,
             "headline": _HEADLINES[findings.verdict.verdict],
@@ -104,63 +95,6 @@ class RunReport(Presentation[Findings]):
             "notes": self.notes,
         }
         return replace(super().page(), template="run_report.html.j2", values=values)
-
-
-class MotionReport(RunReport):
-    """A motion as it was simulated, perhaps saved and opened again: judged when a page is asked for, without advice."""
-
-    kind = "motion"
-
-    def __init__(self, result: Run) -> None:
-        self.motion = result
-
-    @cached_property
-    def findings(self) -> Findings:
-        return judged(self.motion)
-
-    def data(self) -> xr.Dataset:
-        return self.motion.data
-
-    def write(self, path: Path) -> None:
-        self.motion.write(path)
-
-
-class SimulationReport(MotionReport):
-    """A motion whose answer is what it cost and where corners were crossed; nothing is judged before a page is made."""
-
-    @property
-    def sentence(self) -> str:
-        cost, cycles = self.motion.cost, counted(self.motion.trajectory.cycles, "cycle")
-        return f"{cycles} by {cost.algorithm}: {counted(cost.steps, 'step')} in {cost.wall_time:.3g} s."
-
-    @property
-    def title(self) -> str:
-        return self.motion.model.name or "Driveline"
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        return tuple(self.motion.notes)
-
-    def answer(self) -> tuple[Table, ...]:
-        rows = tuple((name, str(count)) for name, count in self._crossings().items())
-        return (Table(("clearance", "crossings"), rows),)
-
-    def content(self) -> dict[str, Any]:
-        trajectory = self.motion.trajectory
-        return {
-            "model": self.motion.model.name,
-            "cycles": trajectory.cycles,
-            "discard": trajectory.discard,
-            "samples_per_cycle": trajectory.samples_per_cycle,
-            "period": trajectory.layout.period,
-            "crossings": self._crossings(),
-            "cost": json_value(self.motion.cost),
-        }
-
-    def _crossings(self) -> dict[str, int]:
-        trajectory = self.motion.trajectory
-        counts = np.bincount(trajectory.events.clearance, minlength=len(trajectory.layout.clearance_names))
-        return dict(zip(trajectory.layout.clearance_names, counts.tolist(), strict=True))
 
 
 class VerdictReport(Presentation[Verdict]):

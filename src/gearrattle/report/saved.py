@@ -13,7 +13,6 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.json_types import json_text
-from gearrattle.report.page import fill_page
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.provenance import versions
 from gearrattle.result import KIND
@@ -103,6 +102,8 @@ def put_into(presentation: Presentation[Any], path: Path, staging: Staging) -> P
 
 def fill(presentation: Presentation[Any], folder: Path) -> None:
     """Write all files of a result into an existing empty folder."""
+    from gearrattle.report.written_page import fill_page
+
     fill_page(presentation.page(), folder)
     write_json(summary(presentation), folder / SUMMARY)
     presentation.write(folder / NUMBERS)

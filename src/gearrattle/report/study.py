@@ -18,11 +18,12 @@ import numpy as np
 from gearrattle.plots.axis_names import measure_of
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.numerals import unbroken
-from gearrattle.report.page import Section, fill_page, notes_section
+from gearrattle.report.page import Section, notes_section
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.saved import SUMMARY, summary, write_json
 from gearrattle.report.study_pages import page_of
 from gearrattle.report.tables import Table
+from gearrattle.report.written_page import fill_page
 from gearrattle.studies.kept import messages_of
 
 if TYPE_CHECKING:

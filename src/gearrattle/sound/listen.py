@@ -97,7 +97,7 @@ class Sound(Result):
             OSError: it cannot be written; then nothing has changed.
         """
         page = import_module("gearrattle.report.sound").SoundPage(self, bits)
-        written: Path = import_module("gearrattle.report").save(page, path)
+        written: Path = import_module("gearrattle.report.saved").save(page, path)
         return written
 
 

@@ -1,0 +1,110 @@
+"""A motion as a result: the report of a run when a page is asked for, what it cost when it has just been simulated.
+
+The report, its judgement and its figures are imported when they are asked for: a motion that is only saved or listed on
+a terminal needs none of them.
+
+Takes a Run; gives its presentations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.json_types import json_value
+from gearrattle.report.page import Page, Section
+from gearrattle.report.presentation import Presentation
+from gearrattle.report.tables import Table
+from gearrattle.results import Run
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearrattle.plots.chart import Chart
+    from gearrattle.report.run_report import RunReport
+
+
+class MotionReport(Presentation[Run]):
+    """A motion as it was simulated, perhaps saved and opened again: judged when it is shown, without advice."""
+
+    kind = "motion"
+    is_interactive = True
+
+    @cached_property
+    def _report(self) -> RunReport:
+        from gearrattle.pipeline import judged
+        from gearrattle.report.run_report import RunReport
+
+        return RunReport(judged(self.result))
+
+    @property
+    def title(self) -> str:
+        return self.result.model.name or "Driveline"
+
+    @property
+    def sentence(self) -> str:
+        return self._report.sentence
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self._report.notes
+
+    def sections(self) -> tuple[Section, ...]:
+        return self._report.sections()
+
+    def charts(self) -> list[Chart]:
+        return self._report.charts()
+
+    def answer(self) -> tuple[Table, ...]:
+        return self._report.answer()
+
+    def content(self) -> dict[str, Any]:
+        return self._report.content()
+
+    def data(self) -> xr.Dataset:
+        return self.result.data
+
+    def write(self, path: Path) -> None:
+        self.result.write(path)
+
+    def page(self) -> Page:
+        return replace(self._report.page(), brand=self.kind)
+
+
+class SimulationReport(MotionReport):
+    """A motion whose answer is what it cost and where corners were crossed; nothing is judged before a page is made."""
+
+    @property
+    def sentence(self) -> str:
+        cost, cycles = self.result.cost, counted(self.result.trajectory.cycles, "cycle")
+        return f"{cycles} by {cost.algorithm}: {counted(cost.steps, 'step')} in {cost.wall_time:.3g} s."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return tuple(self.result.notes)
+
+    def answer(self) -> tuple[Table, ...]:
+        rows = tuple((name, str(count)) for name, count in self._crossings().items())
+        return (Table(("clearance", "crossings"), rows),)
+
+    def content(self) -> dict[str, Any]:
+        trajectory = self.result.trajectory
+        return {
+            "model": self.result.model.name,
+            "cycles": trajectory.cycles,
+            "discard": trajectory.discard,
+            "samples_per_cycle": trajectory.samples_per_cycle,
+            "period": trajectory.layout.period,
+            "crossings": self._crossings(),
+            "cost": json_value(self.result.cost),
+        }
+
+    def _crossings(self) -> dict[str, int]:
+        trajectory = self.result.trajectory
+        counts = np.bincount(trajectory.events.clearance, minlength=len(trajectory.layout.clearance_names))
+        return dict(zip(trajectory.layout.clearance_names, counts.tolist(), strict=True))
