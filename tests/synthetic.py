@@ -116,6 +116,7 @@ def layout() -> Layout:
         is_mesh=np.array([False, False, True]),
         between=np.array([[0, 1], [1, 2], [2, 3]]),
         radii=np.array([[1.0, 1.0], [1.0, 1.0], [0.05, 0.05]]),
+        rows=np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.05, -0.05]]),
         clearance=np.array([0, 1, 2]),
         corners=tuple(np.array([-b, b]) for b in half),
         region_of_first_piece=np.array([-1, -1, -1]),

@@ -37,8 +37,10 @@ class Layout:
         stiffness: (m,) largest slope of every element; 0 for a pure damper [N m/rad or N/m].
         element_names: (m,) couplings, then meshes.
         is_mesh: (m,) whether the element is a gear mesh (deflection in m, force in N).
-        between: (m, 2) indices of the inertias the element connects; -1 is ground.
-        radii: (m, 2) base radii of a mesh [m]; 1, 1 for a coupling. Row k of W is +radii[k, 0], -radii[k, 1].
+        between: (m, 2) indices of the two inertias the element lies between; -1 is ground.
+        radii: (m, 2) base radii of these two gears [m]; 1, 1 for a coupling. ``radii[:, 0]`` refers a force to the
+            first of them.
+        rows: (m, n) W: deflections from angles, transmission errors apart [m or 1].
         clearance: (K,) indices of the elements that have a corner.
         corners: K ascending arrays of corner positions [rad or m].
         region_of_first_piece: (K,) label of the piece below the lowest corner (<= 0); labels count up by one.
@@ -61,6 +63,7 @@ class Layout:
     is_mesh: NDArray[np.bool_]
     between: IntArray
     radii: Array
+    rows: Array
     clearance: IntArray
     corners: tuple[Array, ...]
     region_of_first_piece: IntArray

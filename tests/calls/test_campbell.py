@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble
 from tests.calls.test_modes import SEEDS, train
 from tests.oracles.driveline import Body, Coupling, Driveline, Harmonic, Mesh, Torque
 
@@ -30,7 +30,7 @@ def geared(units: str = "SI") -> gr.Model:
 def dynamic(model: gr.Model, ratios: dict[str, float], omega: float) -> np.ndarray:
     """K - omega^2 J, symmetrically scaled to J = 1."""
     rows = assemble(model).rows / np.sqrt([body.J for body in model.inertias])
-    slopes = [element.stiffness * ratios.get(element.name, 1.0) for element in elements_of(model)]
+    slopes = [element.drive[-1].stiffness * ratios.get(element.name, 1.0) for element in model.elements]
     return rows.T @ np.diag(slopes) @ rows - omega**2 * np.eye(len(model.inertias))
 
 
@@ -38,7 +38,7 @@ def dynamic(model: gr.Model, ratios: dict[str, float], omega: float) -> np.ndarr
 def test_crossings_solve_the_eigenproblem_and_none_is_missing(seed: int) -> None:
     model = train(seed)
     top = float(gr.modes(model).frequencies[-1])
-    name = elements_of(model)[-1].name
+    name = model.elements[-1].name
     found = gr.campbell(model, (0.001 * top, 0.7 * top), {name: [0.2, 1.0]})
     assert [line.order for line in found.orders] == [1.0, 20.0][: 1 + bool(model.meshes)]
     for crossing in found.crossings:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble
 from tests.oracles.driveline import Body, Coupling, Driveline, Harmonic, Mesh, Torque
 
 SEEDS = range(12)
@@ -47,7 +47,7 @@ def separate(frequencies: np.ndarray, mode: int) -> bool:
 def test_shares_follow_from_the_shapes(seed: int) -> None:
     model = train(seed)
     found, system = gr.modes(model), assemble(model)
-    stiffness = np.array([element.stiffness for element in elements_of(model)])
+    stiffness = np.array([element.drive[-1].stiffness for element in model.elements])
     inertia = np.array([body.J for body in model.inertias])
     stored = stiffness[:, None] * (system.rows @ found.shapes) ** 2
     moving = inertia[:, None] * found.shapes**2
@@ -67,7 +67,7 @@ def test_shares_add_up(seed: int) -> None:
     assert found.strain_energy[:, first:].sum(axis=0) == pytest.approx(1.0, rel=1e-12)
     assert found.kinetic_energy.sum(axis=0) == pytest.approx(1.0, rel=1e-12)
     assert found.participation.sum(axis=1) == pytest.approx(1.0 / inertia, rel=1e-12)
-    if len(elements_of(model)) == len(inertia) - first:  # without loops no step of transmission error is locked in
+    if len(model.elements) == len(inertia) - first:  # without loops no step of transmission error is locked in
         assert found.strain_energy[:, first:].sum(axis=1) == pytest.approx(1.0, rel=1e-12)
     else:
         assert np.any(found.strain_energy[:, first:].sum(axis=1) < 1.0 - 1e-9)
@@ -77,11 +77,9 @@ def test_shares_add_up(seed: int) -> None:
 def test_strain_energy_is_the_sensitivity_of_the_frequency_to_the_stiffness(seed: int) -> None:
     model, step = train(seed), 1e-4
     found = gr.modes(model)
-    for k, element in enumerate(elements_of(model)):
-        path = f"{'coupling' if element in model.couplings else 'mesh'}.{element.name}.stiffness"
-        ends = [
-            gr.modes(model.with_({path: element.stiffness * np.exp(sign * step)})).frequencies for sign in (1.0, -1.0)
-        ]
+    for k, element in enumerate(model.elements):
+        path, stiffness = f"{element.path}.stiffness", element.drive[-1].stiffness
+        ends = [gr.modes(model.with_({path: stiffness * np.exp(sign * step)})).frequencies for sign in (1.0, -1.0)]
         for mode in range(rigid_modes(found), len(found.frequencies)):
             if separate(found.frequencies, mode):
                 slope = 2.0 * np.log(ends[0][mode] / ends[1][mode]) / (2.0 * step)
@@ -107,7 +105,7 @@ def test_participation_gives_the_acceleration_by_a_unit_torque(seed: int) -> Non
     model = train(seed)
     found, system = gr.modes(model), assemble(model)
     inertia = np.diag([body.J for body in model.inertias])
-    stiffness = system.rows.T @ np.diag([element.stiffness for element in elements_of(model)]) @ system.rows
+    stiffness = system.rows.T @ np.diag([element.drive[-1].stiffness for element in model.elements]) @ system.rows
     omega = 0.37 * found.frequencies[-1]
     solved = np.diag(-(omega**2) * np.linalg.inv(stiffness - omega**2 * inertia))
     summed = found.participation @ (-(omega**2) / (found.frequencies**2 - omega**2))
@@ -118,7 +116,7 @@ def test_participation_gives_the_acceleration_by_a_unit_torque(seed: int) -> Non
 def test_excitation_is_how_the_energy_of_a_blow_or_a_step_spreads(seed: int) -> None:
     model = train(seed)
     found, system = gr.modes(model), assemble(model)
-    names = [element.name for element in elements_of(model)]
+    names = [element.name for element in model.elements]
     inertia = np.array([body.J for body in model.inertias])
     unit = found.shapes / np.sqrt(found.modal_inertia)  # of unit modal inertia
     assert found.sources[0] == "torque on b0"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble
 from tests.reductions.drivelines import random_driveline
 
 EIGHT = Path(__file__).parents[2] / "examples" / "paper" / "eight_dof.toml"
@@ -106,8 +106,8 @@ def test_the_model_written_is_the_system_in_its_subspace(seed: int) -> None:
     assert less.drag == pytest.approx(basis.T**2 @ full.drag, rel=1e-13)
     assert less.inputs.mean == pytest.approx(basis.T @ full.inputs.mean, rel=1e-12, abs=1e-13)
     assert less.inputs.torque_sine == pytest.approx(basis.T @ full.inputs.torque_sine, rel=1e-12, abs=1e-13)
-    where = {e.name: k for k, e in enumerate(elements_of(model))}
-    for k, element in enumerate(elements_of(small.model)):
+    where = {e.name: k for k, e in enumerate(model.elements)}
+    for k, element in enumerate(small.model.elements):
         row, law, old = less.rows[k], less.laws[k], full.laws[where[element.name]]
         full_row = full.rows[where[element.name]] @ basis
         unit = row[np.argmax(np.abs(row))] / full_row[np.argmax(np.abs(row))]  # delta' = unit x delta
@@ -137,8 +137,8 @@ def test_static_deflection_across_kept_clearances_is_kept(seed: int) -> None:
     model, small = reduced(seed)
     full, less = gr.equilibrium(model), gr.equilibrium(small.model)
     assert less.region == full.region
-    corner = {e.name: e.drive_pieces[0].until for e in elements_of(model)}
-    for e in elements_of(small.model):
-        if len(e.drive_pieces) > 1:
+    corner = {e.name: e.drive[0].until for e in model.elements}
+    for e in small.model.elements:
+        if len(e.drive) > 1:
             share = full.deflection[e.name] / corner[e.name]
-            assert less.deflection[e.name] / e.drive_pieces[0].until == pytest.approx(share, rel=1e-8, abs=1e-9)
+            assert less.deflection[e.name] / e.drive[0].until == pytest.approx(share, rel=1e-8, abs=1e-9)

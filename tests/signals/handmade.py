@@ -29,6 +29,7 @@ def layout(**changes: Any) -> Layout:
         is_mesh=np.array([False, True]),
         between=np.array([[0, -1], [0, 1]]),
         radii=np.array([[1.0, 1.0], [0.06, 0.02]]),
+        rows=np.array([[1.0, 0.0], [0.06, -0.02]]),
         clearance=np.array([1]),
         corners=(np.array([-1.0, 1.0]),),
         region_of_first_piece=np.array([-1]),
@@ -39,7 +40,15 @@ def layout(**changes: Any) -> Layout:
         orders=np.array([1.0]),
         reference=0,
     )
-    return replace(plate, **changes)
+    plate = replace(plate, **changes)
+    if "rows" in changes:
+        return plate
+    rows = np.zeros((len(plate.between), len(plate.inertia_names)))
+    for row, ends, radii in zip(rows, plate.between.tolist(), plate.radii.tolist(), strict=False):
+        for end, radius, sign in zip(ends, radii, (1.0, -1.0), strict=True):
+            if end >= 0:
+                row[end] = sign * radius
+    return replace(plate, rows=rows)
 
 
 def staged(corners: Sequence[float], first: int, stiffness: Sequence[float]) -> Layout:

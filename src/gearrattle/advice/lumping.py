@@ -53,7 +53,7 @@ def lumping_line(
 def _band(model: Model, omega: float) -> tuple[tuple[str, ...], float]:
     """End of the band that torques excite, in the unit of ``reduce``, and why; errors may lie beyond it."""
     torques = [h.order for torque in model.torques for h in torque.harmonics if h.amplitude != 0.0]
-    errors = [h.order for mesh in model.meshes for h in mesh.transmission_error if h.amplitude != 0.0]
+    errors = [h.order for element in model.elements for h in element.errors if h.amplitude != 0.0]
     highest = max(torques or errors, default=1.0)
     unit = 1.0 if model.units == "dimensionless" else 1.0 / (2.0 * np.pi)
     end = highest * omega * unit

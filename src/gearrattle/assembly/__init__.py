@@ -1,6 +1,7 @@
 """The one place that knows both wings: a model in words becomes a piecewise system and its name plate."""
 
-from gearrattle.assembly.elements import elements_of, rows_of
+from gearrattle.assembly.deflections import deflection, deflection_rate
+from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.friction import left_out
 from gearrattle.assembly.lumped import lumped_model, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
@@ -15,8 +16,9 @@ __all__ = [
     "check_length",
     "common_period",
     "default_cycles",
+    "deflection",
+    "deflection_rate",
     "drive_torque",
-    "elements_of",
     "free_names",
     "free_of",
     "left_out",

@@ -18,7 +18,7 @@ from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
 from gearrattle.assembly.signals import ramp_of, signals_of
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Alternation, Mesh, Model
+from gearrattle.model import Alternation, Element, Model
 from gearrattle.system.clock import Clock
 from gearrattle.system.companion import alternation
 from gearrattle.system.law import PiecewiseLaw
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _WHOLE = 1e-9
 
 
-def alternating(index: int, mesh: Mesh, given: Alternation, law: PiecewiseLaw) -> Named:
+def alternating(index: int, mesh: Element, given: Alternation, law: PiecewiseLaw) -> Named:
     """The part of a mesh's stiffness that is lacking while a pair less is in contact."""
     begins = turn_at_start(given) >= given.share
     made = alternation(index, law, 1.0 - given.fewer, begins_lacking=begins)
@@ -37,7 +37,7 @@ def alternating(index: int, mesh: Mesh, given: Alternation, law: PiecewiseLaw) -
     return Named(made, pairs_name(mesh), tuple(word for word in words for _ in range(law.pieces)))
 
 
-def pairs_name(mesh: Mesh) -> str:
+def pairs_name(mesh: Element) -> str:
     """What the companion of an alternating mesh is called."""
     return f"{mesh.name}.pairs"
 
@@ -47,7 +47,7 @@ def turn_at_start(given: Alternation) -> float:
     return float(given.phase / (2.0 * pi) % 1.0)
 
 
-def clock_of(model: Model, of: Sequence[tuple[int, Mesh, Alternation]]) -> Clock | None:
+def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
     """When alternating meshes change: over one common period, or along a sweep.
 
     Args:
@@ -82,13 +82,13 @@ def _begins(given: Alternation) -> Array:
     return np.sort(np.where(turns > 1.0, turns - 1.0, turns))
 
 
-def _repeating(common: CommonPeriod, mesh: Mesh, given: Alternation, omega: float) -> Array:
+def _repeating(common: CommonPeriod, mesh: Element, given: Alternation, omega: float) -> Array:
     """Changes in one common period [s]."""
     cycle = 2.0 * pi / (given.order * omega)
     count = common.period / cycle
     if abs(count - round(count)) > _WHOLE * count:
         rule = "the mesh must turn through whole cycles in the common period of all orders"
-        place = f"mesh.{mesh.name}.alternation.order"
+        place = f"{mesh.path}.alternation.order"
         raise ModelError(Problem(place, f"{given.order:g}", rule, "choose an order p/q with a small q"))
     return np.asarray((np.add.outer(np.arange(round(count)), _begins(given)) * cycle).ravel())
 

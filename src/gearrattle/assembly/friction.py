@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Coupling, Mesh, Model, Piece
+from gearrattle.model import Element, Model, Piece
 from gearrattle.system.companion import Companion, limiters, slider
 from gearrattle.system.law import PiecewiseLaw
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -52,17 +52,16 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
             yield time, beside.names[c], layout.companion_words[c][now[count + c]]
 
 
-def is_parted(element: Coupling | Mesh) -> bool:
+def is_parted(element: Element) -> bool:
     """Whether the first stages of both sides differ in their friction."""
-    return element.drive_pieces[0].hysteresis != element.coast_pieces[0].hysteresis
+    return element.drive[0].hysteresis != element.coast[0].hysteresis
 
 
 def left_out(model: Model) -> tuple[str, ...]:
     """What linear results leave out, in words; nothing for a model without companions."""
-    rubbing = [c.name for c in model.couplings if any(p.hysteresis for p in (*c.drive_pieces, *c.coast_pieces))]
-    elements: list[Coupling | Mesh] = [*model.couplings, *model.meshes]
-    clipped = [element.name for element in elements if element.contact_damping == "clipped"]
-    alternating = [mesh.name for mesh in model.meshes if mesh.alternation is not None]
+    rubbing = [element.name for element in model.elements if element.rubs]
+    clipped = [element.name for element in model.elements if element.contact_damping == "clipped"]
+    alternating = [element.name for element in model.elements if element.alternation is not None]
     told = []
     if alternating:
         told.append(
@@ -75,12 +74,12 @@ def left_out(model: Model) -> tuple[str, ...]:
     return tuple(told)
 
 
-def companions_of(index: int, element: Coupling | Mesh, law: PiecewiseLaw, period: float) -> Iterator[Named]:
+def companions_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
     """Yield the companions of one element.
 
     Args:
         index: of the element.
-        element: a coupling or mesh.
+        element: of the model.
         law: its law.
         period: a time by which rates are made deflections [s].
 
@@ -96,10 +95,10 @@ def companions_of(index: int, element: Coupling | Mesh, law: PiecewiseLaw, perio
         yield Named(made, f"{element.name}.{name}", WORDS[:4])
 
 
-def _sliders(element: Coupling | Mesh, law: PiecewiseLaw) -> Iterator[tuple[str, float, float, range]]:
+def _sliders(element: Element, law: PiecewiseLaw) -> Iterator[tuple[str, float, float, range]]:
     """Yield name, loop height, spring and the labels of the pieces in which it is engaged, of every slider."""
     last = law.first_label + law.pieces
-    drive, coast = element.drive_pieces, element.coast_pieces
+    drive, coast = element.drive, element.coast
     inner = min((drive[0], coast[0]), key=lambda piece: piece.hysteresis)
     if inner.hysteresis > 0.0:
         yield "0", inner.hysteresis, inner.stick_stiffness, range(law.first_label, last)
@@ -111,7 +110,7 @@ def _sliders(element: Coupling | Mesh, law: PiecewiseLaw) -> Iterator[tuple[str,
             if more < 0.0:
                 fall = f"{sooner.hysteresis:.6g} N m, then {piece.hysteresis:.6g}"
                 rule = f"hysteresis must not fall from stage to stage: {fall}"
-                raise ModelError(Problem(f"coupling.{element.name}", f"{side} stage {i}", rule))
+                raise ModelError(Problem(element.path, f"{side} stage {i}", rule))
             first = i if side == "drive" else -i - parted
             labels = range(first, last) if side == "drive" else range(law.first_label, first + 1)
             if more > 0.0:

@@ -15,8 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gearrattle.assembly.elements import elements_of
-from gearrattle.model import GROUND, Coupling, Mesh, Model
+from gearrattle.model import GROUND, Coupling, Element, Mesh, Model
 
 Table = dict[str, Any]
 
@@ -27,7 +26,7 @@ _RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the
 def must_stay_level(model: Model) -> frozenset[int]:
     """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a
     preload, friction."""
-    return frozenset(k for k, e in enumerate(elements_of(model)) if isinstance(e, Coupling) and not _meshable(e))
+    return frozenset(k for k, element in enumerate(model.elements) if not element.along_line and not _meshable(element))
 
 
 def lumped_model(
@@ -46,8 +45,9 @@ def lumped_model(
     to = {names[i]: (names[o], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True))}
     to[GROUND] = (GROUND, 1.0)
     kept = sorted(set(owner))
-    elements = [e for k, e in enumerate(elements_of(model)) if k not in set(removed)]
-    written = [_element(element, to) for element in elements]
+    gone = {model.elements[k].name for k in removed}
+    written = [_coupling(coupling, to) for coupling in model.couplings if coupling.name not in gone]
+    written += [_mesh(mesh, to) for mesh in model.meshes if mesh.name not in gone]
     tables = {**model.to_tables(at_speed=True), "name": name}
     tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
     for kind in ("coupling", "mesh"):
@@ -76,30 +76,35 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
 
 
-def _element(element: Coupling | Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
-    """Write one element between the bodies kept, and say which kind of table it is."""
-    (a, rho_a), (b, rho_b) = (to[end] for end in element.between)
-    table = {**element.to_plain(at_speed=True), "between": [a, b]}
-    if isinstance(element, Mesh):
-        radii = [element.radii[0] * rho_a, element.radii[1] * rho_b]
-        return "mesh", {**table, "radii": radii}
+def _mesh(mesh: Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
+    """Write a mesh between the bodies kept."""
+    (a, rho_a), (b, rho_b) = (to[end] for end in mesh.between)
+    radii = [mesh.radii[0] * rho_a, mesh.radii[1] * rho_b]
+    return "mesh", {**mesh.to_plain(at_speed=True), "between": [a, b], "radii": radii}
+
+
+def _coupling(coupling: Coupling, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
+    """Write a coupling between the bodies kept; between shafts of different speeds it becomes a mesh."""
+    (a, rho_a), (b, rho_b) = (to[end] for end in coupling.between)
+    table = {**coupling.to_plain(at_speed=True), "between": [a, b]}
     if GROUND in (a, b):
         return "coupling", _referred(table, rho_b if a == GROUND else rho_a)
     if abs(rho_a - rho_b) <= _SAME * rho_a:
         return "coupling", _referred(table, rho_a)
-    piece = element.drive_pieces[-1]
-    mesh: Table = {"name": element.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
+    first, piece = coupling.drive_pieces[0], coupling.drive_pieces[-1]
+    mesh: Table = {"name": coupling.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
     mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
-    gap = {"backlash": 2.0 * element.clearance * _RADIUS, "contact_damping": element.contact_damping}
-    return "mesh", mesh | (gap if element.clearance else {})
+    if first.until is not None:
+        mesh |= {"backlash": 2.0 * first.until * _RADIUS, "contact_damping": coupling.contact_damping}
+    return "mesh", mesh
 
 
-def _meshable(coupling: Coupling) -> bool:
-    if coupling.preload or coupling.drive_pieces[0].hysteresis:
+def _meshable(element: Element) -> bool:
+    """Whether a law is linear, or a free gap of equal sides."""
+    if element.preload or element.rubs or element.drive != element.coast:
         return False
-    if coupling.stages is not None:
-        return len(coupling.drive_pieces) == 1 and coupling.drive_pieces == coupling.coast_pieces
-    return not coupling.clearance or (coupling.stiffness_ratio == 0.0 and coupling.damping_ratio == 0.0)
+    *inner, _ = element.drive
+    return not inner or (len(inner) == 1 and inner[0].stiffness == 0.0 and inner[0].damping == 0.0)
 
 
 def _referred(table: Table, ratio: float) -> Table:

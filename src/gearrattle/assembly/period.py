@@ -58,8 +58,8 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
 
 @remembered(8)
 def period_of(model: Model) -> CommonPeriod:
-    """The common period of torques, transmission errors and alternating meshes; in a sweep that of its first speed."""
+    """The common period of torques, errors of elements and alternating meshes; in a sweep that of its first speed."""
     orders = [h.order for t in model.torques for h in t.harmonics]
-    orders += [h.order for mesh in model.meshes for h in mesh.transmission_error]
-    orders += [mesh.alternation.order for mesh in model.meshes if mesh.alternation is not None]
+    orders += [h.order for element in model.elements for h in element.errors]
+    orders += [element.alternation.order for element in model.elements if element.alternation is not None]
     return common_period(model.excitation.omega, orders)

@@ -105,7 +105,6 @@ def drive_torque(model: Model, trajectory: Trajectory) -> Array:
     for p, i in enumerate(places(model)):
         body = model.inertias[i]
         out[:, p] = body.J * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i] + body.drag_torque
-        for k, (a, b) in enumerate(plate.between):
-            share = float(a == i) - float(b == i) * plate.radii[k, 1] / plate.radii[k, 0]
-            out[:, p] += share * trajectory.element_torque[:, k]
+        for k in np.flatnonzero(plate.rows[:, i]):
+            out[:, p] += plate.rows[k, i] / plate.radii[k, 0] * trajectory.element_torque[:, k]
     return out

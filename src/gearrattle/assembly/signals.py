@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.elements import elements_of, rows_of
+from gearrattle.assembly.elements import rows_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
 from gearrattle.assembly.splines import Recorded, mean, spline
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import DEFAULTS, Mesh, Model, Torque
+from gearrattle.model import DEFAULTS, Model, Torque
 from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import remembered
@@ -111,7 +111,7 @@ def _records(model: Model) -> Iterator[_Part]:
             beyond_mean = torque.mean - mean_torque(torque)
             on = _unit(len(names), names.index(torque.on))
             channel, specified = spline(torque.signal).plus(beyond_mean), Recorded(torque.signal, offset=beyond_mean)
-            yield _Part(channel, specified, on, _unit(len(elements_of(model))))
+            yield _Part(channel, specified, on, _unit(len(model.elements)))
 
 
 def _motions(model: Model) -> Iterator[_Part]:
@@ -152,7 +152,7 @@ def _swept(model: Model) -> Iterator[_Part]:
     cycles = model.simulation.cycles or default_cycles(model)
     until = cycles * period_of(model).period * (1.0 + 1e-9)
     range_ = (min(ramp.begin, ramp.end), max(ramp.begin, ramp.end))
-    bodies, count = len(model.inertias), len(elements_of(model))
+    bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
     for i, inertia in enumerate(model.inertias):
@@ -164,11 +164,11 @@ def _swept(model: Model) -> Iterator[_Part]:
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
-    for k, element in enumerate(elements_of(model)):
-        errors = element.transmission_error if isinstance(element, Mesh) else ()
-        if errors:
+    for k, element in enumerate(model.elements):
+        if element.errors:
             driven.append((_unit(bodies), _unit(count, k)))
-            sounds.append(Sound(tuple(_tone(h.order, h.phase, h.amplitude, range_) for h in errors), smooth=True))
+            tones = [_tone(h.order, h.phase, h.amplitude, range_) for h in element.errors]
+            sounds.append(Sound(tuple(tones), smooth=True))
     if not sounds:
         return
     try:

@@ -1,6 +1,6 @@
 """Model -> piecewise system, and its name plate.
 
-Elements stand in the order all couplings, then all meshes; an inertia of prescribed motion has no column. A drag torque
+Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column. A drag torque
 is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its sine and cosine parts. Along
 a sweep of the speed there are no harmonics: all of them are signals.
 """
@@ -12,12 +12,12 @@ from math import cos, sin
 import numpy as np
 
 from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
-from gearrattle.assembly.elements import elements_of, law_of, rows_of
+from gearrattle.assembly.elements import law_of, rows_of
 from gearrattle.assembly.friction import Named, companions_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
 from gearrattle.assembly.signals import mean_torque, signals_of
-from gearrattle.model import GROUND, Harmonic, Mesh, Model
+from gearrattle.model import GROUND, Harmonic, Model
 from gearrattle.remember import remembered
 from gearrattle.system.clock import Clock
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
@@ -28,9 +28,9 @@ from gearrattle.trajectory import Layout
 def companions(model: Model) -> tuple[Named, ...]:
     """Everything beside the laws, in element order."""
     period, found = period_of(model).period, list[Named]()
-    for k, element in enumerate(elements_of(model)):
+    for k, element in enumerate(model.elements):
         found += companions_of(k, element, law_of(element), period)
-        if isinstance(element, Mesh) and element.alternation is not None:
+        if element.alternation is not None:
             found.append(alternating(k, element, element.alternation, law_of(element)))
     return tuple(found)
 
@@ -38,23 +38,22 @@ def companions(model: Model) -> tuple[Named, ...]:
 def _clock(model: Model) -> Clock | None:
     """When meshes whose stiffness alternates change."""
     names = [named.name for named in companions(model)]
-    places = [(names.index(pairs_name(m)), m, m.alternation) for m in model.meshes if m.alternation is not None]
+    places = [(names.index(pairs_name(e)), e, e.alternation) for e in model.elements if e.alternation is not None]
     return clock_of(model, places)
 
 
 @remembered(8)
 def assemble(model: Model) -> PiecewiseSystem:
     """Write the model as one piecewise-linear system [SI, or the model's own dimensionless units]."""
-    elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
+    elements, names = model.elements, [inertia.name for inertia in model.inertias]
     common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
     column = {} if swept else {order: j for j, order in enumerate(common.orders)}
     free = free_of(model)
     error = np.zeros((2, count, len(column)))
     for k, element in enumerate(elements):
-        if isinstance(element, Mesh) and not swept:
-            for harmonic in element.transmission_error:
-                _add(error[:, k, column[harmonic.order]], harmonic)
+        for harmonic in () if swept else element.errors:
+            _add(error[:, k, column[harmonic.order]], harmonic)
     mean = np.array([-inertia.drag_torque for inertia in model.inertias])
     torque = np.zeros((2, size, len(column)))
     for table in model.torques:
@@ -81,7 +80,7 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
 @remembered(8)
 def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
     """Names and constants by which a trajectory of the system is judged."""
-    elements, names = elements_of(model), [inertia.name for inertia in model.inertias]
+    elements, names = model.elements, [inertia.name for inertia in model.inertias]
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}
     common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
@@ -91,9 +90,10 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
         drag_torque=np.array([inertia.drag_torque for inertia in model.inertias]),
         stiffness=np.array([law.stiffness.max() for law in system.laws]),
         element_names=tuple(element.name for element in elements),
-        is_mesh=np.array([isinstance(element, Mesh) for element in elements], dtype=np.bool_),
+        is_mesh=np.array([element.along_line for element in elements], dtype=np.bool_),
         between=np.array([[index[end] for end in e.between] for e in elements], dtype=np.int64).reshape(-1, 2),
-        radii=np.array([e.radii if isinstance(e, Mesh) else (1.0, 1.0) for e in elements], dtype=float).reshape(-1, 2),
+        radii=np.array([e.radii for e in elements], dtype=float).reshape(-1, 2),
+        rows=rows_of(model),
         clearance=np.array(clearances, dtype=np.int64),
         corners=tuple(system.laws[k].corners for k in clearances),
         region_of_first_piece=np.array([system.laws[k].first_label for k in clearances], dtype=np.int64),

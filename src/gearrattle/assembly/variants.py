@@ -22,17 +22,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly.elements import elements_of
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.system import assemble
 from gearrattle.kernels.variants import Coefficients
-from gearrattle.model import Coupling, Model
+from gearrattle.model import Element, Model
+from gearrattle.model.components.base import PieceColumns
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.system.laid_out import coefficients_of
 
 Array = NDArray[np.float64]
 Number = float | Array
-Stage = tuple[Number, Number, Number | None]
 
 _POSITIVE, _NOT_NEGATIVE, _FINITE = "positive", "non-negative", "finite"
 _BOUNDS = {
@@ -48,6 +47,7 @@ _BOUNDS = {
     "excitation": {"speed": _POSITIVE, "frequency": _POSITIVE},
 }  # fmt: skip
 """Leaves that may vary, and what the model asks of them."""
+_ERRORS = ("transmission_error", "kinematic_error")
 
 
 def bound_of(model: Model, path: str) -> str | None:
@@ -58,10 +58,10 @@ def bound_of(model: Model, path: str) -> str | None:
         return _BOUNDS[kind].get(key)
     if len(parts) == 3 and kind in ("inertia", "coupling", "mesh", "torque"):
         owner = _owner(model, kind, parts[1])
-        if owner is None or (kind == "coupling" and owner.stages is not None and key != "preload"):
-            return None
-        return _BOUNDS[kind].get(key)
-    if len(parts) == 5 and parts[2] in ("stages", "coast_stages", "harmonics", "transmission_error"):
+        staged = kind == "coupling" and owner is not None and owner.stages is not None and key != "preload"
+        opens = key in ("clearance", "backlash") and getattr(owner, key, 0.0) == 0.0
+        return None if owner is None or staged or opens else _BOUNDS[kind].get(key)
+    if len(parts) == 5 and parts[2] in ("stages", "coast_stages", "harmonics", *_ERRORS):
         rows = getattr(_owner(model, kind, parts[1]), parts[2], None) or ()
         if not (parts[3].isdecimal() and int(parts[3]) < len(rows)):
             return None
@@ -74,9 +74,9 @@ def _owner(model: Model, kind: str, name: str) -> Any:
     """The table that a path begins with; None for none."""
     if kind == "torque":
         return model.torques[int(name)] if name.isdecimal() and int(name) < len(model.torques) else None
-    named: dict[str, tuple[Any, ...]] = {"inertia": model.inertias, "coupling": model.couplings, "mesh": model.meshes}
-    tables = named.get(kind, ())
-    return next((table for table in tables if table.name == name), None)
+    if kind == "inertia":
+        return next((inertia for inertia in model.inertias if inertia.name == name), None)
+    return model.components.get(f"{kind}.{name}")
 
 
 @dataclass
@@ -129,40 +129,10 @@ class Columns:
         share = (omega - speeds[k]) / (speeds[k + 1] - speeds[k])
         return np.where(share != 0.0, values[k] + share * (values[k + 1] - values[k]), values[k])
 
-    def stages(self, path: str, stages: Sequence[Any]) -> list[Stage]:
-        """A side of a staged coupling."""
-        return [
-            (
-                self.of(f"{path}.{i}.stiffness", stage.stiffness),
-                self.of(f"{path}.{i}.damping", stage.damping),
-                None if stage.until is None else self.of(f"{path}.{i}.until", stage.until),
-            )
-            for i, stage in enumerate(stages)
-        ]
-
-    def sides(self, element: Any) -> tuple[list[Stage], list[Stage]]:
+    def sides(self, element: Element) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:
         """Drive and coast side of an element's law."""
-        kind = "coupling" if isinstance(element, Coupling) else "mesh"
-        at = f"{kind}.{element.name}"
-        if kind == "coupling" and element.stages is not None:
-            drive = self.stages(f"{at}.stages", element.stages)
-            coast = element.coast_stages
-            return drive, drive if coast is None else self.stages(f"{at}.coast_stages", coast)
-        stiffness, damping = (self.of(f"{at}.{key}", getattr(element, key) or 0.0) for key in ("stiffness", "damping"))
-        last: Stage = (stiffness, damping, None)
-        if kind == "mesh":
-            gap = self.of(f"{at}.backlash", element.backlash)
-            first: Stage = (0.0, 0.0, gap / 2.0)
-        else:
-            gap = self.of(f"{at}.clearance", element.clearance)
-            alpha, beta = (
-                self.of(f"{at}.{key}", getattr(element, key)) for key in ("stiffness_ratio", "damping_ratio")
-            )
-            first = (alpha * stiffness, beta * damping, gap)
-        if (element.backlash if kind == "mesh" else element.clearance) == 0.0:
-            self.good &= np.asarray(gap == 0.0)
-            return [last], [last]
-        return [first, last], [first, last]
+        component = self.model.components[element.path]
+        return component.sides(lambda key, value: self.of(f"{element.path}.{key}", value), element)
 
 
 def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
@@ -216,9 +186,9 @@ def _write_inputs(columns: Columns, out: Coefficients, column: Mapping[float, in
             sine, cosine = _wave(columns, f"torque.{t}.harmonics.{i}", harmonic)
             out.torque_sine[:, on, column[harmonic.order]] += sine
             out.torque_cosine[:, on, column[harmonic.order]] += cosine
-    for k, mesh in enumerate(model.meshes, start=len(model.couplings)):
-        for i, error in enumerate(mesh.transmission_error):
-            sine, cosine = _wave(columns, f"mesh.{mesh.name}.transmission_error.{i}", error)
+    for k, element in enumerate(model.elements):
+        for i, error in enumerate(element.errors):
+            sine, cosine = _wave(columns, f"{element.path}.{element.error_key}.{i}", error)
             out.error_sine[:, k, column[error.order]] += sine
             out.error_cosine[:, k, column[error.order]] += cosine
 
@@ -236,7 +206,8 @@ def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
 def _write_laws(columns: Columns, out: Coefficients) -> None:
     """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
     first = 0
-    for k, (element, law) in enumerate(zip(elements_of(columns.model), assemble(columns.model).laws, strict=True)):
+    model, laws = columns.model, assemble(columns.model).laws
+    for k, (element, law) in enumerate(zip(model.elements, laws, strict=True)):
         drive, coast = columns.sides(element)
         same = law.first_label == 1 - len(coast)
         columns.good &= np.asarray((drive[0][0] == coast[0][0]) & (drive[0][1] == coast[0][1])) == same
@@ -254,12 +225,11 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
         first += len(stages)
 
 
-def _write_offsets(columns: Columns, out: Coefficients, element: Any, place: tuple[int, int, int, int]) -> None:
+def _write_offsets(columns: Columns, out: Coefficients, element: Element, place: tuple[int, int, int, int]) -> None:
     k, first, centre, count = place
     stiffness, offset = out.stiffness[:, first : first + count], out.offset[:, first : first + count]
     corners = out.corners[:, first - k : first - k + count - 1]
-    is_coupling = isinstance(element, Coupling)
-    offset[:, centre] = columns.of(f"coupling.{element.name}.preload", element.preload) if is_coupling else 0.0
+    offset[:, centre] = columns.of(f"{element.path}.preload", element.preload)
     outward = [(piece, piece - 1, piece - 1) for piece in range(centre + 1, count)]
     for piece, inner, corner in [*outward, *((piece, piece + 1, piece) for piece in range(centre - 1, -1, -1))]:
         offset[:, piece] = offset[:, inner] + (stiffness[:, inner] - stiffness[:, piece]) * corners[:, corner]

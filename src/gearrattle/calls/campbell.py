@@ -205,7 +205,7 @@ def _orders(model: Model) -> tuple[OrderLine, ...]:
     """Orders of all harmonics that are not zero, each with what turns with it."""
     sources: dict[float, list[str]] = {}
     pairs: list[tuple[str, tuple[Harmonic, ...]]] = [(torque_source(t.on), t.harmonics) for t in model.torques]
-    pairs += [(error_source(mesh.name), mesh.transmission_error) for mesh in model.meshes]
+    pairs += [(error_source(element.name), element.errors) for element in model.elements]
     for source, harmonics in pairs:
         for harmonic in harmonics:
             if harmonic.amplitude and harmonic.order:

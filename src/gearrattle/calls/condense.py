@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of, free_names, left_out
+from gearrattle.assembly import assemble, free_names, left_out
 from gearrattle.calls.reduce import band_end, requested, unknown
 from gearrattle.calls.reduction import ReductionError, stated
 from gearrattle.errors import ModelError, Problem
@@ -119,7 +119,7 @@ def condense(
         ModelError: a name that does not exist, nothing to keep, or an error beyond the limit.
     """
     check_model(model)
-    end, names = band_end(model, up_to), [element.name for element in elements_of(model)]
+    end, names = band_end(model, up_to), [element.name for element in model.elements]
     problems = unknown("keep", keep or (), names)
     if method not in REDUCTIONS:
         rule = f"must be one of {', '.join(REDUCTIONS)}"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from gearrattle.assembly import elements_of, free_names
+from gearrattle.assembly import free_names
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Mesh, Model
+from gearrattle.model import Model
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.wording import counted
 
@@ -28,14 +28,13 @@ def check_rates(model: Model, system: PiecewiseSystem) -> None:
     """
     period, problems = system.inputs.period, []
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
-    for element, law, light in zip(elements_of(model), system.laws, lightness.tolist(), strict=True):
-        kind = "mesh" if isinstance(element, Mesh) else "coupling"
+    for element, law, light in zip(model.elements, system.laws, lightness.tolist(), strict=True):
         for name, power in (("damping", 1), ("stiffness", 2)):
-            rate = period * (float(getattr(law, name).max()) * light) ** (1.0 / power)
+            largest = float(getattr(law, name).max())
+            rate = period * (largest * light) ** (1.0 / power)
             if rate > FASTEST:
-                value = getattr(element, name)
-                most = value * (FASTEST / rate) ** power if isinstance(value, float) else None
-                problems.append(_too_fast(f"{kind}.{element.name}.{name}", value, most, rate, period))
+                most = largest * (FASTEST / rate) ** power
+                problems.append(_too_fast(f"{element.path}.{name}", largest, most, rate, period))
     for name, inertia, drag in zip(free_names(model), system.inertia.tolist(), system.drag.tolist(), strict=True):
         if (rate := period * drag / inertia) > FASTEST:
             problems.append(_too_fast(f"inertia.{name}.drag", drag, drag * FASTEST / rate, rate, period))
@@ -43,11 +42,10 @@ def check_rates(model: Model, system: PiecewiseSystem) -> None:
         raise ModelError(problems)
 
 
-def _too_fast(place: str, value: object, most: float | None, rate: float, period: float) -> Problem:
+def _too_fast(place: str, value: float, most: float, rate: float, period: float) -> Problem:
     rule = f"what it acts on would change {rate:.3g} times a period of {period:.3g} s; at most {FASTEST:g} are taken"
-    lower = "lower it" if most is None else f"{most:.3g} or less in SI units"
-    remedy = f"{lower}, more inertia, a rigid connection in its place, or a higher speed"
-    return Problem(place, f"{value:.6g}" if isinstance(value, float) else "", rule, remedy)
+    remedy = f"{most:.3g} or less in SI units, more inertia, a rigid connection in its place, or a higher speed"
+    return Problem(place, f"{value:.6g}", rule, remedy)
 
 
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, place: str) -> None:

@@ -14,7 +14,6 @@ from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import (
     assemble,
-    elements_of,
     free_names,
     left_out,
     lumped_model,
@@ -63,7 +62,7 @@ def reduce(
     """
     check_model(model)
     end = band_end(model, up_to)
-    names = [element.name for element in elements_of(model)]
+    names = [element.name for element in model.elements]
     problems = [*unknown("keep", keep or (), names), *unknown("merge", merge, names)]
     both = "is in keep and in merge; an element either stays or is merged"
     problems += [Problem("merge", shown(name), both, "take it out of one") for name in merge if name in (keep or ())]
@@ -118,7 +117,7 @@ def requested(
     merge: Sequence[str] = (),
 ) -> Request:
     """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
-    names = [element.name for element in elements_of(model)]
+    names = [element.name for element in model.elements]
     own = sorted({*system.clearances, *(each.element for each in system.companions)})
     kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)
@@ -154,7 +153,7 @@ def _reduction(
     model: Model, request: Request, lumps: Lumps, found: Accuracy, *, limit: float, check: str | None
 ) -> Reduction:
     """Write the new model and its record."""
-    names = [element.name for element in elements_of(model)]
+    names = [element.name for element in model.elements]
     bodies = [body.name for body in model.inertias]
     grouping, size = lumps.grouping, len(lumps.grouping.kept)
     title = f"{model.name or 'driveline'}: {size} of {counted(len(bodies), 'body', 'bodies')}"
@@ -177,7 +176,7 @@ def _reduction(
 
 def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list[str]:
     """What the record must say beside the numbers."""
-    elements, notes = elements_of(model), []
+    elements, notes = model.elements, []
     merged = [k for k, fate in enumerate(lumps.fates) if fate.merged]
     if not merged:
         notes.append("nothing could be merged: the model is as large as it was.")

@@ -9,11 +9,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of, free_names, left_out, whole
+from gearrattle.assembly import assemble, free_names, left_out, whole
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
-from gearrattle.model import Mesh, Model, check_model
+from gearrattle.model import Model, check_model
 from gearrattle.result import Result
 from gearrattle.system.piecewise import PiecewiseSystem
 
@@ -133,8 +133,8 @@ def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, f
 
 
 def element_names(model: Model) -> list[str]:
-    """Couplings, then meshes."""
-    return [element.name for element in elements_of(model)]
+    """Names of all elements, in their order."""
+    return [element.name for element in model.elements]
 
 
 def equilibrium(model: Model) -> Equilibrium:
@@ -238,8 +238,8 @@ def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], A
     """Sources in file order, and the share of each one's energy by mode."""
     loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
     shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
-    for k, element in enumerate(elements_of(model)):
-        if isinstance(element, Mesh) and any(h.amplitude for h in element.transmission_error):
+    for k, element in enumerate(model.elements):
+        if any(h.amplitude for h in element.errors):
             shares[error_source(element.name)] = np.nan_to_num(data.strain_energy[k])
     return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
 

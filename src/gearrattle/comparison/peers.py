@@ -55,8 +55,7 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
 
 def _deflections(plate: Layout, angle: Array) -> Array:
     """(..., m) of every element from angles (..., n), without transmission error [rad or m]."""
-    turned = np.where(plate.between >= 0, angle[..., plate.between], 0.0) * plate.radii
-    return np.asarray(turned[..., 0] - turned[..., 1])
+    return np.asarray(angle @ plate.rows.T)
 
 
 def exact_portraits(

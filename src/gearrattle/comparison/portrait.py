@@ -101,12 +101,6 @@ def _loudest(trajectory: Trajectory, signal: Array) -> Array:
 
 def _strain(trajectory: Trajectory) -> Array:
     """(n,) the largest sum of the magnitudes of the elements' torques on each inertia, over J [rad/s^2]."""
-    plate, torque = trajectory.layout, np.zeros(trajectory.acceleration.shape[1])
-    for (one, other), (near, far), own in zip(
-        plate.between, plate.radii, np.max(np.abs(trajectory.element_torque), axis=0, initial=0.0), strict=True
-    ):
-        if one >= 0:
-            torque[one] += own
-        if other >= 0:
-            torque[other] += own * far / near
-    return np.asarray(torque / plate.inertia)
+    plate = trajectory.layout
+    largest = np.max(np.abs(trajectory.element_torque), axis=0, initial=0.0)
+    return np.asarray((largest / plate.radii[:, 0]) @ np.abs(plate.rows) / plate.inertia)

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from gearrattle.assembly import elements_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.data_tables import DataTables, ModeTable, ResponseTable, StateTable
 from gearrattle.identification.measured import (
@@ -83,7 +82,7 @@ def _found(item: Breach) -> str:
 
 
 def _state_breaches(at: tuple[str | int, ...], row: StateTable, model: Model) -> Iterator[Breach]:
-    elements = [element.name for element in elements_of(model)]
+    elements = [element.name for element in model.elements]
     named = {"contact_ratio": row.contact_ratio or {}, "region": row.region or {}, "rigid": row.rigid}
     for key, names in named.items():
         for name in names:

@@ -4,12 +4,16 @@
 frozen; ``json_schema`` describes the format.
 """
 
+from gearrattle.model.components import Coupling, Mesh
+from gearrattle.model.components.alternation import Alternation
+from gearrattle.model.components.base import Element, Piece
+from gearrattle.model.components.coupling import Stage
 from gearrattle.model.engine import Engine
 from gearrattle.model.examples import example
 from gearrattle.model.excitation import Excitation, Harmonic, Motion, Sweep, Torque, TorqueHarmonic
 from gearrattle.model.file import load, loads
+from gearrattle.model.inertia import Inertia
 from gearrattle.model.model import Model, check_model
-from gearrattle.model.parts import Alternation, Coupling, Inertia, Mesh, Piece, Stage
 from gearrattle.model.quantity import GROUND, SCHEMA_VERSION
 from gearrattle.model.schema import json_schema
 from gearrattle.model.signal import Points, Signal
@@ -23,6 +27,7 @@ __all__ = [
     "Alternation",
     "Coupling",
     "Defaults",
+    "Element",
     "Engine",
     "Excitation",
     "Harmonic",

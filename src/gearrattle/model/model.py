@@ -9,15 +9,18 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.components import COMPONENTS, Coupling, Mesh
+from gearrattle.model.components.base import Component, Element
 from gearrattle.model.excitation import Excitation, Motion, Torque
+from gearrattle.model.inertia import Inertia
 from gearrattle.model.over_speed import LAST, OMEGA
-from gearrattle.model.parts import Coupling, Inertia, Mesh
 from gearrattle.model.paths import changed, path_names
 from gearrattle.model.prescribed import prescribed_rules
 from gearrattle.model.problems import Positions, model_error
@@ -80,6 +83,17 @@ class Model(Table):
         except ValidationError as error:
             only = ("schema",) if is_newer_schema(tables.get("schema")) else ()
             raise model_error(error, tables, positions or Positions(), only) from None
+
+    @cached_property
+    def components(self) -> Mapping[str, Component]:
+        """All components by their path in the file, such as "coupling.clutch", in element order."""
+        tables = {"coupling": self.couplings, "mesh": self.meshes}
+        return {f"{kind}.{component.name}": component for kind, rows in tables.items() for component in rows}
+
+    @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """All elements, component by component: of all couplings, then of all meshes."""
+        return tuple(element for component in self.components.values() for element in component.elements())
 
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
         """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
@@ -155,21 +169,17 @@ class Model(Table):
         if table.get("inertia") in ([], ()):
             yield Breach(("inertia",), table["inertia"], "a model needs at least one inertia")
         yield from _twice("inertia", inertias, {}, "inertias")
-        elements: dict[str, str] = {}
-        for kind in ("coupling", "mesh"):
-            yield from _twice(kind, _rows(table, kind), elements, "couplings and meshes together")
         names = {row["name"]: None for row in inertias if isinstance(row.get("name"), str)}
-        for kind in ("coupling", "mesh"):
+        yield from _elements_twice(table)
+        for kind, component in COMPONENTS.items():
             for index, row in enumerate(_rows(table, kind)):
-                yield from _ends((kind, index, "between"), row.get("between"), names, kind)
+                yield from _bodies((kind, index), component, row, names)
         for kind in ("torque", "motion"):
             for index, row in enumerate(_rows(table, kind)):
                 on = row.get("on")
                 if isinstance(on, str) and on not in names:
                     yield _dangling((kind, index, "on"), on, names)
-        yield from prescribed_rules(
-            {kind: _rows(table, kind) for kind in ("inertia", "coupling", "mesh", "torque", "motion")}
-        )
+        yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from _start_length(table.get("simulation"), len(inertias))
 
 
@@ -203,17 +213,37 @@ def _twice(kind: str, rows: Sequence[Mapping[str, Any]], seen: dict[str, str], s
         seen.setdefault(name, f"{kind}.{index}")
 
 
-def _ends(location: tuple[str, int, str], between: object, names: Mapping[str, None], kind: str) -> Iterator[Breach]:
-    """Yield breaches of ``between``: ends that do not exist, or are the same."""
-    if not isinstance(between, (list, tuple)) or len(between) != 2:
-        return
-    for end in between:
-        if end == GROUND and kind == "mesh":
-            yield Breach(location, between, "a mesh connects two inertias; ground has no gear", "use a coupling")
-        elif isinstance(end, str) and end != GROUND and end not in names:
-            yield _dangling(location, end, names)
-    if isinstance(between[0], str) and between[0] == between[1]:
-        yield Breach(location, between, f"a {kind} must connect two different inertias")
+def _elements_twice(table: Mapping[str, Any]) -> Iterator[Breach]:
+    """Yield a breach for every element whose name was used before."""
+    scope, seen = " and ".join(component.words for component in COMPONENTS.values()), dict[str, str]()
+    for kind, component in COMPONENTS.items():
+        for index, row in enumerate(_rows(table, kind)):
+            for location, name in component.element_names(row):
+                if name in seen:
+                    rule = f"a name must be unique over {scope} together; {seen[name]} has it already"
+                    yield Breach((kind, index, *location), name, rule, "rename one of them")
+                seen.setdefault(name, f"{kind}.{index}")
+
+
+def _bodies(
+    location: tuple[str, int], component: type[Component], row: Mapping[str, Any], names: Mapping[str, None]
+) -> Iterator[Breach]:
+    """Yield breaches of the bodies that a component names: those that do not exist, or stand there twice."""
+    seen: dict[str, None] = {}
+    bodies = list(component.bodies(row))
+    several = "two different" if len(bodies) == 2 else "different"
+    for body in bodies:
+        where = (*location, *body.location)
+        written = row.get(body.location[0]) if isinstance(body.location[0], str) else body.name
+        if body.name == GROUND and not body.may_be_ground:
+            rule = f"a {location[0]} connects two inertias; ground has no gear"
+            yield Breach(where, written, rule, "use a coupling")
+        elif isinstance(body.name, str) and body.name != GROUND and body.name not in names:
+            yield _dangling(where, body.name, names)
+        if isinstance(body.name, str):
+            if body.name in seen:
+                yield Breach(where, written, f"a {location[0]} must connect {several} inertias")
+            seen[body.name] = None
 
 
 def _dangling(location: tuple[str | int, ...], name: str, names: Collection[str]) -> Breach:

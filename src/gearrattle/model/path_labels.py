@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 from gearrattle.model import units
+from gearrattle.model.components import COMPONENTS
 from gearrattle.model.model import Model
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.signal import OverTime
@@ -87,7 +88,7 @@ def printed_unit(si: str) -> str:
 def _state_unit(kind: str, subject: str, model: Model) -> str:
     if model.units == "dimensionless":
         return ""
-    on_line = kind in ("deflection", "rate") and any(mesh.name == subject for mesh in model.meshes)
+    on_line = kind in ("deflection", "rate") and any(e.name == subject and e.along_line for e in model.elements)
     dimension = _STATE[kind][on_line]
     return "m/s" if dimension is None else dimension.si
 
@@ -95,7 +96,7 @@ def _state_unit(kind: str, subject: str, model: Model) -> str:
 def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
     """Words of a path, by what its first part holds."""
     room, rest = parts[0], list(parts[1:])
-    if room in ("inertia", "coupling", "mesh") and len(rest) > 1:
+    if room in ("inertia", *COMPONENTS) and len(rest) > 1:
         owner = rest[0] if room == "inertia" else f"{room} {rest[0]}"
         return _of_part(rest[1:], owner, _row(tables, room, rest[0]))
     if room in ("torque", "motion") and len(rest) > 1:

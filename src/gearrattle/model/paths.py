@@ -11,10 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model.components import COMPONENTS
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.model.table import did_you_mean, listed, shown
 
-_NAMED = ("inertia", "coupling", "mesh")
+_NAMED = ("inertia", *COMPONENTS)
 _LISTS = (*_NAMED, "torque")
 _TABLES = ("excitation", "simulation")
 _SAME_THING = ("speed", "frequency", "sweep")

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from gearrattle.model.components import COMPONENTS
 from gearrattle.model.quantity import GROUND
 from gearrattle.model.table import Breach
 
@@ -29,12 +30,12 @@ def prescribed_rules(rows: Mapping[str, Rows]) -> Iterator[Breach]:
         if row.get("on") in moved:
             rule = "its motion is prescribed, so a torque on it changes nothing"
             yield Breach(("torque", index, "on"), row["on"], rule, "remove the torque or the motion")
-    for kind in ("coupling", "mesh"):
+    for kind, component in COMPONENTS.items():
         for index, row in enumerate(rows[kind]):
-            between = row.get("between")
-            if isinstance(between, list | tuple) and all(end == GROUND or end in moved for end in between):
+            bodies = list(component.bodies(row))
+            if bodies and all(body.name == GROUND or body.name in moved for body in bodies):
                 rule = "both ends move as prescribed, so the element moves nothing"
-                yield Breach((kind, index, "between"), between, rule, "remove it, or a motion")
+                yield Breach((kind, index, "between"), row.get("between"), rule, "remove it, or a motion")
     names = [row.get("name") for row in rows["inertia"]]
     if names and all(name in moved for name in names):
         yield Breach(("motion",), moved, "at least one inertia must be free to move", "remove a motion")

@@ -301,3 +301,4 @@ def attempt(read: Callable[[Any, bool], Any], value: Any, dimensionless: bool) -
 
 Name = Annotated[str, Label()]
 Between = Annotated[tuple[Name, Name], two('must be two names, such as ["flywheel", "hub"]')]
+Ratio = Annotated[float, Plain("non-negative")]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.assembly import deflection_rate as rate_of
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Band, Chart, Line, Mark, Panel, Rule
 from gearrattle.plots.chosen import chosen_clearances
@@ -86,16 +87,4 @@ def deflection_rate(findings: Findings, clearance: int) -> Array:
         clearance: index into ``layout.clearance``.
     """
     trajectory = findings.motion.trajectory
-    layout = trajectory.layout
-    element = int(layout.clearance[clearance])
-    rate = np.zeros(trajectory.time.size)
-    for end, sign in ((0, 1.0), (1, -1.0)):
-        body = int(layout.between[element, end])
-        if body >= 0:
-            rate += sign * layout.radii[element, end] * trajectory.velocity[:, body]
-    if layout.is_mesh[element]:
-        mesh = next(m for m in findings.model.meshes if m.name == layout.element_names[element])
-        for term in mesh.transmission_error:
-            omega = term.order * layout.omega
-            rate -= term.amplitude * omega * np.cos(omega * trajectory.time + term.phase)
-    return rate
+    return rate_of(findings.model, trajectory, int(trajectory.layout.clearance[clearance]))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.assembly import deflection
 from gearrattle.calls.torque_angle import torque_angle
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
@@ -34,8 +35,7 @@ def torque_angles(findings: Findings) -> Chart | None:
     panels = []
     for name in rubbing:
         k = layout.element_names.index(name)
-        ends = [trajectory.angle[part, body] if body >= 0 else 0.0 for body in layout.between[k]]
-        delta, torque = np.asarray(ends[0] - ends[1]), trajectory.element_torque[part, k]
+        delta, torque = deflection(findings.model, trajectory, k)[part], trajectory.element_torque[part, k]
         if not np.ptp(delta) > 0.0:
             continue
         loop = torque_angle(findings.model, name, float(delta.min()), float(delta.max()))

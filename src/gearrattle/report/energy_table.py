@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.assembly import elements_of, free_names
+from gearrattle.assembly import free_names
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.plots.numerals import engineering, numeral
@@ -69,9 +69,9 @@ def _causes(model: Model) -> list[str]:
     """What moves the ends of every element beside its inertias, in words."""
     prescribed = {motion.on for motion in model.motions}
     causes = []
-    for element in elements_of(model):
-        motions = [f"the motion of {name} through {element.name}" for name in element.between if name in prescribed]
-        if getattr(element, "transmission_error", ()) or not motions:
+    for element in model.elements:
+        motions = [f"the motion of {name} through {element.name}" for name, _ in element.arms if name in prescribed]
+        if element.errors or not motions:
             motions.append(f"the transmission error of {element.name}")
         causes.append(" and ".join(motions))
     return causes

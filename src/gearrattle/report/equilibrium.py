@@ -42,7 +42,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
 
     def answer(self) -> tuple[Table, ...]:
         rest, si = self.result, self.result.model.units == "SI"
-        meshes = {mesh.name for mesh in rest.model.meshes}
+        meshes = {element.name for element in rest.model.elements if element.along_line}
         elements = tuple(
             (
                 name,
@@ -76,7 +76,7 @@ class EquilibriumPage(Presentation[Equilibrium]):
         import xarray as xr
 
         rest, si = self.result, self.result.model.units == "SI"
-        meshes = {mesh.name for mesh in rest.model.meshes}
+        meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
         return xr.Dataset(
             {

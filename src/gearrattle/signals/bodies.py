@@ -1,9 +1,9 @@
 """What the name plate tells of bodies: which gears are loose, how heavy a pair is to its impacts, how fast each turns.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
-deflection of an element, delta = r_a theta_a - r_b theta_b - e, its two bodies have the reduced inertia m_eff,
+deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the reduced inertia m_eff,
 
-    1 / m_eff = r_a^2 / J_a + r_b^2 / J_b        [kg for a mesh, kg m^2 for a coupling]
+    1 / m_eff = sum_i w_i^2 / J_i        [kg for a mesh, kg m^2 for a coupling]
 
 Ground and bodies of prescribed motion contribute 0. Bodies connected by other elements are left out: in the short time
 of an impact those elements transmit next to nothing. Mean speeds follow from the radii of the meshes, element by
@@ -44,7 +44,8 @@ class LooseGear(NamedTuple):
 def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
     """Return every loose gear, in the order of the meshes."""
     found = []
-    for mesh in np.flatnonzero(layout.is_mesh).tolist():
+    pairs = layout.is_mesh & (np.count_nonzero(layout.rows, axis=1) == 2) & np.all(layout.between >= 0, axis=1)
+    for mesh in np.flatnonzero(pairs).tolist():
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
             if layout.drag_torque[loose] > 0.0 and loose not in layout.prescribed and _is_loose(layout, loose, mesh):
@@ -55,7 +56,7 @@ def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
 
 def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:
     """Return whether the mesh is the only element with a stiffness on the inertia's body."""
-    touching = np.flatnonzero((layout.between == inertia).any(axis=1))
+    touching = np.flatnonzero(layout.rows[:, inertia])
     return not any(layout.stiffness[k] > 0.0 for k in touching.tolist() if k != mesh)
 
 
@@ -96,9 +97,9 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
     J = layout.inertia if inertia is None else inertia
     compliance = np.zeros((*J.shape[:-1], len(elements)))
     for i, element in enumerate(elements):
-        for body, radius in zip(layout.between[element].tolist(), layout.radii[element].tolist(), strict=True):
-            if body >= 0 and body not in layout.prescribed:
-                compliance[..., i] += radius**2 / J[..., body]
+        for body in np.flatnonzero(layout.rows[element]).tolist():
+            if body not in layout.prescribed:
+                compliance[..., i] += layout.rows[element, body] ** 2 / J[..., body]
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / compliance)
 

@@ -177,7 +177,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
     known = name_plate(model, assemble(model)).clearance_names
-    meshes = {mesh.name for mesh in model.meshes}
+    meshes = {element.name for element in model.elements if element.along_line}
     chosen = [each for each in known if each in meshes] if elements is None else list(elements)
     for each in chosen:
         if each not in known:

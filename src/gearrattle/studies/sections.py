@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of, period_of
+from gearrattle.assembly import assemble, period_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
@@ -93,7 +93,7 @@ def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Secti
     Raises:
         ModelError: no clearance, a name there is not, a phase that is no such fraction.
     """
-    system, elements = assemble(model), elements_of(model)
+    system, elements = assemble(model), model.elements
     parts, inertias = [e.name for e in elements], [inertia.name for inertia in model.inertias]
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
@@ -131,7 +131,7 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
     rate = 2.0 * np.pi / period_of(model).period
     found: dict[str, float] = {}
     angles = np.full(system.size, np.inf)
-    for k, element in enumerate(elements_of(model)):
+    for k, element in enumerate(model.elements):
         law = system.laws[k]
         corner = float(np.abs(law.corners).max(initial=0.0))
         arms = np.abs(system.rows[k])

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, elements_of
+from gearrattle.assembly import assemble
 from gearrattle.calls.simulate import prepare
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Mesh, Model, units
+from gearrattle.model import Model, units
 from gearrattle.model.quantity import Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -85,7 +85,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
     Raises:
         ModelError: a name there is not, or coordinates that follow from each other; all of them.
     """
-    parts, inertias = [e.name for e in elements_of(model)], [inertia.name for inertia in model.inertias]
+    parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]
     rule = "there is no such initial value; there are deflection and rate of elements, angle and velocity of inertias"
@@ -105,7 +105,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
 def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
     system = assemble(model)
-    parts, inertias = [e.name for e in elements_of(model)], [inertia.name for inertia in model.inertias]
+    parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
     rows, error = np.zeros((len(names), system.size)), np.zeros(len(names))
     for i, name in enumerate(names):
         kind, _, subject = name.partition(".")
@@ -141,7 +141,7 @@ def read_value(name: str, value: Any, model: Model) -> float:
         ModelError: neither, or the wrong unit.
     """
     kind, _, subject = name.partition(".")
-    length = any(e.name == subject and isinstance(e, Mesh) for e in elements_of(model))
+    length = any(e.name == subject and e.along_line for e in model.elements)
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(checked(Plain(), value, name))
     on_a_line = length and kind in ("deflection", "rate")

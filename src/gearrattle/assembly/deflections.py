@@ -1,0 +1,41 @@
+"""Deflection of any element along a motion, of a linear one too, and its rate.
+
+    delta_k = w_k . theta - e_k(t)
+
+Takes a Model and a Trajectory of it; gives arrays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly.prescribed import free_of
+from gearrattle.assembly.system import assemble
+from gearrattle.model import Model
+from gearrattle.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+def deflection(model: Model, trajectory: Trajectory, element: int) -> Array:
+    """(t,) deflection of an element at every sample [rad or m]."""
+    return _less_error(model, trajectory.time, trajectory.angle, element, derivative=0)
+
+
+def deflection_rate(model: Model, trajectory: Trajectory, element: int) -> Array:
+    """(t,) rate of an element's deflection at every sample [rad/s or m/s]."""
+    return _less_error(model, trajectory.time, trajectory.velocity, element, derivative=1)
+
+
+def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
+    """What an element sees of its bodies, less its error: harmonics, and what moves as prescribed."""
+    system = assemble(model)
+    inputs, signals = system.inputs, system.signals
+    seen = moved[:, free_of(model)] @ system.rows[element]
+    omega = 2.0 * np.pi * inputs.cycles / inputs.period
+    for rate, sine, cosine in zip(omega, inputs.error_sine[element], inputs.error_cosine[element], strict=True):
+        if sine or cosine:
+            phase = rate * time + 0.5 * np.pi * derivative
+            seen = seen - rate**derivative * (sine * np.sin(phase) + cosine * np.cos(phase))
+    return seen if signals is None else np.asarray(seen - signals.at(time, derivative) @ signals.error[element])

@@ -1,0 +1,15 @@
+"""The shelf of components: what connects the bodies of a driveline, one file each.
+
+``COMPONENTS`` says which array of tables of the model file holds which; elements come in its order.
+"""
+
+from gearrattle.model.components.base import Component
+from gearrattle.model.components.coupling import Coupling
+from gearrattle.model.components.mesh import Mesh
+
+COMPONENTS: dict[str, type[Component]] = {
+    "coupling": Coupling,
+    "mesh": Mesh,
+}
+
+__all__ = ["COMPONENTS", "Component", "Coupling", "Mesh"]

@@ -1,0 +1,147 @@
+"""What every component of a driveline gives: elements, each one deflection with its law.
+
+    delta = sum_i w_i theta_i - e(t),      torque on body i:  -w_i F(delta, delta')
+
+A component is a table of the model file. It says what it reads (its fields and ``rules``), which bodies it names and
+which elements it makes. The rest of the package knows elements only: what is particular to a component stands in its
+own file. ``COMPONENTS`` in ``__init__.py`` is the table of them.
+
+Takes value kinds from ``quantity``; gives ``Element`` and ``Component``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
+
+from gearrattle.model import units
+from gearrattle.model.components.alternation import Alternation
+from gearrattle.model.excitation import Harmonic
+from gearrattle.model.quantity import GROUND, Name, Quantity
+from gearrattle.model.table import Location, Table
+
+TorsionalStiffness = Annotated[float, Quantity(units.TORSIONAL_STIFFNESS, "non-negative")]
+TorsionalDamping = Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")]
+LinearStiffness = Annotated[float, Quantity(units.LINEAR_STIFFNESS, "non-negative")]
+LinearDamping = Annotated[float, Quantity(units.LINEAR_DAMPING, "non-negative")]
+Radius = Annotated[float, Quantity(units.LENGTH, "positive")]
+Gap = Annotated[float, Quantity(units.LENGTH, "non-negative")]
+
+
+class Piece(NamedTuple):
+    """One linear piece of a law, from the centre outward.
+
+    Attributes:
+        stiffness: slope [N m/rad or N/m].
+        damping: [N m s/rad or N s/m].
+        until: where the piece ends, a positive magnitude of the deflection [rad or m]; None for the last.
+        hysteresis: full height of the friction loop in this piece [N m].
+        stick_stiffness: of the springs that stick in it [N m/rad].
+    """
+
+    stiffness: float
+    damping: float
+    until: float | None
+    hysteresis: float = 0.0
+    stick_stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Element:
+    """One deflection and its law, in words and SI numbers.
+
+    Attributes:
+        name: unique among all elements of a model.
+        path: of the component in the model file, such as "coupling.clutch".
+        along_line: whether the deflection is a length on a line of action [m] and the force a force [N]; otherwise an
+            angle [rad] and a torque [N m].
+        arms: bodies and the factors w_i of their angles [m or 1]; ground has none.
+        between: the two bodies it lies between; "ground" for the frame.
+        radii: (R_a, R_b) of these [m]; (1, 1) for a torsional element. R_a refers the force to the first.
+        drive, coast: the law for delta > 0 and for delta < 0 (positive magnitudes), from the centre outward.
+        preload: force at delta = 0 [N m].
+        errors: e(t) = sum of amplitude sin(order Omega t + phase) [rad or m].
+        error_key: key of the component under which these stand; what has none follows from other keys.
+        load_ripple: torque on the first body for a unit of the mean load, sum of amplitude sin(order Omega t + phase).
+        contact_damping: "kelvin-voigt" or "clipped".
+        alternation: how the stiffness alternates with the tooth pairs in contact; None if it does not.
+    """
+
+    name: str
+    path: str
+    along_line: bool
+    arms: tuple[tuple[str, float], ...]
+    between: tuple[str, str]
+    radii: tuple[float, float]
+    drive: tuple[Piece, ...]
+    coast: tuple[Piece, ...]
+    preload: float = 0.0
+    errors: tuple[Harmonic, ...] = ()
+    error_key: str = ""
+    load_ripple: tuple[Harmonic, ...] = ()
+    contact_damping: str = "kelvin-voigt"
+    alternation: Alternation | None = None
+
+    @property
+    def rubs(self) -> bool:
+        """Whether dry friction acts in any stage."""
+        return any(piece.hysteresis for piece in (*self.drive, *self.coast))
+
+
+class Body(NamedTuple):
+    """A body that a table names: where, the name as written, and whether it may be ground."""
+
+    location: Location
+    name: object
+    may_be_ground: bool = True
+
+
+Number = Any
+PieceColumns = tuple[Number, Number, Number | None]
+"""Slope, damping and end of a piece; numbers, or columns of them, one a variant."""
+
+
+class Leaf(Protocol):
+    """Reads one number of a component: the number itself, or a column where it varies."""
+
+    def __call__(self, key: str, value: float, /) -> Number:
+        """Return what stands under a key, such as ``stages.0.stiffness``, whose value in the model is told."""
+        ...
+
+
+class Component(Table):
+    """A table that makes elements."""
+
+    words: ClassVar[str]
+    """What several of them are called."""
+    name: Name
+    """Unique among all elements."""
+
+    def elements(self) -> tuple[Element, ...]:
+        """Return its elements, in their order."""
+        raise NotImplementedError
+
+    def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
+        """Return drive and coast side of the law of one of its elements, every number read by ``leaf``."""
+        drive, coast = ([(p.stiffness, p.damping, p.until) for p in side] for side in (element.drive, element.coast))
+        return drive, coast
+
+    @classmethod
+    def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:
+        """Yield where the name of every element comes from, and the name; the table may hold anything."""
+        if isinstance(name := table.get("name"), str):
+            yield ("name",), name
+
+    @classmethod
+    def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
+        """Yield the bodies that a table names, as written."""
+        between = table.get("between")
+        if isinstance(between, (list, tuple)) and len(between) == 2:
+            for end in between:
+                yield Body(("between",), end)
+
+
+def arms_of(between: tuple[str, str], factors: tuple[float, float]) -> tuple[tuple[str, float], ...]:
+    """Return the arms of an element between two bodies; ground has none."""
+    return tuple((body, factor) for body, factor in zip(between, factors, strict=True) if body != GROUND)

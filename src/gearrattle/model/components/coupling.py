@@ -1,0 +1,196 @@
+"""A coupling: clutch damper, shaft or spline, on ``delta = theta_a - theta_b - e(t)`` [rad].
+
+Its law is piecewise linear: eqs. (9)-(10) of Padmanabhan et al., J. Mech. Design 117 (1995) 185, are the two-stage
+case, a multi-stage clutch damper the general one. Friction (``hysteresis``) and contact damping that cannot pull
+(``contact_damping``) stand beside the law. ``hooke`` makes it a Hooke joint.
+
+Takes value kinds from ``quantity``; gives a noun of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
+
+from gearrattle.model import units
+from gearrattle.model.components.base import (
+    Component,
+    Element,
+    Leaf,
+    Piece,
+    PieceColumns,
+    TorsionalDamping,
+    TorsionalStiffness,
+    arms_of,
+)
+from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
+from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
+from gearrattle.model.quantity import Between, Quantity, Ratio, attempt
+from gearrattle.model.table import Breach, Table
+
+_until = Quantity(units.ANGLE, "positive")
+
+
+class Stage(Table):
+    """One stage of a staged clutch damper; the last one of a side has no ``until``."""
+
+    stiffness: TorsionalStiffness
+    """Slope of this stage [N m/rad]."""
+    until: Annotated[float, _until] | None = None
+    """Deflection at which the stage ends [rad]; absent in the last stage."""
+    damping: TorsionalDamping = 0.0
+    """Damping in this stage [N m s/rad]."""
+    hysteresis: Hysteresis = 0.0
+    """Full height of the torque-angle loop that dry friction makes in this stage [N m], in all; may be a table over
+    speed. What it has beyond the stage before is a slider of its own, engaged unloaded where the stage begins."""
+    stick_stiffness: StickStiffness | None = None
+    """Slope of a slider's torque until it slips [N m/rad], beside the stage's; default: 20 times the stage's slope."""
+
+
+class Coupling(Component):
+    """A torsional element between two inertias, or an inertia and the ground.
+
+    Either the clearance form (``stiffness``, ``damping``, ``clearance`` and the two ratios) or the staged form
+    (``stages``, optionally ``coast_stages``).
+    """
+
+    clearance_form: ClassVar[tuple[str, ...]] = (
+        "stiffness", "damping", "clearance", "stiffness_ratio", "damping_ratio", "hysteresis", "stick_stiffness",
+        "contact_damping",
+    )  # fmt: skip
+
+    words: ClassVar[str] = "couplings"
+    between: Between
+    """Names of the two inertias; either may be "ground". delta = theta_a - theta_b."""
+    stiffness: TorsionalStiffness | None = None
+    """K, slope of the last stage [N m/rad]; None in the staged form."""
+    damping: TorsionalDamping = 0.0
+    """C, damping in the last stage [N m s/rad]."""
+    clearance: Annotated[float, Quantity(units.ANGLE, "non-negative")] = 0.0
+    """b, half-width of the first stage [rad]; 0: linear, no corner."""
+    stiffness_ratio: Ratio = 0.0
+    """alpha, first-stage slope divided by K; 0: a free gap."""
+    damping_ratio: Ratio = 0.0
+    """beta, first-stage damping divided by C."""
+    stages: tuple[Stage, ...] | None = None
+    """Drive side (delta > 0) from the centre outward; None in the clearance form."""
+    coast_stages: tuple[Stage, ...] | None = None
+    """Coast side (delta < 0), positive magnitudes; None: the drive side mirrored."""
+    preload: Annotated[float, Quantity(units.TORQUE)] = 0.0
+    """Torque at delta = 0 [N m]."""
+    hysteresis: Hysteresis = 0.0
+    """Full height of the torque-angle loop of dry friction at any deflection [N m]; may be a table over speed."""
+    stick_stiffness: StickStiffness | None = None
+    """Slope of the friction's torque until it slips [N m/rad]; default: 20 K."""
+    contact_damping: ContactDamping = "kelvin-voigt"
+    """"clipped": the torque of contact neither pulls nor passes twice the spring's; needs a free gap."""
+
+    @property
+    def drive_pieces(self) -> tuple[Piece, ...]:
+        """The law for delta > 0, from the centre outward."""
+        if self.stages is not None:
+            return tuple(_piece_of(stage) for stage in self.stages)
+        loop = friction(self.hysteresis, self.stick_stiffness, self.stiffness or 0.0)
+        return tuple(Piece(k, c, until, *loop) for k, c, until in self._two_stages(lambda _, value: value))
+
+    def _two_stages(self, leaf: Leaf) -> list[Any]:
+        """The clearance form: the first stage, if there is one, and the last."""
+        stiffness, damping = leaf("stiffness", self.stiffness or 0.0), leaf("damping", self.damping)
+        last = (stiffness, damping, None)
+        if self.clearance == 0.0:
+            return [last]
+        alpha, beta = (leaf(key, getattr(self, key)) for key in ("stiffness_ratio", "damping_ratio"))
+        return [(alpha * stiffness, beta * damping, leaf("clearance", self.clearance)), last]
+
+    def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
+        """Return drive and coast side of its law, every number read by ``leaf``."""
+        if self.stages is None:
+            drive = self._two_stages(leaf)
+            return drive, drive
+        drive = _read("stages", self.stages, leaf)
+        return drive, drive if self.coast_stages is None else _read("coast_stages", self.coast_stages, leaf)
+
+    @property
+    def coast_pieces(self) -> tuple[Piece, ...]:
+        """The law for delta < 0, from the centre outward, in positive magnitudes."""
+        if self.coast_stages is None:
+            return self.drive_pieces
+        return tuple(_piece_of(stage) for stage in self.coast_stages)
+
+    def elements(self) -> tuple[Element, ...]:
+        """Return the one element it is."""
+        element = Element(
+            name=self.name,
+            path=f"coupling.{self.name}",
+            along_line=False,
+            arms=arms_of(self.between, (1.0, -1.0)),
+            between=self.between,
+            radii=(1.0, 1.0),
+            drive=self.drive_pieces,
+            coast=self.coast_pieces,
+            preload=self.preload,
+            contact_damping=self.contact_damping,
+        )
+        return (element,)
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: the two forms mixed, neither given, stages out of order."""
+        given = [key for key in cls.clearance_form if table.get(key) is not None]
+        staged = table.get("stages") is not None
+        if staged and given:
+            rule = f"stages and {given[0]} exclude each other: a coupling has either form, not both"
+            yield Breach((given[0],), table[given[0]], rule, f"remove stages, or {', '.join(given)}")
+        if not staged and table.get("stiffness") is None and "stiffness" not in table:
+            yield Breach((), ..., "a coupling needs stiffness (or stages)", 'such as stiffness = "1500 N*m/rad"')
+        if not staged and table.get("coast_stages") is not None:
+            rule = "coast_stages needs stages: the drive side is missing"
+            yield Breach(("coast_stages",), table["coast_stages"], rule)
+        for key in ("stages", "coast_stages"):
+            yield from _stage_order(key, table.get(key), dimensionless)
+            yield from stage_rules(key, table.get(key), dimensionless)
+        yield from stick_rules((), table, "20 K is zero")
+        if table.get("contact_damping") == "clipped":
+            free = table.get("clearance") and not table.get("stiffness_ratio") and not table.get("damping_ratio")
+            yield from clipping_rules(free, 'such as clearance = "1 deg", without stiffness_ratio and damping_ratio')
+
+
+def _read(key: str, stages: Sequence[Stage], leaf: Leaf) -> list[PieceColumns]:
+    """A side of the staged form."""
+    return [
+        (
+            leaf(f"{key}.{i}.stiffness", stage.stiffness),
+            leaf(f"{key}.{i}.damping", stage.damping),
+            None if stage.until is None else leaf(f"{key}.{i}.until", stage.until),
+        )
+        for i, stage in enumerate(stages)
+    ]
+
+
+def _piece_of(stage: Stage) -> Piece:
+    loop = friction(stage.hysteresis, stage.stick_stiffness, stage.stiffness)
+    return Piece(stage.stiffness, stage.damping, stage.until, *loop)
+
+
+def _stage_order(key: str, stages: object, dimensionless: bool) -> Iterator[Breach]:
+    """Yield breaches of the order of stages: every ``until`` beyond the one before, none in the last stage."""
+    if not isinstance(stages, (list, tuple)):
+        return
+    if not stages:
+        yield Breach((key,), stages, "must have at least one stage")
+    before: float | None = None
+    for index, stage in enumerate(stages):
+        until = stage.get("until") if isinstance(stage, Mapping) else getattr(stage, "until", None)
+        last = index == len(stages) - 1
+        if until is None:
+            if not last and isinstance(stage, (Mapping, Stage)):
+                yield Breach((key, index), ..., "every stage but the last needs until", 'such as until = "4 deg"')
+            continue
+        if last:
+            rule = "the last stage must have no until: it goes on for ever"
+            yield Breach((key, index, "until"), until, rule, "remove until, or add a stage after it")
+        value = attempt(_until.read, until, dimensionless)
+        if value is not None and before is not None and value <= before:
+            rule = f"stages out of order: until must be greater than that of the stage before ({before:.6g} rad)"
+            yield Breach((key, index, "until"), until, rule, "list the stages from the centre outward")
+        before = value if value is not None else before

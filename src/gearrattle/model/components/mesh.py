@@ -1,0 +1,103 @@
+"""A gear pair on its line of action, ``delta = R_a theta_a - R_b theta_b - e(t)`` [m].
+
+Takes value kinds from ``quantity``; gives a noun of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
+
+from gearrattle.model.components.alternation import Alternation
+from gearrattle.model.components.base import (
+    Body,
+    Component,
+    Element,
+    Gap,
+    Leaf,
+    LinearDamping,
+    LinearStiffness,
+    Piece,
+    PieceColumns,
+    Radius,
+    arms_of,
+)
+from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
+from gearrattle.model.excitation import Harmonic
+from gearrattle.model.quantity import Between, two
+from gearrattle.model.table import Breach
+
+
+class Mesh(Component):
+    """A gear pair on its line of action; its gap, if any, is free of force."""
+
+    words: ClassVar[str] = "meshes"
+    between: Between
+    """Names of the two gears' inertias; not "ground". delta = R_a theta_a - R_b theta_b - e(t)."""
+    radii: Annotated[tuple[Radius, Radius], two('must be two base radii, such as ["50 mm", "50 mm"]')]
+    """Base radii R_a, R_b [m]; positive angles are the kinematically consistent directions."""
+    stiffness: LinearStiffness
+    """Mesh stiffness along the line of action [N/m]."""
+    damping: LinearDamping = 0.0
+    """Mesh damping in contact [N s/m]."""
+    backlash: Gap = 0.0
+    """Total gap on the line of action, twice the half gap [m]; 0: no gap."""
+    transmission_error: tuple[Harmonic, ...] = ()
+    """e(t) = sum of amplitude sin(order Omega t + phase) [m]."""
+    contact_damping: ContactDamping = "kelvin-voigt"
+    """"clipped": the force of contact neither pulls nor passes twice the spring's; needs backlash."""
+    alternation: Alternation | None = None
+    """How the stiffness alternates with the tooth pairs in contact; ``stiffness`` is that with all pairs."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: clipped damping without a gap, or with a stiffness that alternates."""
+        if table.get("contact_damping") == "clipped":
+            yield from clipping_rules(table.get("backlash"), 'such as backlash = "0.1 mm"')
+            if table.get("alternation") is not None:
+                rule = "clipped contact damping and alternation exclude each other"
+                yield Breach(("alternation",), table["alternation"], rule, "remove one")
+
+    @property
+    def drive_pieces(self) -> tuple[Piece, ...]:
+        """The law for delta > 0, from the centre outward."""
+        return tuple(Piece(*stage) for stage in self._stages(lambda _, value: value))
+
+    def _stages(self, leaf: Leaf) -> list[Any]:
+        """The gap, if there is one, and the contact."""
+        contact = (leaf("stiffness", self.stiffness), leaf("damping", self.damping), None)
+        return [contact] if self.backlash == 0.0 else [(0.0, 0.0, leaf("backlash", self.backlash) / 2.0), contact]
+
+    def sides(self, leaf: Leaf, element: Element, /) -> tuple[Sequence[PieceColumns], Sequence[PieceColumns]]:  # noqa: ARG002
+        """Return drive and coast side of its law, every number read by ``leaf``."""
+        stages = self._stages(leaf)
+        return stages, stages
+
+    @property
+    def coast_pieces(self) -> tuple[Piece, ...]:
+        """The law for delta < 0: the same."""
+        return self.drive_pieces
+
+    def elements(self) -> tuple[Element, ...]:
+        """Return the one element it is."""
+        element = Element(
+            name=self.name,
+            path=f"mesh.{self.name}",
+            along_line=True,
+            arms=arms_of(self.between, (self.radii[0], -self.radii[1])),
+            between=self.between,
+            radii=self.radii,
+            drive=self.drive_pieces,
+            coast=self.coast_pieces,
+            errors=self.transmission_error,
+            error_key="transmission_error",
+            contact_damping=self.contact_damping,
+            alternation=self.alternation,
+        )
+        return (element,)
+
+    @classmethod
+    def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
+        """Yield the two gears; ground has none."""
+        for body in super().bodies(table):
+            yield body._replace(may_be_ground=False)

@@ -1,0 +1,26 @@
+"""A rotating body.
+
+Takes value kinds from ``quantity``; gives a noun of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from gearrattle.model import units
+from gearrattle.model.over_speed import OverSpeed
+from gearrattle.model.quantity import GROUND, Label, Quantity
+from gearrattle.model.table import Table
+
+
+class Inertia(Table):
+    """One rigid rotating body: one degree of freedom."""
+
+    name: Annotated[str, Label(reserved=(GROUND,))]
+    """Unique name; "ground" is reserved for the fixed frame."""
+    J: Annotated[float, Quantity(units.MOMENT_OF_INERTIA, "positive")]
+    """Moment of inertia [kg m^2]."""
+    drag: Annotated[float, Quantity(units.TORSIONAL_DAMPING, "non-negative")] = 0.0
+    """Viscous drag to ground on the fluctuation of speed [N m s/rad]."""
+    drag_torque: Annotated[float, OverSpeed(units.TORQUE, "non-negative")] = 0.0
+    """Mean drag torque opposing rotation [N m]; acts as a mean torque of the opposite sign."""
