@@ -11,7 +11,7 @@ import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.contact_ratios.describing import under_sine
 from gearrattle.contact_ratios.forecast import Linearisation, forecast
-from gearrattle.linear.equilibrium import equilibrium
+from gearrattle.system.equilibrium import equilibrium
 from gearrattle.system.law import Stage, staged
 from gearrattle.system.piecewise import PiecewiseSystem
 from tests.system.drivelines import inputs

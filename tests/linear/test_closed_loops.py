@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import diag, lu_solve, matrix, mp, mpf
 
-from gearrattle.linear.equilibrium import Equilibrium, Runaway, equilibrium
+from gearrattle.system.equilibrium import Equilibrium, Runaway, equilibrium
 from gearrattle.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.system.piecewise import PiecewiseSystem
 from tests.system.drivelines import clearance, inputs, linear

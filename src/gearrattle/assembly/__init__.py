@@ -1,11 +1,12 @@
 """The one place that knows both wings: a model in words becomes a piecewise system and its name plate."""
 
 from gearrattle.assembly.deflections import deflection, deflection_rate
-from gearrattle.assembly.elements import rows_of
+from gearrattle.assembly.drive_torque import drive_torque
+from gearrattle.assembly.elements import component_notes, inertia_of, rows_of
 from gearrattle.assembly.friction import left_out
-from gearrattle.assembly.lumped import lumped_model, must_stay_level
+from gearrattle.assembly.lumped import lumped_model, must_keep_bodies, must_stay_level
 from gearrattle.assembly.period import CommonPeriod, common_period, period_of
-from gearrattle.assembly.prescribed import drive_torque, free_names, free_of, moved, places, whole, whole_trajectory
+from gearrattle.assembly.prescribed import free_names, free_of, moved, places, whole, whole_trajectory
 from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
 from gearrattle.assembly.steady import refuse_motions, refuse_unsteady, steady, unsteady
 from gearrattle.assembly.system import assemble, name_plate
@@ -15,15 +16,18 @@ __all__ = [
     "assemble",
     "check_length",
     "common_period",
+    "component_notes",
     "default_cycles",
     "deflection",
     "deflection_rate",
     "drive_torque",
     "free_names",
     "free_of",
+    "inertia_of",
     "left_out",
     "lumped_model",
     "moved",
+    "must_keep_bodies",
     "must_stay_level",
     "name_plate",
     "period_of",

@@ -1,6 +1,6 @@
-"""The law and the row of every element.
+"""The law and the row of every element, and the inertia of every body.
 
-Takes a Model; gives its elements' rows and piecewise-linear laws.
+Takes a Model; gives arrays and piecewise-linear laws.
 """
 
 from __future__ import annotations
@@ -18,6 +18,21 @@ def law_of(element: Element) -> PiecewiseLaw:
     drive = [Stage(p.stiffness, p.damping, p.until) for p in element.drive]
     coast = [Stage(p.stiffness, p.damping, p.until) for p in element.coast]
     return staged(drive, coast, element.preload, parted=is_parted(element))
+
+
+def inertia_of(model: Model) -> NDArray[np.float64]:
+    """(n,) J of all inertias, with what components add [kg m^2]."""
+    index = {inertia.name: i for i, inertia in enumerate(model.inertias)}
+    inertia = np.array([body.J for body in model.inertias])
+    for component in model.components.values():
+        for body, more in component.added_inertia().items():
+            inertia[index[body]] += more
+    return inertia
+
+
+def component_notes(model: Model) -> tuple[str, ...]:
+    """What a user must know of the components."""
+    return tuple(note for component in model.components.values() for note in component.notes())
 
 
 def rows_of(model: Model) -> NDArray[np.float64]:

@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gearrattle.model import GROUND, Coupling, Element, Mesh, Model
+from gearrattle.assembly.elements import inertia_of
+from gearrattle.model import GROUND, Coupling, Element, Mesh, Model, Planetary
 
 Table = dict[str, Any]
 
@@ -26,7 +27,14 @@ _RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the
 def must_stay_level(model: Model) -> frozenset[int]:
     """Elements, by index, for which no mesh can stand: couplings with stages, a sloped or damped centre, a
     preload, friction."""
-    return frozenset(k for k, element in enumerate(model.elements) if not element.along_line and not _meshable(element))
+    return frozenset(k for k, e in enumerate(model.elements) if not e.along_line and not _meshable(e))
+
+
+def must_keep_bodies(model: Model) -> frozenset[int]:
+    """Elements, by index, whose bodies must stay bodies of their own speed: of planetary sets, and Hooke joints."""
+    joined = {coupling.name for coupling in model.couplings if coupling.hooke is not None}
+    sets = {element.name for planetary in model.planetaries for element in planetary.elements()}
+    return frozenset(k for k, element in enumerate(model.elements) if element.name in joined | sets)
 
 
 def lumped_model(
@@ -48,9 +56,10 @@ def lumped_model(
     gone = {model.elements[k].name for k in removed}
     written = [_coupling(coupling, to) for coupling in model.couplings if coupling.name not in gone]
     written += [_mesh(mesh, to) for mesh in model.meshes if mesh.name not in gone]
+    written += [_planetary(planetary, to) for planetary in model.planetaries]
     tables = {**model.to_tables(at_speed=True), "name": name}
     tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
-    for kind in ("coupling", "mesh"):
+    for kind in ("coupling", "mesh", "planetary"):
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
             tables[kind] = rows
@@ -71,7 +80,9 @@ def lumped_model(
 def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float]) -> Table:
     """One body for a group."""
     members = [(model.inertias[i], r) for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept]
-    table: Table = {"name": model.inertias[kept].name, "J": sum(r * r * body.J for body, r in members)}
+    inertia = inertia_of(model)
+    J = sum(r * r * inertia[i] for i, (o, r) in enumerate(zip(owner, ratio, strict=True)) if o == kept)
+    table: Table = {"name": model.inertias[kept].name, "J": float(J)}
     drag, torque = sum(r * r * b.drag for b, r in members), sum(r * b.drag_torque for b, r in members)
     return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
 
@@ -81,6 +92,14 @@ def _mesh(mesh: Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
     (a, rho_a), (b, rho_b) = (to[end] for end in mesh.between)
     radii = [mesh.radii[0] * rho_a, mesh.radii[1] * rho_b]
     return "mesh", {**mesh.to_plain(at_speed=True), "between": [a, b], "radii": radii}
+
+
+def _planetary(planetary: Planetary, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
+    """Write a planetary set between the bodies kept, whose J holds the planets' masses."""
+    table = planetary.to_plain(at_speed=True)
+    table |= {key: to[table[key]][0] for key in ("sun", "ring", "carrier")}
+    table["planets"] = [to[planet][0] for planet in table["planets"]]
+    return "planetary", {key: value for key, value in table.items() if key not in ("planet_mass", "centre_distance")}
 
 
 def _coupling(coupling: Coupling, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
@@ -94,6 +113,9 @@ def _coupling(coupling: Coupling, to: Mapping[str, tuple[str, float]]) -> tuple[
     first, piece = coupling.drive_pieces[0], coupling.drive_pieces[-1]
     mesh: Table = {"name": coupling.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
     mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
+    if coupling.kinematic_error:
+        mesh["transmission_error"] = table["kinematic_error"]
+        _scale_all(mesh["transmission_error"], {"amplitude": _RADIUS})
     if first.until is not None:
         mesh |= {"backlash": 2.0 * first.until * _RADIUS, "contact_damping": coupling.contact_damping}
     return "mesh", mesh
@@ -114,9 +136,15 @@ def _referred(table: Table, ratio: float) -> Table:
     friction = {"hysteresis": ratio, "stick_stiffness": ratio**2}
     _scale(table, {"stiffness": ratio**2, "damping": ratio**2, "clearance": 1.0 / ratio, "preload": ratio, **friction})
     for key in ("stages", "coast_stages"):
-        for stage in table.get(key) or []:
-            _scale(stage, {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio, **friction})
+        _scale_all(table.get(key), {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio, **friction})
+    _scale_all(table.get("kinematic_error"), {"amplitude": 1.0 / ratio})
     return table
+
+
+def _scale_all(rows: list[Table] | None, factors: Mapping[str, float]) -> None:
+    """Multiply what is there in every row."""
+    for row in rows or []:
+        _scale(row, factors)
 
 
 def _scale(table: Table, factors: Mapping[str, float]) -> None:
@@ -130,10 +158,11 @@ def _initial(
     model: Model, initial: Mapping[str, Any], owner: Sequence[int], ratio: Sequence[float], kept: Sequence[int]
 ) -> Table:
     """A start state of the bodies kept: means over each group, weighted by inertia, so that momentum is kept."""
-    J = [body.J for body in model.inertias]
+    J = inertia_of(model)
 
     def mean(values: Sequence[float], body: int) -> float:
         members = [i for i, o in enumerate(owner) if o == body]
-        return sum(J[i] * ratio[i] * values[i] for i in members) / sum(J[i] * ratio[i] ** 2 for i in members)
+        turning = sum(J[i] * ratio[i] * values[i] for i in members)
+        return float(turning / sum(J[i] * ratio[i] ** 2 for i in members))
 
     return {key: [mean(initial[key], body) for body in kept] for key in ("angle", "velocity")}

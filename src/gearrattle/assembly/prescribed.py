@@ -91,20 +91,3 @@ def whole_trajectory(model: Model, trajectory: Trajectory) -> Trajectory:
         for order, free in enumerate((trajectory.angle, trajectory.velocity, trajectory.acceleration))
     )
     return replace(trajectory, angle=angle, velocity=velocity, acceleration=acceleration)
-
-
-def drive_torque(model: Model, trajectory: Trajectory) -> Array:
-    """(t, P) torque that keeps every prescribed motion [N m]: J theta'' + drag + what the elements take.
-
-    Args:
-        model: the driveline.
-        trajectory: of all inertias.
-    """
-    out = np.empty((len(trajectory.time), len(model.motions)))
-    plate = trajectory.layout
-    for p, i in enumerate(places(model)):
-        body = model.inertias[i]
-        out[:, p] = body.J * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i] + body.drag_torque
-        for k in np.flatnonzero(plate.rows[:, i]):
-            out[:, p] += plate.rows[k, i] / plate.radii[k, 0] * trajectory.element_torque[:, k]
-    return out

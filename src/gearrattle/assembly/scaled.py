@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gearrattle.assembly.written_out import written_out
 from gearrattle.model import Model
 from gearrattle.system.characteristic import Scales
 from gearrattle.trajectory import Companions, Layout, Trajectory
@@ -29,6 +30,7 @@ KINDS: dict[str, Any] = {
         "preload": "torque",
         "stages": _STAGE,
         "coast_stages": _STAGE,
+        "kinematic_error": {"amplitude": "angle"},
         **_FRICTION,
     },
     "mesh": {
@@ -37,6 +39,13 @@ KINDS: dict[str, Any] = {
         "damping": "linear_damping",
         "backlash": "length",
         "transmission_error": {"amplitude": "length"},
+    },
+    "planetary": {
+        "radii": dict.fromkeys(("sun", "planet", "ring"), "radius"),
+        "stiffness": dict.fromkeys(("sun", "ring"), "linear_stiffness"),
+        "damping": dict.fromkeys(("sun", "ring"), "linear_damping"),
+        "backlash": dict.fromkeys(("sun", "ring"), "length"),
+        "transmission_error": {side: {"amplitude": "length"} for side in ("sun", "ring")},
     },
     "excitation": {"speed": "speed", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {
@@ -67,7 +76,7 @@ def dimensional(model: Model, scales: Scales) -> Model:
 def _converted(model: Model, factor: Mapping[str, float], units: Literal["SI", "dimensionless"]) -> Model:
     """Write the tables anew; a frequency becomes the speed it stands for, a table over speed its value at that."""
     swept = model.excitation.sweep is not None
-    tables = {**model.to_tables(at_speed=not swept), "units": units}
+    tables = {**written_out(model, at_speed=not swept), "units": units}
     if not swept:
         tables["excitation"] = {"speed": model.excitation.omega}
     return Model.from_tables({key: _scaled(value, KINDS.get(key, {}), factor) for key, value in tables.items()})

@@ -9,7 +9,7 @@ Takes a Model; gives Signals, or None where all inputs are harmonics.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil, pi
 from typing import NamedTuple
@@ -18,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.elements import rows_of
+from gearrattle.assembly.means import mean_torque
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
-from gearrattle.assembly.splines import Recorded, mean, spline
+from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.splines import Recorded, spline
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import DEFAULTS, Model, Torque
+from gearrattle.model import DEFAULTS, Harmonic, Model
 from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import remembered
@@ -47,14 +49,6 @@ def default_cycles(model: Model) -> int:
     """Length of a run in periods where nobody says: a sweep is followed to its end."""
     ramp = ramp_of(model)
     return DEFAULTS.cycles if ramp is None else max(1, ceil(ramp.over / period_of(model).period * (1.0 - 1e-12)))
-
-
-def mean_torque(torque: Torque) -> float:
-    """What the static start and everything linear takes a torque for [N m]."""
-    signal = torque.signal
-    if signal is None:
-        return torque.mean
-    return torque.mean + (mean(spline(signal)) if signal.static is None else signal.static)
 
 
 class _Part(NamedTuple):
@@ -151,24 +145,25 @@ def _swept(model: Model) -> Iterator[_Part]:
         return
     cycles = model.simulation.cycles or default_cycles(model)
     until = cycles * period_of(model).period * (1.0 + 1e-9)
-    range_ = (min(ramp.begin, ramp.end), max(ramp.begin, ramp.end))
+    range_ = _speeds(ramp)
     bodies, count = len(model.inertias), len(model.elements)
     driven: list[tuple[Array, Array]] = []
     sounds: list[Sound] = []
+    ripples = load_ripples(model)
     for i, inertia in enumerate(model.inertias):
         tones = list(_changing(inertia.drag_torque, -1.0, range_))
+        tones += tones_of(ripples.get(inertia.name, ()), ramp)
         for torque in model.torques:
             if torque.on == inertia.name:
                 tones += _changing(torque.mean, 1.0, range_)
-                tones += [_tone(h.order, h.phase, h.amplitude, range_) for h in torque.harmonics]
+                tones += tones_of(torque.harmonics, ramp)
         if tones:
             driven.append((_unit(bodies, i), _unit(count)))
             sounds.append(Sound(tuple(tones), smooth=False))
     for k, element in enumerate(model.elements):
         if element.errors:
             driven.append((_unit(bodies), _unit(count, k)))
-            tones = [_tone(h.order, h.phase, h.amplitude, range_) for h in element.errors]
-            sounds.append(Sound(tuple(tones), smooth=True))
+            sounds.append(Sound(tones_of(element.errors, ramp), smooth=True))
     if not sounds:
         return
     try:
@@ -177,6 +172,15 @@ def _swept(model: Model) -> Iterator[_Part]:
         raise _too_long(str(error)) from None
     for channel, sound, (torque_on, error_of) in zip(made, sounds, driven, strict=True):
         yield _Part(channel, Swept(ramp, sound.tones, sound.smooth), torque_on, error_of)
+
+
+def tones_of(harmonics: Sequence[Harmonic], ramp: Ramp) -> tuple[Tone, ...]:
+    """The harmonics along a ramp of the speed."""
+    return tuple(_tone(h.order, h.phase, h.amplitude, _speeds(ramp)) for h in harmonics)
+
+
+def _speeds(ramp: Ramp) -> tuple[float, float]:
+    return min(ramp.begin, ramp.end), max(ramp.begin, ramp.end)
 
 
 def _tone(order: float, phase: float, amplitude: float, speeds: tuple[float, float], less: float = 0.0) -> Tone:

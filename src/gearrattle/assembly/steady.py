@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gearrattle.assembly.signals import mean_torque
+from gearrattle.assembly.means import mean_torque
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.remember import remembered

@@ -12,11 +12,13 @@ from math import cos, sin
 import numpy as np
 
 from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
-from gearrattle.assembly.elements import law_of, rows_of
+from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.friction import Named, companions_of
+from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
-from gearrattle.assembly.signals import mean_torque, signals_of
+from gearrattle.assembly.ripple import load_ripples
+from gearrattle.assembly.signals import signals_of
 from gearrattle.model import GROUND, Harmonic, Model
 from gearrattle.remember import remembered
 from gearrattle.system.clock import Clock
@@ -54,15 +56,14 @@ def assemble(model: Model) -> PiecewiseSystem:
     for k, element in enumerate(elements):
         for harmonic in () if swept else element.errors:
             _add(error[:, k, column[harmonic.order]], harmonic)
-    mean = np.array([-inertia.drag_torque for inertia in model.inertias])
     torque = np.zeros((2, size, len(column)))
-    for table in model.torques:
-        on = names.index(table.on)
-        mean[on] += mean_torque(table)
-        for harmonic in () if swept else table.harmonics:
-            _add(torque[:, on, column[harmonic.order]], harmonic)
+    sources = [(table.on, table.harmonics) for table in model.torques]
+    for on, harmonics in () if swept else (*sources, *load_ripples(model).items()):
+        for harmonic in harmonics:
+            _add(torque[:, names.index(on), column[harmonic.order]], harmonic)
+    mean = mean_torques(model)
     return PiecewiseSystem(
-        inertia=np.array([model.inertias[i].J for i in free]),
+        inertia=inertia_of(model)[free],
         drag=np.array([model.inertias[i].drag for i in free]),
         rows=rows_of(model)[:, free],
         laws=tuple(law_of(element) for element in elements),
@@ -86,7 +87,7 @@ def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
     common, driving = period_of(model), [*(m.on for m in model.motions), *(t.on for t in model.torques)]
     return Layout(
         inertia_names=tuple(names),
-        inertia=np.array([inertia.J for inertia in model.inertias]),
+        inertia=inertia_of(model),
         drag_torque=np.array([inertia.drag_torque for inertia in model.inertias]),
         stiffness=np.array([law.stiffness.max() for law in system.laws]),
         element_names=tuple(element.name for element in elements),

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.period import period_of
+from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.system import assemble
 from gearrattle.kernels.variants import Coefficients
 from gearrattle.model import Element, Model
@@ -148,6 +149,8 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
         way.
     """
     columns = Columns(model, given, count)
+    if load_ripples(model):  # of a mean load that the columns may change
+        columns.good[:] = False
     base = coefficients_of(assemble(model))
     common = period_of(model)
     out = Coefficients(*(np.repeat(array[None], count, axis=0) for array in base))
@@ -166,9 +169,10 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
 
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:
+    added = {b: m for c in columns.model.components.values() for b, m in c.added_inertia().items()}
     for i, body in enumerate(columns.model.inertias):
         at = f"inertia.{body.name}"
-        out.inertia[:, i] = columns.of(f"{at}.J", body.J)
+        out.inertia[:, i] = columns.of(f"{at}.J", body.J) + added.get(body.name, 0.0)
         out.drag[:, i] = columns.of(f"{at}.drag", body.drag)
         out.mean[:, i] = -columns.of(f"{at}.drag_torque", body.drag_torque)
 

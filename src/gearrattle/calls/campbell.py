@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
-from gearrattle.calls.statics import Modes, error_source, modes, torque_source
+from gearrattle.calls.statics import Modes, modes, torque_source
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model, check_model, units
 from gearrattle.model.quantity import Quantity
@@ -205,7 +205,7 @@ def _orders(model: Model) -> tuple[OrderLine, ...]:
     """Orders of all harmonics that are not zero, each with what turns with it."""
     sources: dict[float, list[str]] = {}
     pairs: list[tuple[str, tuple[Harmonic, ...]]] = [(torque_source(t.on), t.harmonics) for t in model.torques]
-    pairs += [(error_source(element.name), element.errors) for element in model.elements]
+    pairs += [(element.error_words, element.errors) for element in model.elements]
     for source, harmonics in pairs:
         for harmonic in harmonics:
             if harmonic.amplitude and harmonic.order:

@@ -17,6 +17,7 @@ from gearrattle.assembly import (
     free_names,
     left_out,
     lumped_model,
+    must_keep_bodies,
     must_stay_level,
     refuse_motions,
 )
@@ -82,7 +83,7 @@ def reduce(
     request = requested(model, system, end, margin=margin, keep=keep, merge=merge)
     forced = tuple(dict.fromkeys(names.index(name) for name in merge))
     try:
-        lumps = lump(request, forced=forced, level=must_stay_level(model), limit=limit)
+        lumps = lump(request, forced=forced, level=must_stay_level(model), own=must_keep_bodies(model), limit=limit)
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
@@ -187,6 +188,8 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
     notes += left_out(model)
+    if any(planetary.added_inertia() for planetary in model.planetaries):
+        notes.append("the carriers' J holds the masses of the planets now.")
     wavy = [elements[k].name for k in merged if np.any(request.system.inputs.error_sine[k] != 0.0)
             or np.any(request.system.inputs.error_cosine[k] != 0.0)]  # fmt: skip
     if wavy:

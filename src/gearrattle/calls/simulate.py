@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly import (
     assemble,
     check_length,
+    component_notes,
     free_of,
     moved,
     name_plate,
@@ -138,7 +139,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     angle, velocity, notes = _start(used, model, system)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
-    notes = (*period_of(model).notes, *_sweep_notes(model), *notes)
+    notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *notes)
     return Plan(used, task, name_plate(model, system), settings.algorithm, settings.discard, notes)
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, free_names, left_out, whole
 from gearrattle.errors import ModelError, Problem, not_whole
-from gearrattle.linear import equilibrium as statics
 from gearrattle.linear import modes as modal
 from gearrattle.model import Model, check_model
 from gearrattle.result import Result
+from gearrattle.system import equilibrium as statics
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
@@ -229,18 +229,13 @@ def torque_source(name: str) -> str:
     return f"torque on {name}"
 
 
-def error_source(name: str) -> str:
-    """What the transmission error of this mesh is called among the sources."""
-    return f"transmission error of {name}"
-
-
 def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
     """Sources in file order, and the share of each one's energy by mode."""
     loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
     shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
     for k, element in enumerate(model.elements):
         if any(h.amplitude for h in element.errors):
-            shares[error_source(element.name)] = np.nan_to_num(data.strain_energy[k])
+            shares[element.error_words] = np.nan_to_num(data.strain_energy[k])
     return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
 
 

@@ -55,6 +55,7 @@ def _content(model: Model) -> dict[str, Any]:
         "inertias": [body.name for body in model.inertias],
         "couplings": [element.name for element in model.couplings],
         "meshes": [element.name for element in model.meshes],
+        **({"planetary_sets": [p.name for p in model.planetaries]} if model.planetaries else {}),
         "clearances": list(name_plate(model, assemble(model)).clearance_names),
         "torques_on": [torque.on for torque in model.torques],
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),

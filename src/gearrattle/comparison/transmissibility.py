@@ -109,10 +109,12 @@ def elements_from(layout: Layout, start: int) -> IntArray:
     """Return (n,) how many elements lie between each inertia and ``start``; -1 where no way leads, ground left out."""
     distance = np.full(len(layout.inertia_names), -1, dtype=np.int64)
     distance[start] = 0
-    ends = layout.between[np.all(layout.between >= 0, axis=1)]
+    touches = layout.rows != 0.0
     for step in range(1, distance.size):
-        reached = distance[ends] >= 0
-        new = np.concatenate([ends[reached[:, 0] & ~reached[:, 1], 1], ends[reached[:, 1] & ~reached[:, 0], 0]])
+        reached = touches[:, distance >= 0].any(axis=1)
+        new = touches[reached].any(axis=0) & (distance < 0)
+        if not new.any():
+            break
         distance[new] = step
     return distance
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.equilibrium import equilibrium
 from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.system.equilibrium import equilibrium
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]

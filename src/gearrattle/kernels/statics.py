@@ -1,4 +1,4 @@
-"""The static equilibrium, see ``linear.equilibrium`` for what is minimised and how."""
+"""The static equilibrium, see ``system.equilibrium`` for what is minimised and how."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@
 frozen; ``json_schema`` describes the format.
 """
 
-from gearrattle.model.components import Coupling, Mesh
+from gearrattle.model.components import Coupling, Mesh, Planetary
 from gearrattle.model.components.alternation import Alternation
 from gearrattle.model.components.base import Element, Piece
 from gearrattle.model.components.coupling import Stage
@@ -37,6 +37,7 @@ __all__ = [
     "Model",
     "Motion",
     "Piece",
+    "Planetary",
     "Points",
     "Signal",
     "Simulation",

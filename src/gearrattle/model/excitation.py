@@ -33,6 +33,13 @@ class Harmonic(Table):
     """Phase of the sine [rad]."""
 
 
+class AngularHarmonic(Harmonic):
+    """One sine of a kinematic error; its amplitude is an angle."""
+
+    amplitude: Annotated[float, Quantity(units.ANGLE)]
+    """Amplitude [rad]."""
+
+
 class TorqueHarmonic(Harmonic):
     """One sine of a torque; its amplitude is a torque."""
 

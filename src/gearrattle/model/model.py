@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model.components import COMPONENTS, Coupling, Mesh
+from gearrattle.model.components import COMPONENTS, Coupling, Mesh, Planetary
 from gearrattle.model.components.base import Component, Element
 from gearrattle.model.excitation import Excitation, Motion, Torque
 from gearrattle.model.inertia import Inertia
@@ -50,6 +50,8 @@ class Model(Table):
     """Torsional elements, in file order."""
     meshes: Annotated[tuple[Mesh, ...], Field(alias="mesh")] = ()
     """Gear pairs, in file order."""
+    planetaries: Annotated[tuple[Planetary, ...], Field(alias="planetary")] = ()
+    """Planetary gear sets, in file order."""
     excitation: Excitation
     """Reference speed."""
     torques: Annotated[tuple[Torque, ...], Field(alias="torque")] = ()
@@ -87,12 +89,12 @@ class Model(Table):
     @cached_property
     def components(self) -> Mapping[str, Component]:
         """All components by their path in the file, such as "coupling.clutch", in element order."""
-        tables = {"coupling": self.couplings, "mesh": self.meshes}
+        tables = {"coupling": self.couplings, "mesh": self.meshes, "planetary": self.planetaries}
         return {f"{kind}.{component.name}": component for kind, rows in tables.items() for component in rows}
 
     @cached_property
     def elements(self) -> tuple[Element, ...]:
-        """All elements, component by component: of all couplings, then of all meshes."""
+        """All elements: of all couplings, then of all meshes, then of planetary sets."""
         return tuple(element for component in self.components.values() for element in component.elements())
 
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
@@ -234,13 +236,12 @@ def _bodies(
     several = "two different" if len(bodies) == 2 else "different"
     for body in bodies:
         where = (*location, *body.location)
-        written = row.get(body.location[0]) if isinstance(body.location[0], str) else body.name
-        if body.name == GROUND and not body.may_be_ground:
-            rule = f"a {location[0]} connects two inertias; ground has no gear"
-            yield Breach(where, written, rule, "use a coupling")
+        written = row.get(str(body.location[0])) if len(body.location) == 1 else body.name
+        if body.name == GROUND and body.no_ground:
+            yield Breach(where, written, body.no_ground, body.remedy)
         elif isinstance(body.name, str) and body.name != GROUND and body.name not in names:
             yield _dangling(where, body.name, names)
-        if isinstance(body.name, str):
+        if isinstance(body.name, str) and (body.name != GROUND or len(bodies) == 2):
             if body.name in seen:
                 yield Breach(where, written, f"a {location[0]} must connect {several} inertias")
             seen[body.name] = None

@@ -117,8 +117,11 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     if key in ("stages", "coast_stages") and len(rest) > 1:
         side = "stage" if key == "stages" else "coast stage"
         return _of_part(rest[1:], f"{side} {_number(rest[0])}{of}", {})
-    if key == "transmission_error" and len(rest) > 1:
-        return f"transmission error {_sine(rest, table.get(key, ()), owner, 'of')}"
+    if key in ("transmission_error", "kinematic_error") and len(rest) > 1:
+        sides = isinstance(table.get(key), Mapping)  # of a planetary set, by sun and ring
+        sines = table.get(key, ()) if not sides else table[key].get(rest[0], ())
+        named = f"{owner}, {rest[0]}" if sides else owner
+        return f"{_key(key)} {_sine(rest[1:] if sides else rest, sines, named, 'of')}"
     if key == "alternation" and rest:
         return f"{_ALTERNATION.get(rest[0], _key(rest[0]))} of the alternation{of}"
     if key == "radii" and rest:

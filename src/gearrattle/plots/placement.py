@@ -66,7 +66,7 @@ def _grow(layout: Layout, start: int, placement: Placement) -> None:
                 other = pair[1] if pair[0] == body else pair[0]
                 if other in placement.bodies or (other < 0 and element in placement.grounds):
                     continue
-                if meshes:
+                if meshes and other >= 0:
                     _hang(body, element, other, placement)
                 else:
                     _append(body, element, other, placement)

@@ -65,7 +65,8 @@ REASONS = {
     "kept": "asked to be kept",
     "clearance": "has a clearance",
     "friction": "has dry friction",
-    "ground": "is tied to the ground",
+    "ground": "is not between two bodies",
+    "own": "belongs to a planetary set or is a Hooke joint: its bodies stay",
     "soft": "has no stiffness",
     "error": "its transmission error excites the band",
     "locks": "a closed loop of meshes would lock",
@@ -102,6 +103,7 @@ class Lumps:
 class _Rules:
     request: Request
     level: frozenset[int]  # elements whose two ends must keep equal speeds
+    own: frozenset[int]  # elements whose bodies must stay apart, at their own speeds
 
     def grouping(self, merged: tuple[int, ...]) -> Grouping:
         """Group the bodies by a set that is known to be allowed."""
@@ -125,6 +127,11 @@ class _Rules:
             ends = np.flatnonzero(row)
             if ends.size == 2 and found.owner[ends[0]] == found.owner[ends[1]]:
                 return "locks"
+        for k in self.own:
+            bodies = np.flatnonzero(rows[k]).tolist()
+            alike = all(abs(found.ratio[i] - 1.0) <= SAME for i in bodies)
+            if not alike or len({found.owner[i] for i in bodies}) < len(bodies):
+                return "own"
         for k in self.level:
             entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
             if not silent[k] and np.ptp(entries) > SAME * entries.max():
@@ -137,7 +144,9 @@ class _Rules:
         weight = np.zeros(rows.shape[1])
         for k, row in enumerate(rows):
             ends = np.flatnonzero(row)
-            if (
+            if k in self.own:
+                weight[ends] += 1000.0
+            elif (
                 ends.size == 2
                 and abs(row.sum()) <= SAME * np.abs(row).max()
                 and len({found.owner[i] for i in ends}) > 1
@@ -163,6 +172,7 @@ def lump(
     *,
     forced: tuple[int, ...] = (),
     level: frozenset[int] = frozenset(),
+    own: frozenset[int] = frozenset(),
     limit: float = LIMIT,
 ) -> Lumps:
     """Choose what to merge.
@@ -171,14 +181,15 @@ def lump(
         request: what is asked.
         forced: elements to be merged whatever it costs.
         level: elements that must stay between equal speeds, because their law cannot be written otherwise.
+        own: elements that must stay between bodies of their own, at the speeds these have.
         limit: largest relative error of a frequency in the band.
 
     Raises:
         Refused: a forced element cannot be merged.
     """
-    rules = _Rules(request, level)
+    rules = _Rules(request, level, own)
     shares, frequencies = _shares(request)
-    reasons = _barred(request, forced)
+    reasons = _barred(request, forced, own)
     merged = _forced(rules, forced, reasons)
     largest = shares.max(axis=0, initial=0.0)
     used = shares[:, list(merged)].sum(axis=1)
@@ -229,7 +240,7 @@ def _shares(request: Request) -> tuple[Array, Array]:
     return np.vstack(found), np.concatenate(at)
 
 
-def _barred(request: Request, forced: tuple[int, ...]) -> list[str]:
+def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> list[str]:
     """Why an element cannot be merged at all; an empty word where it may be."""
     system = request.system
     order = 2.0 * np.pi * system.inputs.cycles / system.inputs.period
@@ -238,7 +249,9 @@ def _barred(request: Request, forced: tuple[int, ...]) -> list[str]:
     reasons = []
     for k, law in enumerate(system.laws):
         reason = ""
-        if np.count_nonzero(system.rows[k]) != 2:
+        if k in own:
+            reason = "own"
+        elif np.count_nonzero(system.rows[k]) != 2:
             reason = "ground"
         elif law.stiffness[-1] <= 0.0:
             reason = "soft"

@@ -72,7 +72,7 @@ def _causes(model: Model) -> list[str]:
     for element in model.elements:
         motions = [f"the motion of {name} through {element.name}" for name, _ in element.arms if name in prescribed]
         if element.errors or not motions:
-            motions.append(f"the transmission error of {element.name}")
+            motions.append(f"the {element.error_words}")
         causes.append(" and ".join(motions))
     return causes
 

@@ -18,7 +18,7 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
-    from gearrattle.model import Coupling, Mesh, Model, Piece
+    from gearrattle.model import Element, Model, Piece
 
 
 def model_tables(findings: Findings) -> list[Table]:
@@ -42,30 +42,22 @@ def _inertias(model: Model) -> Table:
 
 
 def _elements(model: Model) -> Table:
-    unit = _unit(model)
-    rows = [
-        (
-            coupling.name,
-            " – ".join(coupling.between),
-            _stages(coupling.drive_pieces, unit("N m/rad"), unit("rad")),
-            "as drive" if coupling.coast_pieces == coupling.drive_pieces
-            else _stages(coupling.coast_pieces, unit("N m/rad"), unit("rad")),
-            _dampings(coupling, unit("N m s/rad")),
-        )
-        for coupling in model.couplings
-    ]  # fmt: skip
-    rows += [
-        (
-            mesh.name,
-            " – ".join(mesh.between),
-            _stages(mesh.drive_pieces, unit("N/m"), unit("m")),
-            f"as drive; base radii {engineering(mesh.radii[0], unit('m'))}, {engineering(mesh.radii[1], unit('m'))}",
-            _dampings(mesh, unit("N s/m")),
-        )
-        for mesh in model.meshes
-    ]
     head = ("element", "between", "drive side: stiffness, from the centre outward", "coast side", "damping")
-    return Table(head, tuple(rows), frozenset(range(5)), "Couplings and meshes")
+    rows = tuple(_element(element, _unit(model)) for element in model.elements)
+    return Table(head, rows, frozenset(range(5)), "Couplings and meshes")
+
+
+def _element(element: Element, unit: Callable[[str], str]) -> tuple[str, ...]:
+    """One row: what it lies between, its law and its damping."""
+    slope, deflection, damping = ("N/m", "m", "N s/m") if element.along_line else ("N m/rad", "rad", "N m s/rad")
+    alike = element.coast == element.drive
+    coast = "as drive" if alike else _stages(element.coast, unit(slope), unit(deflection))
+    if element.along_line:
+        coast += "; base radii " + ", ".join(engineering(radius, unit("m")) for radius in element.radii)
+    others = [body for body, _ in element.arms if body not in element.between]
+    between = " – ".join(element.between) + "".join(f", on {body}" for body in others)
+    drive = _stages(element.drive, unit(slope), unit(deflection))
+    return (element.name, between, drive, coast, _dampings(element, unit(damping)))
 
 
 def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:
@@ -78,8 +70,8 @@ def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:
     return ", then ".join(words)
 
 
-def _dampings(element: Coupling | Mesh, unit: str) -> str:
-    told = ", then ".join(quantity(piece.damping, unit) for piece in element.drive_pieces)
+def _dampings(element: Element, unit: str) -> str:
+    told = ", then ".join(quantity(piece.damping, unit) for piece in element.drive)
     return f"{told}; clipped" if element.contact_damping == "clipped" else told
 
 
@@ -108,14 +100,15 @@ def _excitation(findings: Findings) -> Table:
         rows.append(
             (f"motion of {motion.on}", f"a record of its {kind}, {counted(motion.signal.time.size, 'point')}", "")
         )
-    for mesh in model.meshes:
+    for element in model.elements:
+        length = unit("m" if element.along_line else "rad")
         rows += [
             (
-                f"transmission error of {mesh.name}",
-                f"order {numeral(term.order)}: {engineering(term.amplitude, unit('m'))}",
+                element.error_words,
+                f"order {numeral(term.order)}: {engineering(term.amplitude, length)}",
                 _phase(term.phase),
             )
-            for term in mesh.transmission_error
+            for term in element.errors
         ]
     return Table(("", "value", "phase"), tuple(rows), frozenset({0, 1}), "Excitation")
 

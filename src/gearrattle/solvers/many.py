@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
 from gearrattle.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, one, room_for
-from gearrattle.linear.equilibrium import elastic_elements, statics_of
 from gearrattle.solvers.choice import is_large
 from gearrattle.solvers.exact import paper
 from gearrattle.solvers.handover import StepLimit, chatters, doubled, empty_log
 from gearrattle.solvers.slots import packed_inputs, packed_instants
 from gearrattle.system.building import ELIMINATION
 from gearrattle.system.coordinates import relative_coordinates
+from gearrattle.system.equilibrium import elastic_elements, statics_of
 from gearrattle.system.flow import Flow, flow_of
 from gearrattle.system.laid_out import frame_of
 from gearrattle.system.piecewise import PiecewiseSystem

@@ -27,7 +27,6 @@ from gearrattle.assembly import assemble, name_plate, refuse_motions, refuse_uns
 from gearrattle.calls.measure import engine_orders
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
-from gearrattle.linear.equilibrium import Equilibrium
 from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
@@ -35,6 +34,7 @@ from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.study import study
+from gearrattle.system.equilibrium import Equilibrium
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array, Layout
 

@@ -6,10 +6,12 @@
 from gearrattle.model.components.base import Component
 from gearrattle.model.components.coupling import Coupling
 from gearrattle.model.components.mesh import Mesh
+from gearrattle.model.components.planetary import Planetary
 
 COMPONENTS: dict[str, type[Component]] = {
     "coupling": Coupling,
     "mesh": Mesh,
+    "planetary": Planetary,
 }
 
-__all__ = ["COMPONENTS", "Component", "Coupling", "Mesh"]
+__all__ = ["COMPONENTS", "Component", "Coupling", "Mesh", "Planetary"]

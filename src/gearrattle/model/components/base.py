@@ -84,17 +84,23 @@ class Element:
     alternation: Alternation | None = None
 
     @property
+    def error_words(self) -> str:
+        """What its errors are called."""
+        return f"{'transmission' if self.along_line else 'kinematic'} error of {self.name}"
+
+    @property
     def rubs(self) -> bool:
         """Whether dry friction acts in any stage."""
         return any(piece.hysteresis for piece in (*self.drive, *self.coast))
 
 
 class Body(NamedTuple):
-    """A body that a table names: where, the name as written, and whether it may be ground."""
+    """A body that a table names: where, the name as written, and why it may not be ground (empty: it may)."""
 
     location: Location
     name: object
-    may_be_ground: bool = True
+    no_ground: str = ""
+    remedy: str = ""
 
 
 Number = Any
@@ -126,6 +132,14 @@ class Component(Table):
         """Return drive and coast side of the law of one of its elements, every number read by ``leaf``."""
         drive, coast = ([(p.stiffness, p.damping, p.until) for p in side] for side in (element.drive, element.coast))
         return drive, coast
+
+    def added_inertia(self) -> Mapping[str, float]:
+        """Return by body what it adds to the J of the file [kg m^2]."""
+        return {}
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what a user must know of it beside the numbers."""
+        return ()
 
     @classmethod
     def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:

@@ -25,6 +25,8 @@ from gearrattle.model.components.base import (
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
+from gearrattle.model.components.hooke import HookeJoint, joint_rules
+from gearrattle.model.excitation import AngularHarmonic
 from gearrattle.model.quantity import Between, Quantity, Ratio, attempt
 from gearrattle.model.table import Breach, Table
 
@@ -82,6 +84,10 @@ class Coupling(Component):
     """Full height of the torque-angle loop of dry friction at any deflection [N m]; may be a table over speed."""
     stick_stiffness: StickStiffness | None = None
     """Slope of the friction's torque until it slips [N m/rad]; default: 20 K."""
+    kinematic_error: tuple[AngularHarmonic, ...] = ()
+    """e(t) = sum of amplitude sin(order Omega t + phase) [rad]."""
+    hooke: HookeJoint | None = None
+    """A Hooke joint beside the law; its error is added to ``kinematic_error``."""
     contact_damping: ContactDamping = "kelvin-voigt"
     """"clipped": the torque of contact neither pulls nor passes twice the spring's; needs a free gap."""
 
@@ -129,6 +135,9 @@ class Coupling(Component):
             drive=self.drive_pieces,
             coast=self.coast_pieces,
             preload=self.preload,
+            errors=(*self.kinematic_error, *(self.hooke.errors() if self.hooke else ())),
+            error_key="kinematic_error",
+            load_ripple=self.hooke.load_ripple() if self.hooke else (),
             contact_damping=self.contact_damping,
         )
         return (element,)
@@ -149,6 +158,7 @@ class Coupling(Component):
         for key in ("stages", "coast_stages"):
             yield from _stage_order(key, table.get(key), dimensionless)
             yield from stage_rules(key, table.get(key), dimensionless)
+        yield from joint_rules(table, dimensionless)
         yield from stick_rules((), table, "20 K is zero")
         if table.get("contact_damping") == "clipped":
             free = table.get("clearance") and not table.get("stiffness_ratio") and not table.get("damping_ratio")

@@ -100,4 +100,4 @@ class Mesh(Component):
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
         """Yield the two gears; ground has none."""
         for body in super().bodies(table):
-            yield body._replace(may_be_ground=False)
+            yield body._replace(no_ground="a mesh connects two inertias; ground has no gear", remedy="use a coupling")

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
+from gearrattle.kernels import statics
 from gearrattle.kernels.variants import Statics
 from gearrattle.remember import remembered
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
@@ -63,8 +64,6 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     Raises:
         Runaway: an element of zero last slope cannot carry its load.
     """
-    from gearrattle.kernels import statics
-
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
     numbers, frame = coefficients_of(system), frame_of(system, coordinates)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gearrattle.linear.equilibrium import Runaway, equilibrium
+from gearrattle.system.equilibrium import Runaway, equilibrium
 from gearrattle.system.law import Stage, staged
 from gearrattle.system.piecewise import PiecewiseSystem
 from tests.system.drivelines import clearance, inputs, linear, random_chain

@@ -1,0 +1,36 @@
+"""A model whose numbers all scale: Hooke joints as the sines they stand for, planets' masses in the carrier's J.
+
+Takes a Model; gives tables of the file format.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gearrattle.assembly.elements import inertia_of
+from gearrattle.assembly.ripple import load_ripples
+from gearrattle.model import Model
+
+
+def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
+    """Return the tables of a model that moves alike and has no key ``hooke``, ``planet_mass``, ``centre_distance``.
+
+    Args:
+        model: the driveline.
+        at_speed: whether tables over speed are told as what they are at the model's speed.
+    """
+    tables = model.to_tables(at_speed=at_speed)
+    for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):
+        row["J"] = inertia
+    for row, coupling in zip(tables.get("coupling", ()), model.couplings, strict=True):
+        if row.pop("hooke", None) is not None:
+            row["kinematic_error"] = [sine.to_plain() for sine in coupling.elements()[0].errors]
+    for row in tables.get("planetary", ()):
+        for key in ("planet_mass", "centre_distance"):
+            row.pop(key, None)
+    ripples = [
+        {"on": body, "harmonics": [sine.to_plain() for sine in sines]} for body, sines in load_ripples(model).items()
+    ]
+    if ripples:
+        tables["torque"] = [*tables.get("torque", ()), *ripples]
+    return tables

@@ -1,0 +1,90 @@
+"""A Hooke joint (universal joint, Cardan joint): its output does not turn as its input does.
+
+With the angle beta between the shafts and phi the angle of the driving shaft, counted from where the cross arm of the
+driving yoke is perpendicular to the plane of the shafts,
+
+    tan phi_out = tan phi / cos beta,      phi_out = phi - e(phi),
+
+    e(phi) = - sum_k tan^2k(beta/2) / k  sin 2k phi.
+
+A load T on the driven side asks T (1 - de/dphi) of the driving side, so that power is conserved. Here phi turns
+uniformly, and the torque -T de/dphi is that of the mean load: what fluctuates of either is of second order.
+
+Source: the series of arctan(p tan phi), p = 1 / cos beta, with (p - 1) / (p + 1) = tan^2(beta/2); Dubbel, Taschenbuch
+fuer den Maschinenbau, "Gelenkwellen".
+
+Takes value kinds from ``quantity``; gives a noun of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import pi, tan
+from typing import Annotated, Any
+
+from gearrattle.model import units
+from gearrattle.model.excitation import Harmonic
+from gearrattle.model.quantity import GROUND, Plain, Quantity, attempt
+from gearrattle.model.table import Breach, Table
+
+_angle = Quantity(units.ANGLE, "non-negative")
+_LARGEST = pi / 3.0
+_NEGLIGIBLE = 1e-15  # [rad] of all terms left out
+
+
+class HookeJoint(Table):
+    """A Hooke joint in a coupling; its driving shaft is the first of ``between``."""
+
+    angle: Annotated[float, _angle]
+    """Angle beta between the shafts [rad], below 60 deg."""
+    order: Annotated[float, Plain("positive")] = 1.0
+    """Turns of the driving shaft in a turn of the reference shaft."""
+    phase: Annotated[float, Quantity(units.ANGLE)] = 0.0
+    """phi at t = 0 [rad]."""
+
+    def errors(self) -> tuple[Harmonic, ...]:
+        """Return e(t) as sines [rad], all above 1e-15 rad together."""
+        return tuple(self._sine(k, -(self._ratio**k) / k) for k in range(1, self._terms + 1))
+
+    def load_ripple(self) -> tuple[Harmonic, ...]:
+        """Return de/dphi as sines [1]: the torque on the driving side for a unit of the load."""
+        return tuple(self._sine(k, -2.0 * self._ratio**k, 0.5 * pi) for k in range(1, self._terms + 1))
+
+    def _sine(self, k: int, amplitude: float, ahead: float = 0.0) -> Harmonic:
+        """A sine of 2 k phi."""
+        return Harmonic.model_construct(order=2 * k * self.order, amplitude=amplitude, phase=2 * k * self.phase + ahead)
+
+    @property
+    def _ratio(self) -> float:
+        return tan(0.5 * self.angle) ** 2
+
+    @property
+    def _terms(self) -> int:
+        """How many terms count: the sum of the others is below ``_NEGLIGIBLE``."""
+        ratio, count = self._ratio, 0
+        while ratio ** (count + 1) / (count + 1) > _NEGLIGIBLE * (1.0 - ratio):
+            count += 1
+        return count
+
+
+def joint_rules(table: Mapping[str, Any], dimensionless: bool) -> Iterator[Breach]:
+    """Yield breaches of a coupling with a joint: a shaft that cannot turn, an angle too large, no angle unit.
+
+    Args:
+        table: of the coupling, as written.
+        dimensionless: whether the model is.
+    """
+    joint = table.get("hooke")
+    if joint is None:
+        return
+    if dimensionless:
+        rule = "a Hooke joint has an angle in rad, a dimensionless model counts angles in another unit"
+        yield Breach(("hooke",), joint, rule, "write its sines as kinematic_error")
+    between = table.get("between")
+    if isinstance(between, (list, tuple)) and GROUND in between:
+        rule = "a Hooke joint connects two shafts that turn; ground does not"
+        yield Breach(("between",), between, rule, "name two inertias")
+    written = joint.get("angle") if isinstance(joint, Mapping) else getattr(joint, "angle", None)
+    angle = attempt(_angle.read, written, dimensionless)
+    if angle is not None and angle >= _LARGEST:
+        yield Breach(("hooke", "angle"), written, "must be below 60 deg: no joint transmits beyond", 'such as "12 deg"')

@@ -1,0 +1,232 @@
+"""A planetary gear set: sun, ring, carrier and planets one by one, each mesh with its own gap and phase.
+
+With absolute angles in one positive sense, the planets' axes turning with the carrier,
+
+    sun mesh:    delta = R_s (theta_s - theta_c) + R_p (theta_p - theta_c) - e(t)
+    ring mesh:   delta = R_r (theta_r - theta_c) - R_p (theta_p - theta_c) - e(t)
+
+(A. Kahraman, J. Sound Vib. 173 (1994) 125, the torsional model). Both vanish where all turn with the carrier. The
+elements are called NAME-sun-PLANET and NAME-ring-PLANET.
+
+Takes value kinds from ``quantity``; gives a noun of a ``Model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from gearrattle.model import units
+from gearrattle.model.components.base import (
+    Body,
+    Component,
+    Element,
+    Gap,
+    LinearDamping,
+    LinearStiffness,
+    Piece,
+    Radius,
+)
+from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
+from gearrattle.model.excitation import Harmonic
+from gearrattle.model.quantity import GROUND, Name, Quantity, attempt
+from gearrattle.model.table import Breach, Location, Table
+
+Side = Literal["sun", "ring"]
+SIDES: tuple[Side, Side] = ("sun", "ring")
+_SAME = 1e-9
+_radius = Quantity(units.LENGTH, "positive")
+_NO_GROUND = "a planet is an inertia of its own; ground has no gear"
+
+
+class PlanetaryRadii(Table):
+    """Base radii of a set."""
+
+    sun: Radius
+    """Base radius R_s of the sun [m]."""
+    planet: Radius
+    """Base radius R_p of every planet [m]."""
+    ring: Radius
+    """Base radius R_r of the ring [m]; larger than that of a planet."""
+
+
+class MeshStiffnesses(Table):
+    """Stiffness of the meshes of a set."""
+
+    sun: LinearStiffness
+    """Of every mesh with the sun [N/m]."""
+    ring: LinearStiffness
+    """Of every mesh with the ring [N/m]."""
+
+
+class MeshDampings(Table):
+    """Damping of the meshes of a set in contact."""
+
+    sun: LinearDamping = 0.0
+    """Of every mesh with the sun [N s/m]."""
+    ring: LinearDamping = 0.0
+    """Of every mesh with the ring [N s/m]."""
+
+
+class Backlashes(Table):
+    """Total gaps on the lines of action."""
+
+    sun: Gap = 0.0
+    """Of every mesh with the sun [m]; 0: no gap."""
+    ring: Gap = 0.0
+    """Of every mesh with the ring [m]; 0: no gap."""
+
+
+class MeshErrors(Table):
+    """Transmission errors of the meshes of a set."""
+
+    sun: tuple[Harmonic, ...] = ()
+    """e(t) of the meshes with the sun [m], the phases of each planet added."""
+    ring: tuple[Harmonic, ...] = ()
+    """e(t) of the meshes with the ring [m]."""
+
+
+class MeshPhases(Table):
+    """Phases of the planets' meshes."""
+
+    sun: tuple[Annotated[float, Quantity(units.ANGLE)], ...] = ()
+    """One a planet [rad], added to the phases of its errors with the sun; empty: 0."""
+    ring: tuple[Annotated[float, Quantity(units.ANGLE)], ...] = ()
+    """One a planet [rad], of its errors with the ring."""
+
+
+class Planetary(Component):
+    """A planetary gear set; its angles are absolute, in one positive sense."""
+
+    words: ClassVar[str] = "planetary sets"
+    sun: Name
+    """Name of the sun's inertia, or "ground"."""
+    ring: Name
+    """Name of the ring's inertia, or "ground"."""
+    carrier: Name
+    """Name of the carrier's inertia, or "ground"."""
+    planets: tuple[Name, ...]
+    """Names of the planets' inertias."""
+    radii: PlanetaryRadii
+    """Base radii."""
+    stiffness: MeshStiffnesses
+    """Mesh stiffnesses."""
+    damping: MeshDampings = MeshDampings()
+    """Mesh dampings."""
+    backlash: Backlashes = Backlashes()
+    """Total gaps."""
+    transmission_error: MeshErrors = MeshErrors()
+    """Transmission errors."""
+    mesh_phase: MeshPhases = MeshPhases()
+    """Phases of the planets' meshes."""
+    contact_damping: ContactDamping = "kelvin-voigt"
+    """"clipped": the forces of contact neither pull nor pass twice the spring's; needs both gaps."""
+    planet_mass: Annotated[float, Quantity(units.MASS, "positive")] | None = None
+    """Mass of a planet [kg], if the carrier's J does not contain the planets' masses."""
+    centre_distance: Annotated[float, Quantity(units.LENGTH, "positive")] | None = None
+    """Distance r of the planets' axes from that of the carrier [m]; with ``planet_mass`` it adds N m r^2 to the
+    carrier's J."""
+
+    def elements(self) -> tuple[Element, ...]:
+        """Return the meshes, planet by planet: with the sun, then with the ring."""
+        return tuple(self._mesh(side, index) for index in range(len(self.planets)) for side in SIDES)
+
+    def _mesh(self, side: Side, index: int) -> Element:
+        """One mesh of one planet."""
+        own, planet = getattr(self.radii, side), self.radii.planet
+        signed = planet if side == "sun" else -planet
+        gear, axle = getattr(self, side), self.planets[index]
+        arms = ((gear, own), (axle, signed), (self.carrier, -(own + signed)))
+        contact = Piece(getattr(self.stiffness, side), getattr(self.damping, side), None)
+        gap = getattr(self.backlash, side)
+        pieces = (contact,) if gap == 0.0 else (Piece(0.0, 0.0, gap / 2.0), contact)
+        phases = getattr(self.mesh_phase, side)
+        phase = phases[index] if phases else 0.0
+        errors = getattr(self.transmission_error, side)
+        return Element(
+            name=f"{self.name}-{side}-{axle}",
+            path=f"planetary.{self.name}",
+            along_line=True,
+            arms=tuple((body, factor) for body, factor in arms if body != GROUND),
+            between=(gear, axle),
+            radii=(own, planet),
+            drive=pieces,
+            coast=pieces,
+            errors=tuple(h.model_copy(update={"phase": h.phase + phase}) for h in errors),
+            contact_damping=self.contact_damping,
+        )
+
+    def added_inertia(self) -> Mapping[str, float]:
+        """Return what the planets' masses add to the carrier's J [kg m^2]."""
+        if self.planet_mass is None or self.centre_distance is None or self.carrier == GROUND:
+            return {}
+        return {self.carrier: len(self.planets) * self.planet_mass * self.centre_distance**2}
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what must be known of it: radii that do not fit, masses that were added."""
+        radii, notes = self.radii, []
+        fitting = radii.sun + 2.0 * radii.planet
+        if abs(radii.ring - fitting) > _SAME * radii.ring:
+            notes.append(
+                f"planetary set {self.name}: the ring's base radius is {radii.ring:.6g} m, sun and two planets give "
+                f"{fitting:.6g} m: the pressure angles of its meshes differ."
+            )
+        for body, more in self.added_inertia().items():
+            notes.append(f"planetary set {self.name}: the planets' masses add {more:.6g} kg m^2 to the J of {body}.")
+        return tuple(notes)
+
+    @classmethod
+    def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:
+        """Yield the name of the set and those of its elements."""
+        yield from super().element_names(table)
+        planets = table.get("planets")
+        if isinstance(name := table.get("name"), str) and isinstance(planets, (list, tuple)):
+            for planet in dict.fromkeys(p for p in planets if isinstance(p, str)):
+                for side in SIDES:
+                    yield ("name",), f"{name}-{side}-{planet}"
+
+    @classmethod
+    def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:
+        """Yield sun, ring, carrier and planets."""
+        for key in ("sun", "ring", "carrier"):
+            if key in table:
+                yield Body((key,), table[key])
+        planets = table.get("planets")
+        for index, planet in enumerate(planets if isinstance(planets, (list, tuple)) else ()):
+            yield Body(("planets", index), planet, _NO_GROUND)
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield breaches: no planets, phases that are not one a planet, a mass without a distance, a ring too small."""
+        planets = table.get("planets")
+        count = len(planets) if isinstance(planets, (list, tuple)) else None
+        if count == 0:
+            yield Breach(("planets",), planets, "a planetary set needs one planet at least", 'such as planets = ["p1"]')
+        phases = table.get("mesh_phase")
+        for side in SIDES:
+            written = _at(phases, side)
+            if isinstance(written, (list, tuple)) and count is not None and len(written) not in (0, count):
+                rule = f"must have one phase for each of the {count} planets, in their order, or none"
+                yield Breach(("mesh_phase", side), written, rule)
+        for key, other in (("planet_mass", "centre_distance"), ("centre_distance", "planet_mass")):
+            if table.get(key) is not None and table.get(other) is None:
+                rule = f"{key} needs {other}: both together give N m r^2"
+                yield Breach((key,), table[key], rule, f"give {other}, or leave {key} out")
+        yield from _ring_rules(table.get("radii"), dimensionless)
+        if table.get("contact_damping") == "clipped":
+            gaps = all(_at(table.get("backlash"), side) for side in SIDES)
+            yield from clipping_rules(gaps, 'such as backlash = { sun = "0.1 mm", ring = "0.1 mm" }')
+
+
+def _ring_rules(radii: object, dimensionless: bool) -> Iterator[Breach]:
+    """Yield a breach of a ring that cannot hold a planet."""
+    written = {key: _at(radii, key) for key in ("planet", "ring")}
+    planet, ring = (attempt(_radius.read, value, dimensionless) for value in written.values())
+    if planet is not None and ring is not None and ring <= planet:
+        rule = f"the ring must be larger than a planet ({planet:.6g} m)"
+        yield Breach(("radii", "ring"), written["ring"], rule, "ring = sun + 2 planet")
+
+
+def _at(table: object, key: str) -> Any:
+    """What stands in a table as written, or in one that was read."""
+    return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)
