@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.plots import symbols
-from gearrattle.plots.placement import Cell, Placement, place
+from gearrattle.plots.placement import Cell, Placement, carriers, place
 from gearrattle.trajectory import Array, Layout
 
 HALF_WIDTH = 13.0
@@ -102,6 +102,7 @@ def body(scene: Scene, number: int, lines: Sequence[str], up: float = 0.0, down:
     seats = {
         x,
         *(scene.pixel(seat)[0] for element, seat in scene.placement.seats.items() if scene.upper(element) == number),
+        *(scene.pixel(foot)[0] for foot in scene.placement.feet.get(number, ())),
     }
     drawn = symbols.shaft(x, max(seats), y) if len(seats) > 1 else ""
     drawn += "".join(symbols.disc(seat, y, HALF_WIDTH, half) for seat in sorted(seats))
@@ -135,6 +136,12 @@ def element(scene: Scene, number: int, colour: str, label: Sequence[str]) -> str
     return drawn + (symbols.text(x + 6, y, words, "start") if x_a == x_b else symbols.text(x, y + 16, words, "middle"))
 
 
-def grounds(scene: Scene) -> list[str]:
-    """Draw the fixed frame wherever something is tied to it."""
-    return [symbols.ground(*scene.at(-1, number)) for number in scene.placement.grounds]
+def frames(scene: Scene) -> list[str]:
+    """Draw the fixed frame wherever something is tied to it, and the axles of planets on their carriers."""
+    drawn = [symbols.ground(*scene.at(-1, number)) for number in scene.placement.grounds]
+    first: dict[tuple[int, float], symbols.Point] = {}  # planet of every carrier on every line
+    for planet in range(len(scene.layout.inertia_names)):
+        x, y = scene.at(planet, -1)
+        for carrier in carriers(scene.layout, planet):
+            first[carrier, y] = min(first.get((carrier, y), (x, y)), (x, y))
+    return drawn + [symbols.axle(point, scene.at(carrier, -1)) for (carrier, _), point in first.items()]

@@ -56,7 +56,7 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
         words = [f'<tspan class="name">{escape(name)}</tspan>', f'<tspan class="share">{_percent(share)}</tspan>']
         line = driveline.element(scene, element, _mixed(share), words if name in works else [])
         drawn.append(f'<g stroke-width="{1.6 + 3.0 * share:.2f}">{line}</g>')
-    drawn += [f'<g stroke-width="1.6">{ground}</g>' for ground in driveline.grounds(scene)]
+    drawn += [f'<g stroke-width="1.6">{ground}</g>' for ground in driveline.frames(scene)]
     drawn += [
         _body(scene, body, angles, is_held=names[body] not in modes.inertia_names) for body in scene.placement.bodies
     ]

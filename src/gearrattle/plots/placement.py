@@ -1,8 +1,9 @@
 """Where each body of a driveline sketch stands.
 
 Bodies joined by couplings stand side by side on one shaft line; a gear mesh leads down to the next line, as on any
-transmission drawing. A body that drives several gears gets a longer shaft: one *seat* for each of them, side by side.
-Each train begins with an end of its shaft, the driven body if that is one.
+transmission drawing; a carrier stands at the end of its planets' line. A body that drives several gears gets a longer
+shaft: one *seat* for each of them, side by side. Each train begins with an end of its shaft, the driven body if that
+is one.
 
 Takes a Layout; gives grid cells to ``sketch``.
 """
@@ -11,6 +12,8 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from gearrattle.trajectory import Layout
 
@@ -27,23 +30,26 @@ class Placement:
         grounds: cell of the ground symbol of each element index tied to ground.
         seats: for each mesh drawn straight down, by element index: the cell on the upper body's shaft it hangs from.
         shafts: by inertia index, the column of the last seat on its shaft.
+        feet: by inertia index, further cells on its shaft that stand below gears.
     """
 
     bodies: dict[int, Cell] = field(default_factory=dict)
     grounds: dict[int, Cell] = field(default_factory=dict)
     seats: dict[int, Cell] = field(default_factory=dict)
     shafts: dict[int, int] = field(default_factory=dict)
+    feet: dict[int, list[Cell]] = field(default_factory=dict)
 
     @property
     def cells(self) -> list[Cell]:
         """Every cell that holds something."""
-        return [*self.bodies.values(), *self.grounds.values(), *self.seats.values()]
+        feet = [cell for cells in self.feet.values() for cell in cells]
+        return [*self.bodies.values(), *self.grounds.values(), *self.seats.values(), *feet]
 
 
 def place(layout: Layout) -> Placement:
     """Place all bodies, and one ground symbol for every element that is tied to ground."""
     placement = Placement()
-    degree = [int((layout.between == body).sum()) for body in range(len(layout.inertia_names))]
+    degree = np.count_nonzero(layout.rows, axis=0).tolist()
     starts = sorted(range(len(degree)), key=lambda body: (degree[body] > 1, body != layout.reference, body))
     for start in starts:
         if start not in placement.bodies:
@@ -65,6 +71,8 @@ def _grow(layout: Layout, start: int, placement: Placement) -> None:
                     continue
                 other = pair[1] if pair[0] == body else pair[0]
                 if other in placement.bodies or (other < 0 and element in placement.grounds):
+                    if meshes and element not in placement.seats:
+                        _stand(body, element, other, placement)
                     continue
                 if meshes and other >= 0:
                     _hang(body, element, other, placement)
@@ -72,6 +80,34 @@ def _grow(layout: Layout, start: int, placement: Placement) -> None:
                     _append(body, element, other, placement)
                 if other >= 0:
                     queue.append(other)
+        for carrier in carriers(layout, body):
+            if carrier not in placement.bodies:
+                _carry(body, carrier, placement)
+                queue.append(carrier)
+
+
+def carriers(layout: Layout, planet: int) -> list[int]:
+    """Return the bodies on which a planet's axle turns: those its meshes touch beside the two gears."""
+    meshes = np.flatnonzero(layout.between[:, 1] == planet)
+    touched = {int(body) for element in meshes for body in np.flatnonzero(layout.rows[element])}
+    return sorted(touched.difference(layout.between[meshes].ravel().tolist()))
+
+
+def _carry(planet: int, carrier: int, placement: Placement) -> None:
+    """Place a carrier at the end of its planets' line."""
+    row = placement.bodies[planet][1]
+    placement.bodies[carrier] = (1 + max(column for column, other in placement.cells if other == row), row)
+
+
+def _stand(body: int, element: int, other: int, placement: Placement) -> None:
+    """Draw a mesh straight down to a gear that stands on the next line already, if its shaft can reach there."""
+    (column, row), (own, below) = placement.bodies[body], placement.bodies.get(other, (0, 0))
+    last = max([own, *(foot for foot, _ in placement.feet.get(other, ()))])
+    reach = [(between, row + 1) for between in range(last + 1, column + 1)]
+    if below == row + 1 and column > last and not set(reach) & set(placement.cells):
+        placement.seats[element] = (column, row)
+        placement.feet.setdefault(other, []).append((column, row + 1))
+        placement.shafts[other] = column
 
 
 def _hang(body: int, element: int, other: int, placement: Placement) -> None:

@@ -38,7 +38,7 @@ def sketch(findings: Findings) -> str:
         part = parts.get(name)
         colour = REGIMES[part.regime] if part and part.rattles else MUTED
         drawn.append(driveline.element(scene, element, colour, _label(name, part)))
-    drawn += driveline.grounds(scene)
+    drawn += driveline.frames(scene)
     drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
     words = escape(f"{findings.model.name}: {findings.verdict.sentence}")
     return (

@@ -71,6 +71,11 @@ def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:
     return _path(path, colour), outermost
 
 
+def axle(a: Point, b: Point) -> str:
+    """Draw what carries a planet, between the middles of two discs: behind them, dashed."""
+    return f'<path class="link" stroke="{INK}" stroke-dasharray="5 4" d="M{a[0]:g} {a[1]:g} L{b[0]:g} {b[1]:g}"/>'
+
+
 def ground(x: float, y: float) -> str:
     """Draw the fixed frame."""
     hatch = "".join(f" M{x + 6:g} {y + step:g} l9 8" for step in range(-26, 22, 9))
