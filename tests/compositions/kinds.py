@@ -164,6 +164,18 @@ def _two_trains() -> gr.Model:
     return base({"inertia": bodies, "coupling": [*tables["coupling"], belt]})
 
 
+def _planetary() -> gr.Model:
+    """A planetary set on the hub, its ring on the ground."""
+    bodies = [{"name": "arm", "J": 0.02, "drag": 0.05}, {"name": "p1", "J": 2e-4}, {"name": "p2", "J": 2e-4}]
+    planetary = {
+        "name": "set", "sun": "hub", "ring": "ground", "carrier": "arm", "planets": ["p1", "p2"],
+        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07}, "stiffness": {"sun": 1e6, "ring": 1e6},
+        "damping": {"sun": 30.0, "ring": 30.0}, "backlash": {"sun": 1e-4, "ring": 1e-4},
+        "transmission_error": {"sun": [{"order": 3, "amplitude": 1e-6}]},
+    }  # fmt: skip
+    return base({"inertia": [*base().to_tables()["inertia"], *bodies], "planetary": [planetary]})
+
+
 KINDS: Mapping[str, Kind] = {
     "harmonics": Kind("a harmonic torque, a transmission error, a clearance, backlash", base),
     "no input": Kind("free vibration from an initial state", _released),
@@ -178,6 +190,8 @@ KINDS: Mapping[str, Kind] = {
     "clipped damping": Kind("contact that cannot pull", lambda: base({"mesh.gear.contact_damping": "clipped"})),
     "alternation": Kind("a mesh stiffness that alternates", lambda: base(ALTERNATION)),
     "stages": Kind("a staged coupling with preload", _staged),
+    "planetary set": Kind("a planetary set, its ring on the ground", _planetary),
+    "Hooke joint": Kind("a coupling with a Hooke joint", lambda: base({"coupling.joint.hooke": {"angle": 0.3}})),
     "closed loop": Kind("two paths between two bodies", _closed_loop),
     "grounded": Kind("a coupling to ground", _grounded),
     "two trains": Kind("two trains that nothing joins", _two_trains),

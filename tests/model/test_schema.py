@@ -17,7 +17,8 @@ def test_is_plain_json_with_the_keys_of_the_file() -> None:
     schema = json_schema()
     assert json.loads(json.dumps(schema)) == schema
     assert schema["$schema"].startswith("https://json-schema.org/")
-    keys = ["schema", "name", "units", "inertia", "coupling", "mesh", "excitation", "torque", "motion", "simulation"]
+    keys = ["schema", "name", "units", "inertia", "coupling", "mesh", "planetary"]
+    keys += ["excitation", "torque", "motion", "simulation"]
     assert list(schema["properties"]) == keys
     assert schema["required"] == ["schema", "inertia", "excitation"]
 
@@ -25,7 +26,7 @@ def test_is_plain_json_with_the_keys_of_the_file() -> None:
 def test_every_table_is_closed() -> None:
     schema = json_schema()
     tables = [schema, *schema["$defs"].values()]
-    assert len(tables) == 15
+    assert len(tables) == 24
     assert all(table["additionalProperties"] is False for table in tables)
 
 

@@ -217,7 +217,7 @@ def _twice(kind: str, rows: Sequence[Mapping[str, Any]], seen: dict[str, str], s
 
 def _elements_twice(table: Mapping[str, Any]) -> Iterator[Breach]:
     """Yield a breach for every element whose name was used before."""
-    scope, seen = " and ".join(component.words for component in COMPONENTS.values()), dict[str, str]()
+    scope, seen = " and ".join(component.plural for component in COMPONENTS.values()), dict[str, str]()
     for kind, component in COMPONENTS.items():
         for index, row in enumerate(_rows(table, kind)):
             for location, name in component.element_names(row):
@@ -243,7 +243,7 @@ def _bodies(
             yield _dangling(where, body.name, names)
         if isinstance(body.name, str) and (body.name != GROUND or len(bodies) == 2):
             if body.name in seen:
-                yield Breach(where, written, f"a {location[0]} must connect {several} inertias")
+                yield Breach(where, written, f"a {component.noun} must connect {several} inertias")
             seen[body.name] = None
 
 

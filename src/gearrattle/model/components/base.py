@@ -119,7 +119,9 @@ class Leaf(Protocol):
 class Component(Table):
     """A table that makes elements."""
 
-    words: ClassVar[str]
+    noun: ClassVar[str]
+    """What it is called."""
+    plural: ClassVar[str]
     """What several of them are called."""
     name: Name
     """Unique among all elements."""

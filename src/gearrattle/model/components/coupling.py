@@ -61,7 +61,8 @@ class Coupling(Component):
         "contact_damping",
     )  # fmt: skip
 
-    words: ClassVar[str] = "couplings"
+    noun: ClassVar[str] = "coupling"
+    plural: ClassVar[str] = "couplings"
     between: Between
     """Names of the two inertias; either may be "ground". delta = theta_a - theta_b."""
     stiffness: TorsionalStiffness | None = None

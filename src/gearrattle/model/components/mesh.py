@@ -31,7 +31,8 @@ from gearrattle.model.table import Breach
 class Mesh(Component):
     """A gear pair on its line of action; its gap, if any, is free of force."""
 
-    words: ClassVar[str] = "meshes"
+    noun: ClassVar[str] = "mesh"
+    plural: ClassVar[str] = "meshes"
     between: Between
     """Names of the two gears' inertias; not "ground". delta = R_a theta_a - R_b theta_b - e(t)."""
     radii: Annotated[tuple[Radius, Radius], two('must be two base radii, such as ["50 mm", "50 mm"]')]

@@ -98,7 +98,8 @@ class MeshPhases(Table):
 class Planetary(Component):
     """A planetary gear set; its angles are absolute, in one positive sense."""
 
-    words: ClassVar[str] = "planetary sets"
+    noun: ClassVar[str] = "planetary set"
+    plural: ClassVar[str] = "planetary sets"
     sun: Name
     """Name of the sun's inertia, or "ground"."""
     ring: Name
