@@ -20,6 +20,8 @@ from gearrattle.system.flow import Flow, Pieces
 Array = NDArray[np.float64]
 
 _LINE = 8  # numbers in a cache line
+_FIRST, _TABLES = 8, 16  # regions that most runs visit at least, and tables of a region as they mostly are
+_SMALL = 1_000_000  # bytes that these may take before any is visited
 
 
 def strips_for(rows: int) -> int:
@@ -116,7 +118,7 @@ class Store:
         laws = [flow.system.laws[k] for k in flow.system.clearances]
         self._bands = [BAND if np.any(law.corners != 0.0) else 0.0 for law in laws]
         self._arrays: dict[str, NDArray[Any]] = {}
-        self._make_room(room or Room(0, 0, flow.states, 0))
+        self._make_room(room or self._first_room())
 
     @property
     def packed(self) -> Regions:
@@ -150,6 +152,20 @@ class Store:
         self._last = self.fine(slot) + 1
         self._tables_used += self._last
         return slot
+
+    def _first_room(self) -> Room:
+        """What most runs need, where it is little; else nothing before a region says what it needs."""
+        room = Room(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
+        shapes = self.size.shapes(room.width, room.modes)
+        count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(room).items())
+        return room if 8 * count < _SMALL else Room(0, 0, self.size.states, 0)
+
+    def _rows(self, room: Room) -> dict[str, int]:
+        """Rows of every array."""
+        watched = room.slots * self.size.watched
+        other = {"tables": room.tables, "powers": bench.POWERS * room.slots}
+        other |= {"series": watched, "forced_series": watched}
+        return {name: other.get(name, room.slots) for name in self.size.shapes(0)}
 
     def _bands_beside(self, pieces: Pieces) -> list[float]:
         """Rounding bands of what companions watch: none where all bounds are zero."""
@@ -188,14 +204,12 @@ class Store:
 
     def _make_room(self, room: Room) -> None:
         """Let every array hold so much; doubling as needed."""
+        rows, used = self._rows(room), self._rows(Room(len(self.pieces), self._tables_used, 0, 0))
         for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
-            rows = {"tables": room.tables, "powers": bench.POWERS * room.slots,
-                    "series": room.slots * self.size.watched,
-                    "forced_series": room.slots * self.size.watched}.get(name, room.slots)  # fmt: skip
-            first = array.shape[0] if array.shape[0] >= rows else max(rows, 2 * array.shape[0])
+            first = array.shape[0] if array.shape[0] >= rows[name] else max(rows[name], 2 * array.shape[0])
             full = (first, *map(max, shape[1:], array.shape[1:]))
             if full != array.shape or name not in self._arrays:
                 larger = aligned(full, kind)
-                larger[tuple(map(slice, array.shape))] = array
+                larger[(slice(used[name]), *map(slice, array.shape[1:]))] = array[: used[name]]
                 self._arrays[name] = larger
