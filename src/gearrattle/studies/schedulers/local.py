@@ -7,7 +7,7 @@ times in a row no worker so much as begins a chunk, none can, and the study ends
 
 A spawned process imports the main module of its parent again, which fails for a script from standard input or a
 notebook, and runs a script without ``if __name__ == "__main__":`` once more. A store needs nothing of that module but a
-user's function that stands there, so for every other study the main module is hidden while workers start.
+user's function that stands there, so for every other study workers do not import it.
 
 Takes a Store; gives chunks as they are done.
 """
@@ -194,14 +194,7 @@ def _needs_main(store: Store) -> bool:
 class _Apart(Worker):
     """A process that does not import the main module of this one."""
 
-    def start(self) -> None:
-        main = sys.modules["__main__"].__dict__
-        hidden: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
-        try:
-            main.update(dict.fromkeys(hidden))
-            super().start()
-        finally:
-            main.update(hidden)
+    imports_main = False
 
 
 class _WithoutMain(Workers):
