@@ -31,7 +31,7 @@ from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
 from gearrattle.plots.stored import packed_charts, read_charts
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.drawn import charts_of
-from gearrattle.sound.wave import read_wav
+from gearrattle.sound.path import sound_path
 from gearrattle.studies.file import read_study
 
 ROOT = Path(__file__).parents[2]
@@ -276,7 +276,7 @@ def _targets() -> Iterator[Target]:
     yield Target("loop, CSV", "l.csv", _texts((ROOT / "examples" / "measured" / "damper_loop.csv",)), _loop, text=True)
     yield Target("UFF record", "r.uff", _written(".uff"), _read, text=True)
     yield Target("WAV record", "r.wav", _written(".wav"), _read)
-    yield Target("WAV impulse response", "i.wav", _written(".wav"), read_wav)
+    yield Target("WAV impulse response", "i.wav", _written(".wav"), lambda path: sound_path(path, 48e3))
     yield Target("MAT record", "r.mat", _mat, _read)
     yield Target("HDF5 record", "r.h5", _hdf5, _read)
     if find_spec("asammdf") is not None:

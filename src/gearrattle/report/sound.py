@@ -30,7 +30,7 @@ class SoundPage(Presentation[Sound]):
 
         Args:
             result: the designs.
-            bits: of the WAV files: 24 (integers) or 32 (floating point).
+            bits: of the WAV files: 24 (integers), 32 or 64 (floating point).
             with_quality: whether loudness, sharpness and roughness are computed too; needs the extra ``sound``.
         """
         super().__init__(result)

@@ -27,6 +27,7 @@ from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
+from gearrattle.readers.wav import wav_bytes
 from gearrattle.recording import Recording
 from gearrattle.result import Result
 from gearrattle.results import Run
@@ -36,7 +37,6 @@ from gearrattle.sound.path import SoundPath, sound_path
 from gearrattle.sound.quality import Quality, quality
 from gearrattle.sound.resample import resampled
 from gearrattle.sound.train import impulse_train
-from gearrattle.sound.wave import wav_bytes
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class Sound(Result):
         return {name: quality(each, self.rate) for name, each in zip(self.names, self.pressure, strict=True)}
 
     def wav(self, name: str, bits: int = 32) -> bytes:
-        """The WAV file of a design at the common gain; 24 bits (integers) or 32 (floating point)."""
+        """The WAV file of a design at the common gain; 24 bits (integers), 32 or 64 (floating point)."""
         return wav_bytes(self.gain * self.pressure[self.names.index(name)], self.rate, bits)
 
     def save(self, path: str | os.PathLike[str], bits: int = 32) -> Path:
@@ -87,7 +87,7 @@ class Sound(Result):
         Args:
             path: a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
                 file that ends in .nc or .csv.
-            bits: of the WAV files: 24 (integers) or 32 (floating point).
+            bits: of the WAV files: 24 (integers), 32 or 64 (floating point).
 
         Returns:
             The page in the folder, or the file.

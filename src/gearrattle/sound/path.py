@@ -117,14 +117,15 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
 
 
 def _measured(path: Path, rate: float, scale: float) -> SoundPath:
+    from gearrattle.readers import read_raw, wav
     from gearrattle.sound.resample import resampled
-    from gearrattle.sound.wave import read_wav
 
     if not path.exists():
         raise ModelError(Problem(str(path), "", "no such file", "a WAV or CSV file with an impulse response is needed"))
     if path.suffix.lower() == ".wav":
-        values, own = read_wav(path)
-        return SoundPath(resampled(scale * values, own, rate), rate, 0, str(path))
+        track = read_raw(path, format=wav.NAME).columns[0]
+        assert track.time is not None
+        return SoundPath(resampled(scale * track.values, round(1.0 / track.time[1]), rate), rate, 0, str(path))
     try:
         columns = read_columns(path, {"time": units.TIME, "response": RESPONSE}, False)
     except RecordError as error:
