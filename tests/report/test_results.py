@@ -18,6 +18,8 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.plots.chart import Chart
 from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
+from gearrattle.report.numbers import Arrays, write_netcdf
+from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.record import Reproduction, Section, row
 from tests.browser import BROWSER, browse
@@ -203,9 +205,13 @@ def test_numbers_are_saved_and_read_again(kind: str, tmp_path: Path) -> None:
     gr.save(result(kind), tmp_path / "numbers.nc")
     with xr.open_dataset(tmp_path / "numbers.nc", engine="h5netcdf") as opened:
         assert str(opened.attrs["format"]).startswith("gearrattle ")
-        for name, variable in data.data_vars.items():
-            if np.issubdtype(variable.dtype, np.floating):
-                np.testing.assert_array_equal(opened[name].values, variable.values, err_msg=str(name))
+        assert set(opened.variables) >= set(data.variables), "the file of a run holds its events too"
+        assert dict(opened.sizes) == dict(data.sizes)
+        assert set(data.attrs) <= set(opened.attrs)
+        for name, variable in data.variables.items():
+            assert opened[name].dims == variable.dims
+            assert opened[name].attrs.get("units") == variable.attrs.get("units")
+            np.testing.assert_array_equal(opened[name].values, variable.values, err_msg=str(name))
     gr.save(result(kind), tmp_path / "numbers.csv")
     table = pd.read_csv(tmp_path / "numbers.csv", low_memory=False, comment="#")
     assert len(table) > 0
@@ -268,6 +274,17 @@ def test_the_page_opens_in_a_browser_without_a_complaint(kind: str, tmp_path: Pa
     done = browse(gr.save(result(kind), tmp_path / "out"), tmp_path / "profile", "--dump-dom")
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
     assert presentation_of(result(kind)).title.split()[0] in done.stdout
+
+
+def test_arrays_without_elements_and_truth_values_are_saved(tmp_path: Path) -> None:
+    truth = ("case", [True, False])
+    arrays = Arrays({"value": ("row", []), "text": ("row", texts(())), "truth": truth}, {}, {"of": "clutch"})
+    write_netcdf(arrays, tmp_path / "numbers.nc", "modes")
+    with xr.open_dataset(tmp_path / "numbers.nc", engine="h5netcdf") as opened:
+        assert dict(opened.sizes) == {"row": 0, "case": 2}
+        assert opened["truth"].dtype == bool
+        assert opened["truth"].values.tolist() == [True, False]
+        assert opened.attrs["of"] == "clutch"
 
 
 def test_what_is_no_result_is_refused(tmp_path: Path) -> None:

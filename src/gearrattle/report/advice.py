@@ -6,18 +6,16 @@ Takes an Advice; gives its presentation.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearrattle.advice import Advice
 from gearrattle.plots.numerals import numeral
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.records import records_dataset, texts
+from gearrattle.report.records import record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class AdvicePage(Presentation[Advice]):
@@ -50,11 +48,9 @@ class AdvicePage(Presentation[Advice]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         advice = self.result
-        forecasts = records_dataset(advice.forecasts, "forecast", names=("quantity", "subject", "by", "unit"))
+        forecasts = record_columns(advice.forecasts, "forecast", names=("quantity", "subject", "by", "unit"))
         values = [forecast.value for forecast in advice.forecasts]
         lines = {
             "topic": ("line", texts(line.topic for line in advice.lines)),
@@ -63,7 +59,7 @@ class AdvicePage(Presentation[Advice]):
             "value": ("forecast", [math.nan if isinstance(value, str) else value for value in values]),
             "word": ("forecast", texts(value if isinstance(value, str) else "" for value in values)),
         }
-        return forecasts.merge(xr.Dataset(lines)).assign_attrs(model=advice.model)
+        return Arrays({**forecasts, **lines}, attributes={"model": advice.model})
 
     def _forecasts(self) -> Table:
         rows = []

@@ -81,7 +81,7 @@ class ComparisonPage(Presentation[Comparison]):
         precision = None if self.precision is None else self.precision.to_dict()
         return {**self.result.to_dict(), "work_precision": precision}
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         comparison = _with_distinct_labels(self.result)

@@ -52,7 +52,7 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
         others = {str(name): json_value(value) for name, value in self.result.attrs.items()}
         return {"method": str(self.result.name), **others, "ratios": values}
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         names, unit = [str(name) for name in self.result.index], {"units": "1"}

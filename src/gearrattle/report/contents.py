@@ -57,7 +57,7 @@ class ContentsPage(Presentation[Contents]):
         content = self.result.to_dict()
         return {"file_format": content.pop("format"), **content}  # "format" names that of the summary
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         table = self.result.table

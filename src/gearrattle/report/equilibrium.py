@@ -5,7 +5,7 @@ Takes an Equilibrium; gives its presentation.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,11 @@ from gearrattle.assembly import free_names
 from gearrattle.calls.statics import Equilibrium
 from gearrattle.plots.numerals import engineering
 from gearrattle.report.linear_tables import region_in_words
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class EquilibriumPage(Presentation[Equilibrium]):
@@ -72,13 +70,11 @@ class EquilibriumPage(Presentation[Equilibrium]):
             "acceleration": dict(zip(names, rest.acceleration.tolist(), strict=True)),
         }
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         rest, si = self.result, self.result.model.units == "SI"
         meshes = {element.name for element in rest.model.elements if element.along_line}
         units = [("m" if name in meshes else "rad") if si else "1" for name in rest.deflection]
-        return xr.Dataset(
+        return Arrays(
             {
                 "angle": ("inertia", rest.angle, {"units": "rad" if si else "1"}),
                 "acceleration": ("inertia", rest.acceleration, {"units": "rad/s^2" if si else "1"}),

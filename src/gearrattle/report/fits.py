@@ -58,7 +58,7 @@ class FitPage(ModelPresentation[Fit]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         fit, paths = self.result, texts(p.path for p in self.result.parameters)

@@ -5,16 +5,14 @@ Takes a GasTorque; gives its presentation.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearrattle.calls.gas_torque import GasTorque
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SOURCES = ("gas", "masses", "harmonics")
 _WORDS = {"gas": "gas", "masses": "oscillating masses", "harmonics": "together"}
@@ -48,11 +46,9 @@ class GasTorquePage(Presentation[GasTorque]):
         waves = {source: [wave._asdict() for wave in getattr(engine, source)] for source in _SOURCES}
         return {"mean": engine.mean, "work": engine.work, **waves}
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         waves = [(source, wave) for source in _SOURCES for wave in getattr(self.result, source)]
-        return xr.Dataset(
+        return Arrays(
             {
                 "source": ("wave", texts(_WORDS[source] for source, _ in waves)),
                 "order": ("wave", [float(wave.order) for _, wave in waves], {"units": "1"}),

@@ -6,20 +6,18 @@ Takes a LoopFit; gives its presentation.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearrattle.identification.loop_result import LoopFit
 from gearrattle.plots.loop import loop_chart
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section, notes_section
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class LoopFitPage(Presentation[LoopFit]):
@@ -57,13 +55,11 @@ class LoopFitPage(Presentation[LoopFit]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         fit, names = self.result, list(self.result.values)
         deflection, torque = fit.measured
         missing = dict.fromkeys(names, np.nan)
-        return xr.Dataset(
+        return Arrays(
             {
                 "value": ("parameter", [fit.values[name] for name in names]),
                 "standard_error": ("parameter", [fit.errors[name] for name in names]),

@@ -81,7 +81,7 @@ class MetricsPage(Presentation["pd.DataFrame"]):
     def content(self) -> dict[str, Any]:
         return {"metrics": json_value(self.result.to_dict("records"))}
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return records_dataset(self.rows, "row").assign_attrs(notes="\n".join(super().notes))
 
 

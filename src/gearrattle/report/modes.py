@@ -6,7 +6,7 @@ Takes Modes or a Campbell; gives their presentations.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,14 +25,12 @@ from gearrattle.report.modes_tables import (
     rate,
     turning,
 )
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Picture, Section, notes_section
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.summary import modes_dict
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_SHAPES = 24
 _KEY = (
@@ -104,13 +102,11 @@ class ModesPage(Presentation[Modes]):
             "campbell": self.diagram.to_dict(),
         }
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         modes, unit = self.result, "rad/s" if self.si else "1"
         inertia, participation = ("kg m^2", "1/(kg m^2)") if self.si else ("1", "1")
         by_inertia, by_element = ("inertia", "mode"), ("element", "mode")
-        return xr.Dataset(
+        return Arrays(
             {
                 "frequency": ("mode", modes.frequencies, {"units": unit}),
                 "damping_ratio": ("mode", modes.damping_ratios, {"units": "1"}),
@@ -166,9 +162,7 @@ class CampbellPage(Presentation[Campbell]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         found, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
         columns = {
             "speed": unit, "order": "1", "mode": "", "frequency": unit, "state": "", "source": "", "share": "1",
@@ -179,7 +173,7 @@ class CampbellPage(Presentation[Campbell]):
         }
         names = sorted({name for state in found.states for name in state})
         ratios = np.array([[state.get(name, math.nan) for name in names] for state in found.states])
-        return xr.Dataset(
+        return Arrays(
             {
                 "frequency": (("state", "mode"), found.frequencies, {"units": unit}),
                 "contact_ratio": (("state", "element"), ratios.reshape(len(found.states), len(names)), {"units": "1"}),

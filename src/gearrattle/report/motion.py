@@ -66,7 +66,7 @@ class MotionReport(Presentation[Run]):
     def content(self) -> dict[str, Any]:
         return self._report.content()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result.data
 
     def write(self, path: Path) -> None:

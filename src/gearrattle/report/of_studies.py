@@ -49,7 +49,7 @@ class _OfStudy(Presentation["xr.Dataset"]):
         attributes = {str(name): json_value(value) for name, value in data.attrs.items() if name != "result"}
         return {**attributes, "values": values, "dimensions": dimensions}
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result
 
 

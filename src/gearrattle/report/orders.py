@@ -55,7 +55,7 @@ class _Along(Presentation["xr.Dataset"]):
         figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
         return summary, *figures, *notes_section(self.notes)
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result
 
     def _values(self) -> xr.DataArray:
@@ -162,7 +162,7 @@ class WaterfallPage(_Along):
     def charts(self) -> list[Chart]:
         return self._map()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self._map_values.to_dataset()
 
     def _values(self) -> xr.DataArray:

@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from gearrattle.report.numbers import write_csv, write_netcdf
+from gearrattle.report.numbers import Arrays, write_csv, write_netcdf
 from gearrattle.report.page import Page, Section, notes_section
 from gearrattle.report.provenance import now
 from gearrattle.report.tables import Table
@@ -95,9 +95,14 @@ class Presentation(Generic[R]):
         """Return everything for machines: numbers, text, lists and mappings in SI units, by name."""
         raise NotImplementedError
 
+    def numbers(self) -> xr.Dataset | Arrays:
+        """Return every number with names and units: the result's Dataset, or arrays for one."""
+        raise NotImplementedError
+
     def data(self) -> xr.Dataset:
         """Return every number as a Dataset with names and units."""
-        raise NotImplementedError
+        numbers = self.numbers()
+        return numbers.dataset() if isinstance(numbers, Arrays) else numbers
 
     def tables(self) -> list[Table]:
         """Return all tables of the page that have rows."""
@@ -119,7 +124,7 @@ class Presentation(Generic[R]):
         if path.suffix == ".csv":
             write_csv(self.data(), path)
         elif path.suffix == ".nc":
-            write_netcdf(self.data(), path, self.kind)
+            write_netcdf(self.numbers(), path, self.kind)
         else:
             self._write_figure(path)
 

@@ -24,7 +24,21 @@ def records_dataset(
     names: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Return the fields of records that are numbers or text, each as a variable over one dimension.
+    """Return ``record_columns`` as a Dataset."""
+    import xarray as xr
+
+    return xr.Dataset(record_columns(records, dimension, prefix=prefix, names=names, units=units))
+
+
+def record_columns(
+    records: Sequence[Any],
+    dimension: str,
+    *,
+    prefix: str = "",
+    names: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Return the fields of records that are numbers or text, each as a variable over one dimension, for ``Arrays``.
 
     Args:
         records: dataclasses of one kind; None among numbers becomes NaN, fields of another type are left out.
@@ -33,8 +47,6 @@ def records_dataset(
         names: fields to take; empty: all.
         units: by field.
     """
-    import xarray as xr
-
     columns = {}
     for field in fields(records[0]) if records else ():
         values = [getattr(record, field.name) for record in records]
@@ -49,7 +61,7 @@ def records_dataset(
             continue
         unit = (units or {}).get(field.name)
         columns[f"{prefix}{field.name}"] = (dimension, column, {"units": unit} if unit else {})
-    return xr.Dataset(columns)
+    return columns
 
 
 def stacked(rows: Sequence[Any]) -> Any:

@@ -7,20 +7,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearrattle.calls.condense import Condensed
 from gearrattle.calls.reduction import Reduction, ReductionError, Simulated, frequency_text
 from gearrattle.formats import format_name
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import NUMBER_ENDINGS, ModelPresentation, Presentation
-from gearrattle.report.records import records_dataset, texts
+from gearrattle.report.records import record_columns, texts
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class ReductionPage(ModelPresentation[Reduction]):
@@ -48,18 +46,20 @@ class ReductionPage(ModelPresentation[Reduction]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> Arrays:
         reduction, unit = self.result, "rad/s" if self.result.model.units == "SI" else "1"
         pairs = [(kept, body, ratio) for kept, members in reduction.groups.items() for body, ratio in members.items()]
-        data = records_dataset(list(reduction.elements.values()), "element", units={"share": "1", "at": unit})
-        data = data.assign_coords(element=texts(reduction.elements)).merge(_error_data(reduction.error, unit))
-        data = data.assign(
-            kept_body=("merged_body", texts(kept for kept, *_ in pairs)),
-            angle_ratio=("merged_body", [ratio for *_, ratio in pairs], {"units": "1"}),
-        ).assign_coords(merged_body=texts(body for _, body, _ in pairs))
-        if reduction.simulated is not None:
-            data = data.merge(_simulated_data(reduction.simulated))
-        return data.assign_attrs(model=reduction.model.name, up_to=reduction.up_to)
+        return Arrays(
+            {
+                **record_columns(list(reduction.elements.values()), "element", units={"share": "1", "at": unit}),
+                **_error_columns(reduction.error, unit),
+                "kept_body": ("merged_body", texts(kept for kept, *_ in pairs)),
+                "angle_ratio": ("merged_body", [ratio for *_, ratio in pairs], {"units": "1"}),
+                **({} if reduction.simulated is None else _simulated_columns(reduction.simulated)),
+            },
+            {"element": texts(reduction.elements), "merged_body": texts(body for _, body, _ in pairs)},
+            {"model": reduction.model.name, "up_to": reduction.up_to},
+        )
 
     def _groups(self) -> Table:
         rows = [
@@ -109,15 +109,13 @@ class CondensedPage(Presentation[Condensed]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         condensed = self.result
         si = condensed.units == "SI"
         square = ("coordinate", "other_coordinate")
         units = ("kg m^2", "N m s/rad", "N m/rad") if si else ("1", "1", "1")
         numbers = np.arange(1, len(condensed.coordinates) + 1)
-        data = xr.Dataset(
+        return Arrays(
             {
                 "basis": (("inertia", "coordinate"), condensed.basis),
                 "rows": (("clearance", "coordinate"), condensed.rows),
@@ -125,6 +123,7 @@ class CondensedPage(Presentation[Condensed]):
                 "damping": (square, condensed.damping, {"units": units[1]}),
                 "stiffness": (square, condensed.stiffness, {"units": units[2]}),
                 "coordinate_inertia": ("coordinate", texts(condensed.coordinates), {"long_name": "empty: a shape"}),
+                **_error_columns(condensed.error, "rad/s" if si else "1"),
             },
             {
                 "inertia": texts(condensed.inertia_names),
@@ -134,7 +133,6 @@ class CondensedPage(Presentation[Condensed]):
             },
             {"method": condensed.method},
         )
-        return data.merge(_error_data(condensed.error, "rad/s" if si else "1"))
 
     def write(self, path: Path) -> None:
         """Write the matrices and the names of their rows and columns as .npz or .mat; or another of the ``endings``."""
@@ -177,22 +175,18 @@ def _frequencies(error: ReductionError, units: str) -> Table:
     return Table(("full model", "smaller model", "MAC"), rows, frozenset(), "Frequencies", note)
 
 
-def _error_data(error: ReductionError, unit: str) -> xr.Dataset:
-    import xarray as xr
-
+def _error_columns(error: ReductionError, unit: str) -> dict[str, Any]:
     mode = "mode_in_band"
-    return xr.Dataset(
-        {
-            "frequency": (mode, error.frequencies, {"units": unit}),
-            "reduced_frequency": (mode, error.reduced_frequencies, {"units": unit}),
-            "mac": (mode, error.mac, {"units": "1"}),
-            "frequency_error": ((), error.frequency, {"units": "1"}),
-            "frequency_error_at": ((), error.at, {"units": unit}),
-            "allowed_frequency_error": ((), error.limit, {"units": "1"}),
-            "response_error": ((), error.response_db, {"units": "dB"}),
-            "response_error_of_peak": ((), error.response_peak, {"units": "1"}),
-        }
-    )
+    return {
+        "frequency": (mode, error.frequencies, {"units": unit}),
+        "reduced_frequency": (mode, error.reduced_frequencies, {"units": unit}),
+        "mac": (mode, error.mac, {"units": "1"}),
+        "frequency_error": ((), error.frequency, {"units": "1"}),
+        "frequency_error_at": ((), error.at, {"units": unit}),
+        "allowed_frequency_error": ((), error.limit, {"units": "1"}),
+        "response_error": ((), error.response_db, {"units": "dB"}),
+        "response_error_of_peak": ((), error.response_peak, {"units": "1"}),
+    }
 
 
 def _simulated(simulated: Simulated) -> tuple[Table, ...]:
@@ -220,15 +214,15 @@ def _simulated(simulated: Simulated) -> tuple[Table, ...]:
     )
 
 
-def _simulated_data(simulated: Simulated) -> xr.Dataset:
+def _simulated_columns(simulated: Simulated) -> dict[str, Any]:
     """Return every entry of both verdicts: its numbers, NaN for words."""
     names = ("criterion", "subject", "quantity", "unit")
-    data = records_dataset(simulated.entries, "entry", names=names)
+    columns = record_columns(simulated.entries, "entry", names=names)
     for name in ("full", "reduced"):
         values = [getattr(entry, name) for entry in simulated.entries]
-        data[name] = ("entry", [math.nan if isinstance(value, str) else value for value in values])
-        data[f"{name}_word"] = ("entry", texts(value if isinstance(value, str) else "" for value in values))
-    return data
+        columns[name] = ("entry", [math.nan if isinstance(value, str) else value for value in values])
+        columns[f"{name}_word"] = ("entry", texts(value if isinstance(value, str) else "" for value in values))
+    return columns
 
 
 def _shown(value: float | str) -> str:

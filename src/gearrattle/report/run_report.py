@@ -76,7 +76,7 @@ class RunReport(Presentation[Findings]):
     def content(self) -> dict[str, Any]:
         return findings_content(self.result)
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result.motion.data
 
     def write(self, path: Path) -> None:
@@ -122,7 +122,7 @@ class VerdictReport(Presentation[Verdict]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self._entries().merge(records_dataset(self.result.parts, "part", prefix="part_"))
 
     def write(self, path: Path) -> None:

@@ -51,7 +51,7 @@ class RunUpPage(Presentation[RunUp]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         found = self.result
         speed = {"units": "rad/s" if found.units == "SI" else "1"}
         over_speed: dict[str, Any] = {

@@ -6,16 +6,14 @@ Takes a Nondimensional, and the Stiffness of its model; gives their presentation
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearrattle.calls.scaling import Nondimensional
 from gearrattle.calls.stiffness import Stiffness, stiffness
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _UNITS = {"frequency": "rad/s", "angle": "rad", "length": "m", "radius": "m", "inertia": "kg m^2"}
 
@@ -64,11 +62,9 @@ class ScalingPage(ModelPresentation[Nondimensional]):
             "condition": self.stiff.condition,
         }
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         scales, coefficients = asdict(self.result.scales), self.result.coefficients
-        return xr.Dataset(
+        return Arrays(
             {
                 **{f"scale_{name}": ((), value, {"units": _UNITS[name]}) for name, value in scales.items()},
                 "coefficient": ("name", list(coefficients.values()), {"units": "1"}),

@@ -78,5 +78,5 @@ class ScreeningPage(Presentation["xr.Dataset"]):
             **{name: json_value(data[name].values) for name in names},
         }
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result

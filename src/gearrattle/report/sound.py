@@ -6,16 +6,14 @@ Takes a Sound; gives its presentation.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import stacked, texts
 from gearrattle.report.tables import Table
 from gearrattle.sound.listen import Sound
 from gearrattle.wording import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _UNITS = {"level": "dB", "loudness": "sone", "loudness_5": "sone", "sharpness": "acum", "roughness": "asper"}
 
@@ -60,9 +58,7 @@ class SoundPage(Presentation[Sound]):
         sound = self.result
         return {"designs": self.designs, "gain": sound.gain, "rate": sound.rate, "path": sound.path.source}
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         sound, qualities = self.result, next(iter(self.designs.values()))
         levels = {
             name: ("design", [values[name] for values in self.designs.values()], {"units": _UNITS[name]})
@@ -70,7 +66,7 @@ class SoundPage(Presentation[Sound]):
         }
         pressure = ("design", "sample"), stacked(sound.pressure), {"units": "Pa"}
         attributes = {"rate": sound.rate, "gain": sound.gain, "path": sound.path.source}
-        return xr.Dataset({**levels, "pressure": pressure}, {"design": texts(sound.names)}, attributes)
+        return Arrays({**levels, "pressure": pressure}, {"design": texts(sound.names)}, attributes)
 
     def accompany(self, folder: Path) -> None:
         """Write the WAV file of every design."""

@@ -74,7 +74,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
             "peaks": json_value(rows),
         }  # fmt: skip
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result
 
     def _told(self) -> tuple[str, ...]:
@@ -125,7 +125,7 @@ class DensityPage(SpectraPage):
         rules = natural_rules(self.result, numbers_in(self.result, "natural_frequencies"))
         return [density_chart(self.result, si=self.si, rules=rules)]
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self._density
 
 

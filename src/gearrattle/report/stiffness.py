@@ -8,18 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearrattle.calls.steps import StepLimit
 from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
-from gearrattle.report.records import records_dataset, stacked, texts
+from gearrattle.report.records import record_columns, stacked, texts
 from gearrattle.report.tables import Table
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -97,49 +95,38 @@ class StiffnessPage(Presentation[Stiffness]):
             "steps": self.limits,
         }
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         found, rate = self.result, {"units": "1/s" if self.si else "1"}
-        parts = [
-            xr.Dataset(
-                {
-                    "r_lambda": ((), found.r_lambda, {"units": "1"}),
-                    "eigenvalue": (("part", "eigenvalue_number"), _parts(found.eigenvalues), rate),
-                    "rigid_eigenvalue": (("part", "rigid_eigenvalue_number"), _parts(found.rigid_eigenvalues), rate),
-                    "condition_number": ("formulation", list(found.condition.values()), {"units": "1"}),
-                },
-                {"formulation": texts(found.condition), "part": texts(("real", "imaginary"))},
-                {"model": found.model.name, "stiffness_class": found.stiffness_class},
-            )
-        ]
+        variables = {
+            "r_lambda": ((), found.r_lambda, {"units": "1"}),
+            "eigenvalue": (("part", "eigenvalue_number"), _parts(found.eigenvalues), rate),
+            "rigid_eigenvalue": (("part", "rigid_eigenvalue_number"), _parts(found.rigid_eigenvalues), rate),
+            "condition_number": ("formulation", list(found.condition.values()), {"units": "1"}),
+        }
+        coordinates = {"formulation": texts(found.condition), "part": texts(("real", "imaginary"))}
         if self.over is not None and self.over.r_lambda:
             table = ("element", "contact_ratio"), list(self.over.r_lambda.values()), {"units": "1"}
-            coordinates = {"element": texts(self.over.r_lambda), "contact_ratio": list(self.over.ratios)}
-            parts.append(xr.Dataset({"r_lambda_over_contact_ratio": table}, coordinates))
+            variables["r_lambda_over_contact_ratio"] = table
+            coordinates |= {"element": texts(self.over.r_lambda), "contact_ratio": list(self.over.ratios)}
         if self.regions:
-            parts.append(self._region_data())
+            variables |= self._region_columns()
+            coordinates["clearance"] = texts(self.regions[0].labels)
         seconds = "s" if self.si else "1"
         units = {"step": seconds, "largest_step": seconds, "product": "1", "growth": "1"}
-        parts.append(records_dataset(self.limits, "algorithm_number", prefix="fixed_step_", units=units))
-        return xr.merge(parts)
+        variables |= record_columns(self.limits, "algorithm_number", prefix="fixed_step_", units=units)
+        attributes = {"model": found.model.name, "stiffness_class": found.stiffness_class}
+        return Arrays(variables, coordinates, attributes)
 
-    def _region_data(self) -> xr.Dataset:
-        import xarray as xr
-
-        clearances = list(self.regions[0].labels)
+    def _region_columns(self) -> dict[str, Any]:
         eigenvalues = [region.eigenvalues.elastic for region in self.regions]
         by_region, rate = ("region", "region_eigenvalue"), {"units": "1/s" if self.si else "1"}
-        return xr.Dataset(
-            {
-                "region_label": (("region", "clearance"), [list(region.labels.values()) for region in self.regions]),
-                "region_r_lambda": ("region", [r.eigenvalues.r_lambda for r in self.regions], {"units": "1"}),
-                "region_share": ("region", [r.share for r in self.regions], {"units": "1"}),
-                "region_eigenvalue_real": (by_region, stacked([values.real for values in eigenvalues]), rate),
-                "region_eigenvalue_imaginary": (by_region, stacked([values.imag for values in eigenvalues]), rate),
-            },
-            {"clearance": texts(clearances)},
-        )
+        return {
+            "region_label": (("region", "clearance"), [list(region.labels.values()) for region in self.regions]),
+            "region_r_lambda": ("region", [r.eigenvalues.r_lambda for r in self.regions], {"units": "1"}),
+            "region_share": ("region", [r.share for r in self.regions], {"units": "1"}),
+            "region_eigenvalue_real": (by_region, stacked([values.real for values in eigenvalues]), rate),
+            "region_eigenvalue_imaginary": (by_region, stacked([values.imag for values in eigenvalues]), rate),
+        }
 
     def _eigenvalues(self) -> Table:
         values = [value for value in self.result.eigenvalues.tolist() if value.imag >= 0.0]

@@ -106,7 +106,7 @@ class StudyReport(Presentation["xr.Dataset"]):
         kind = str(self.result.attrs.get("kind", "grid"))
         return {"kind": kind, **self.facts, "summary": self.sentence, **self.study.content(self.result)}
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         return self.result
 
     def fill(self, folder: Path) -> None:

@@ -5,7 +5,7 @@ Takes a TorqueAngle; gives its presentation.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,10 @@ from gearrattle.calls.torque_angle import TorqueAngle
 from gearrattle.plots.chart import Chart, Key, Line, Panel
 from gearrattle.plots.numerals import engineering, numeral
 from gearrattle.plots.palette import ACCENT, CENTRE
+from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.tables import Table
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class TorqueAnglePage(Presentation[TorqueAngle]):
@@ -57,17 +55,15 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
         arrays = {name: getattr(loop, name) for name in ("deflection", "torque", "elastic")}
         return {"element": loop.element, **arrays, "loss": loop.loss, "units": loop.units}
 
-    def data(self) -> xr.Dataset:
-        import xarray as xr
-
+    def numbers(self) -> Arrays:
         loop, torque = self.result, {"units": self._unit("N m") or "1"}
-        return xr.Dataset(
+        return Arrays(
             {
                 "deflection": ("point", loop.deflection, {"units": self._unit("rad") or "1"}),
                 "torque": ("point", loop.torque, torque),
                 "elastic": ("point", loop.elastic, {**torque, "long_name": "torque without friction"}),
             },
-            attrs={"element": loop.element, "loss": loop.loss, "loss_units": self._unit("J") or "1"},
+            attributes={"element": loop.element, "loss": loop.loss, "loss_units": self._unit("J") or "1"},
         )
 
     def _unit(self, unit: str) -> str:

@@ -70,7 +70,7 @@ class ValidationPage(Presentation[Validation]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         found, pairs = self.result, self.result.pairs

@@ -62,7 +62,7 @@ class ReproductionPage(Presentation[Reproduction]):
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
 
-    def data(self) -> xr.Dataset:
+    def numbers(self) -> xr.Dataset:
         import xarray as xr
 
         keys = [section.key for section in self.result.sections for _ in section.rows]
