@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 _SILENT_H = ("hour", "honest", "heir")
 _Y_SOUND = ("uni", "use", "eu", "one")
+_NARROWEST = 24
 
 
 def counted(number: float, noun: str, plural: str | None = None) -> str:
@@ -46,18 +47,50 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def columns(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,)) -> str:
+def columns(
+    head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = (0,), width: int | None = None
+) -> str:
     """Return a table as lines: the columns of words aligned left, the others right, two spaces between.
 
     Args:
         head: titles of the columns; none of them: no line of titles.
         rows: cells, as long as ``head``.
         words: indices of the columns of words.
+        width: of a line, in characters: cells of words continue below themselves where lines are longer, in columns
+            of at least 24 characters. None: no limit.
     """
     table = [*([list(head)] if any(head) else []), *(list(row) for row in rows)]
-    widths = [max(len(row[k]) for row in table) for k in range(len(head))] if table else []
+    widths = _widths(table)
+    if width is not None and sum(widths) + 2 * (len(widths) - 1) > width:
+        table = _wrapped(table, words, width)
+        widths = _widths(table)
     lines = (
         "  ".join(cell.ljust(widths[k]) if k in words else cell.rjust(widths[k]) for k, cell in enumerate(row))
         for row in table
     )
     return "\n".join(line.rstrip() for line in lines)
+
+
+def _widths(table: Sequence[Sequence[str]]) -> list[int]:
+    return [max(map(len, column)) for column in zip(*table, strict=True)]
+
+
+def _wrapped(table: Sequence[Sequence[str]], words: Collection[int], width: int) -> list[list[str]]:
+    """Return a table with more rows, whose widest columns of words are narrower until lines have the width."""
+    from textwrap import wrap
+
+    limits = _widths(table)
+    while sum(limits) + 2 * (len(limits) - 1) > width:
+        widest = max(words, key=limits.__getitem__, default=None)
+        if widest is None or limits[widest] <= _NARROWEST:
+            break
+        limits[widest] -= 1
+    rows = []
+    for row in table:
+        parts = [
+            wrap(cell, limits[k], break_long_words=False, break_on_hyphens=False) if k in words else [cell]
+            for k, cell in enumerate(row)
+        ]
+        height = max(map(len, parts))
+        rows += [[*line] for line in zip(*(part + [""] * (height - len(part)) for part in parts), strict=True)]
+    return rows

@@ -21,6 +21,7 @@ from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, 
 from gearrattle.report.numbers import Arrays, write_netcdf
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
+from gearrattle.report.text import plain_text
 from gearrattle.reproduction.record import Reproduction, Section, row
 from tests.browser import BROWSER, browse
 from tests.calls.test_gas_torque import engine
@@ -285,6 +286,17 @@ def test_arrays_without_elements_and_truth_values_are_saved(tmp_path: Path) -> N
         assert opened["truth"].dtype == bool
         assert opened["truth"].values.tolist() == [True, False]
         assert opened.attrs["of"] == "clutch"
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_words_of_a_table_are_wrapped_to_the_width_of_a_terminal(width: int) -> None:
+    why = "The paper prints neither its loads nor its tolerances, " * 4
+    rows = (row("natural frequencies", "4 %", "9 %", "differs", why),)
+    presentation = presentation_of(Reproduction((Section("a", "A", "Done.", rows),), quick=True, seconds=1.0))
+    wide, wrapped = plain_text(presentation), plain_text(presentation, width)
+    assert max(map(len, wide.splitlines())) > 200
+    assert max(map(len, wrapped.splitlines())) <= width
+    assert wrapped.split() == wide.split(), "the item stands on the first line of its reason"
 
 
 def test_what_is_no_result_is_refused(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.cli.background import watched
@@ -73,6 +74,6 @@ def print_result(presentation: Presentation[Any], written: Path | File | None = 
     if json:
         print(json_text({**summary(presentation), "output": None if written is None else str(written)}))
         return
-    print(plain_text(presentation))
+    print(plain_text(presentation, get_terminal_size().columns if sys.stdout.isatty() else None))
     if written is not None:
         print(f"{'page' if written.name == 'report.html' else 'saved'}: {written}")

@@ -16,12 +16,17 @@ if TYPE_CHECKING:
 _MOST_ROWS = 60
 
 
-def plain_text(presentation: Presentation[Any]) -> str:
-    """Return the sentence and the tables of the answer; of a long table the first sixty rows."""
+def plain_text(presentation: Presentation[Any], width: int | None = None) -> str:
+    """Return the sentence and the tables of the answer; of a long table the first sixty rows.
+
+    Args:
+        presentation: of the result.
+        width: of a line of a table, in characters; longer cells of words continue below themselves. None: no limit.
+    """
     parts = [presentation.sentence]
     for table in presentation.answer():
         if table.rows:
             short = shortened(table, _MOST_ROWS)
-            lines = (short.title, columns(short.head, short.rows, short.words), short.note)
+            lines = (short.title, columns(short.head, short.rows, short.words, width), short.note)
             parts.append("\n".join(line for line in lines if line))
     return "\n\n".join(parts)
