@@ -132,6 +132,24 @@ def test_an_explicit_algorithm_that_hardly_gets_on_says_so(monkeypatch: pytest.M
         gr.simulate(loads(text), "dop853", cycles=1, discard=0)
 
 
+@pytest.mark.parametrize("algorithm", ["adams", "bulirsch-stoer", "rkv", "dop853"])
+def test_steps_that_a_stiff_element_holds_too_short_end_a_run_in_seconds(algorithm: str) -> None:
+    text = re.sub(r'"4500 N\*s/m"', "1e9", TEXTS["case3"])
+    error = ends(text, algorithm=algorithm)
+    assert isinstance(error, ConvergenceError)
+    assert f"{algorithm}: the motion needs too many steps: gear moves too fast for its inertias, at t = " in str(error)
+    assert error.time is not None
+    assert "less stiffness or damping in the element named" in str(error)
+
+
+def test_steps_that_a_tolerance_holds_too_short_are_not_laid_to_an_element(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("_MOST_STEPS", 20), ("_MOST_A_PERIOD", 20.0), ("_SLICE", 0.0)):
+        monkeypatch.setattr(f"gearrattle.solvers.stepwise.{name}", value)
+    monkeypatch.setattr("gearrattle.solvers.vector_field._HELD_BY_STABILITY", 100.0)
+    with pytest.raises(ConvergenceError, match=r"needs too many steps, at t = .*a larger tolerance"):
+        gr.simulate(loads(TEXTS["case3"]), "dop853", tolerance=1e-13, cycles=1, discard=0)
+
+
 def chain(size: int) -> str:
     """A row of bodies; the coupling in the middle has a clearance."""
     lines = ['schema = 1\nunits = "SI"\n[excitation]\nspeed = 100\n']

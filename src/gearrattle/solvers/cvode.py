@@ -24,7 +24,7 @@ from gearrattle.outcome import Outcome
 from gearrattle.solvers import sundials
 from gearrattle.solvers.base import Marching, Motion, Place, Task
 from gearrattle.solvers.block import Block, contiguous
-from gearrattle.solvers.handover import StepLimit
+from gearrattle.solvers.handover import MOST_CHOSEN, StepLimit
 from gearrattle.solvers.vector_field import FieldProblem
 
 TOLERANCE = 1e-6
@@ -63,7 +63,8 @@ class MultistepMarch:
             self.block, method=method, newton=newton, roots=events, tolerance=tolerance, step=task.step
         )
         self._begin()
-        self._budget, self._limit = _FIRST_BUDGET, StepLimit(task.system)
+        self._budget, self._limit = _FIRST_BUDGET, StepLimit(task.system, a_period=MOST_CHOSEN)
+        self._newton = newton
 
     def _begin(self) -> None:
         """Lay out what the kernel works on: the state at t = 0 is the first sample."""
@@ -128,7 +129,8 @@ class MultistepMarch:
 
         count = int(self.march.counts[EVENTS])
         last = int(self.march.event_element[count - 1]) if count else None
-        return self.problem.place(float(self.march.numbers[TIME]), self.march.z * self.block.size, last)
+        step = None if self._newton else self._limit.average
+        return self.problem.place(float(self.march.numbers[TIME]), self.march.z * self.block.size, last, step)
 
     def motion(self) -> Motion:
         """Samples, crossings and CVODE's own counts; see ``kernels.multistep`` on rejected steps' sizes."""

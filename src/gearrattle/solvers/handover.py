@@ -23,7 +23,9 @@ FIRST_LOG = 8192
 _MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
 _MOST_STEPS = 2_000_000  # without progress
 _PRODUCTS = 50_000_000  # a slice
-_PROGRESS = 1.0 / 1024.0  # of a period of the fastest input
+_MOST_OF_EXACT = 1024.0 * _MOST_STEPS  # in a period of the fastest input
+MOST_CHOSEN = 1e6
+"""Steps in a period of the fastest input that an algorithm which chooses them may take: a second or more."""
 _SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
 
 
@@ -45,30 +47,45 @@ def chatters(log: packed.Log, count: int, now: float) -> bool:
 
 
 class StepLimit:
-    """Whether a march takes too many steps: two million without advancing by 1/1024 of the fastest input's period.
+    """Whether a march takes too many steps: two million in too small a part of the fastest input's period.
 
-    Such a march needs more than two thousand million steps for that period: hours, if it ends at all. The measure is
-    the period of the fastest input and not T, which is long where orders have no small common multiple.
+    That part is 1/1024 unless said otherwise: such a march needs more than two thousand million steps for the period,
+    hours, if it ends at all. The measure is the period of the fastest input and not T, which is long where orders have
+    no small common multiple.
 
     Args:
         system: the driveline.
-        most: steps without progress; fewer where steps are made in Python.
+        most: steps after which a march is judged; fewer where steps are made in Python.
+        a_period: most steps in a period of the fastest input.
+
+    Attributes:
+        average: mean step of those that were too many, in periods; None: there were none yet.
     """
 
-    def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS) -> None:
+    def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
         self._most = most
-        self._least = _PROGRESS / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
+        self._least = most / a_period / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
         self._steps, self._time = 0, -1.0
+        self.average: float | None = None
 
     def is_exceeded(self, steps: int, now: float) -> bool:
         """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
         if steps < self._steps or now < self._time or now - self._time >= self._least:
             self._steps, self._time = steps, now
-        return steps - self._steps > self._most
+        if steps - self._steps <= self._most:
+            return False
+        self.average = (now - self._time) / (steps - self._steps)
+        return True
 
 
 def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
-    """The element that moves fastest by itself: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of its row.
+    """The element that moves fastest by itself (see ``rates_of``); None where none moves."""
+    rates = rates_of(system, pieces)
+    return int(np.argmax(rates)) if rates.any() else None
+
+
+def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
+    """(m,) how fast elements move by themselves [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
 
     Args:
         system: the driveline.
@@ -77,8 +94,8 @@ def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
     pairs = list(zip(system.laws, pieces, strict=False))
     stiffness, damping = (np.array([getattr(law, kind)[p] for law, p in pairs]) for kind in ("stiffness", "damping"))
-    rate = np.maximum(np.sqrt(stiffness * lightness), damping * lightness)
-    return int(np.argmax(rate)) if rate.any() else None
+    rates: Array = np.maximum(np.sqrt(stiffness * lightness), damping * lightness)
+    return rates
 
 
 def sampled_z(flow: Flow, samples: packed.Samples) -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ModelError, Problem
 from gearrattle.outcome import Outcome
 from gearrattle.solvers.base import Marching, Motion, Place, Task
-from gearrattle.solvers.handover import StepLimit
+from gearrattle.solvers.handover import MOST_CHOSEN, StepLimit
 from gearrattle.solvers.stability import default_step, regions_visited, stability_notes
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.solvers.vector_field import FieldProblem
@@ -30,6 +30,8 @@ MOST_STEPS = 1e9
 """Fixed steps in a run; a run of more is refused: it takes hours."""
 _BUDGET = 5_000
 _PRODUCTS = 10_000_000  # the same, of large drivelines in products
+_CALLS_A_STEP = 8  # of Runge-Kutta methods with chosen steps
+_CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C is heard
 _FIRST_LOG = 4096
 _SHORTEST = 1e-14  # of a period
 
@@ -50,10 +52,11 @@ class StepMarch:
 
         self._step_on = vectorised(step_on)
         self.task, self.tableau, self.fixed, self.problem = task, tableau, fixed, FieldProblem.of(task)
-        self.step, self._limit = _first_step(self.problem), StepLimit(task.system)
+        self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
         if fixed:
             _check_count(task, self.step)
-        self._steps = max(10, min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1)))
+        slice_steps = min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1))
+        self._steps = max(10, slice_steps if tableau is not None else slice_steps // _CALLS_OF_EXTRAPOLATION)
         self.method, self.control = _method(tableau), self._control(held)
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
@@ -76,7 +79,7 @@ class StepMarch:
         outcome = Outcome(
             self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, steps)
         )
-        if outcome is Outcome.SLICE_SPENT and self._is_stuck():
+        if outcome is Outcome.SLICE_SPENT and not self.fixed and self._is_stuck():
             return Outcome.NO_PROGRESS
         if outcome is Outcome.LOG_FULL:
             log = {name: array for name, array in s._asdict().items() if name.startswith("event")}
@@ -85,11 +88,11 @@ class StepMarch:
         return outcome
 
     def _is_stuck(self) -> bool:
-        """Whether steps hardly get on."""
-        from gearrattle.kernels.steps import NOW, REJECTED, STEP
+        """Whether chosen steps hardly get on; one of extrapolation counts as several, by its evaluations."""
+        from gearrattle.kernels.steps import CALLS, NOW
 
-        counts, period = self.stepper.counts, self.task.system.inputs.period
-        return self._limit.is_exceeded(int(counts[STEP] + counts[REJECTED]), float(self.stepper.clock[NOW]) / period)
+        now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
+        return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all."""
@@ -103,7 +106,7 @@ class StepMarch:
 
         count = int(self.stepper.counts[EVENTS])
         last = int(self.stepper.event_element[count - 1]) if count else None
-        return self.problem.place(float(self.stepper.clock[NOW]), self.stepper.y, last)
+        return self.problem.place(float(self.stepper.clock[NOW]), self.stepper.y, last, self._limit.average)
 
     def motion(self) -> Motion:
         """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""

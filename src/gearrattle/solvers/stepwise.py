@@ -26,13 +26,15 @@ Interpolant = Callable[[float], Array]
 LARGEST = 1e150
 """A state this many times an ordinary motion's is on its way out of the numbers, whatever a library says of it."""
 _SLICE = 0.02  # seconds
-_MOST_STEPS = 100_000  # without progress
+_MOST_STEPS = 20_000  # after which a run is judged
+_MOST_A_PERIOD = 200_000.0  # steps in a period of the fastest input: some 20 s
 _CLOSE = 4 * float(np.finfo(float).eps)  # a crossing's time, relative
 
 
 class Stepper(Protocol):
     """One step after the other, in the block's units; counts leave out what interpolants cost."""
 
+    implicit: bool
     rejected_steps: int
     tried: float
     """Sum of the steps tried [s]."""
@@ -79,7 +81,7 @@ class StepwiseMarch:
         self.piece = np.array(self.problem.start, dtype=np.int64)
         self.deflection = self._elements(0.0, self.block.initial)[0]
         self.log: list[tuple[float, int, int, int, float, float]] = []
-        self.steps, self.smallest, self._limit = 0, np.inf, StepLimit(task.system, _MOST_STEPS)
+        self.steps, self.smallest, self._limit = 0, np.inf, StepLimit(task.system, _MOST_STEPS, _MOST_A_PERIOD)
 
     def advance(self) -> Outcome:
         """Take steps for one slice of time."""
@@ -156,7 +158,8 @@ class StepwiseMarch:
     def place(self) -> Place:
         """Time, deflections (transmission errors left out) and the last clearance crossed."""
         last = self.log[-1][1] if self.log else None
-        return self.problem.place(self.stepper.time, self.stepper.z * self.block.size, last)
+        step = None if self.stepper.implicit else self._limit.average
+        return self.problem.place(self.stepper.time, self.stepper.z * self.block.size, last, step)
 
     def motion(self) -> Motion:
         """Samples, crossings and the stepper's counts."""

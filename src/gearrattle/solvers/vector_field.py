@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearrattle.slices import slices
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
+from gearrattle.solvers.handover import rates_of
 from gearrattle.solvers.start import starting_pieces
 from gearrattle.system.building import typical_of
 from gearrattle.system.field import field_of
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_HELD_BY_STABILITY = 0.02
+"""Mean step times the rate of the fastest element: above, its stability bound, not the error, holds steps short."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +88,26 @@ class FieldProblem:
         clearances = list(self.task.system.clearances)
         return np.asarray(self.field.combination[clearances] @ y[: len(self.flow.coordinates.elements)])
 
-    def place(self, time: float, y: Array, last_element: int | None) -> Place:
-        """Where a run stands; ``last_element`` is the element that crossed last."""
+    def place(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Place:
+        """Where a run stands.
+
+        Args:
+            time: [s].
+            y: the state.
+            last_element: the element that crossed last.
+            step: mean step of an explicit algorithm that took too many, in periods. Where the rate of the fastest
+                element, and not the error, may have held it so short, the place names that element.
+        """
         last = None if last_element is None else list(self.task.system.clearances).index(last_element)
-        return Place(time, self.deflections(y), last)
+        return Place(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
+
+    def _limiting(self, time: float, y: Array, step: float) -> int | None:
+        from gearrattle.kernels.sampling import elements_at
+
+        system = self.task.system
+        rates = rates_of(system, elements_at(self.field, time, y)[2])
+        fastest = int(np.argmax(rates))
+        return fastest if step * system.inputs.period * rates[fastest] > _HELD_BY_STABILITY else None
 
     def crossings(self, time: Array, element: IntArray, pieces: IntArray, rate: Array, integral: Array) -> Crossings:
         """A log by element: (E,) times, elements, (E, 2) pieces left and entered, rates and force integrals."""
