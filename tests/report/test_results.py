@@ -194,6 +194,7 @@ def test_the_summary_is_json_and_names_format_and_kind(kind: str, tmp_path: Path
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert (summary["format"], summary["result"]) == ("gearrattle summary 1", presentation.kind)
     assert summary["title"] == presentation.title
+    assert "summary" not in summary, "the sentence has one name"
     assert summary["notes"] == list(presentation.notes)
     assert set(summary) > {"format", "result", "title", "sentence", "notes", "versions", "created"}, "it says nothing"
 

@@ -69,7 +69,6 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
         return {
             "units": str(data.attrs["units"]),
-            "summary": self.sentence,
             "cases": int(inside(data).size),
             "exact": int(inside(data).sum()),
             "gears": json_value(gears),

@@ -104,7 +104,7 @@ class StudyReport(Presentation["xr.Dataset"]):
 
     def content(self) -> dict[str, Any]:
         kind = str(self.result.attrs.get("kind", "grid"))
-        return {"kind": kind, **self.facts, "summary": self.sentence, **self.study.content(self.result)}
+        return {"kind": kind, **self.facts, **self.study.content(self.result)}
 
     def numbers(self) -> xr.Dataset:
         return self.result
