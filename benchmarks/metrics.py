@@ -15,7 +15,7 @@ from pathlib import Path
 
 import gearrattle as gr
 from benchmarks.machine import machine
-from gearrattle.metrics import METRICS
+from gearrattle.quantities import METRICS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "metrics.md"
@@ -101,9 +101,9 @@ the log count contacts that begin in the steady part and end before the motion d
 
 The separation ratio, the restitution of impacts and the statistics are standard, and cited as commonly quoted: of the
 sources above only the 1995 paper was at hand when this was written. Formulas were checked by derivation and against
-hand-computed vectors (`tests/metrics/vectors.py`, 1e-9), not against the pages cited. The rattle level is practice with
-constants of one gearbox each. A band "above the engine's orders" and the 5 % of the exceedance are usage without an
-origin known to us. We know of no standard that defines gear rattle.
+hand-computed vectors (`tests/quantities/vectors.py`, 1e-9), not against the pages cited. The rattle level is practice
+with constants of one gearbox each. A band "above the engine's orders" and the 5 % of the exceedance are usage without
+an origin known to us. We know of no standard that defines gear rattle.
 
 ## How far sums over the log are the work of contacts
 

@@ -7,7 +7,7 @@ told. The screening then maps, without simulating, from which load on the loose 
 from pathlib import Path
 
 import gearrattle as gr
-from gearrattle.metrics import recording_of
+from gearrattle.quantities import recording_of
 
 model = gr.load(Path(__file__).parent / "manual_transmission.toml")
 smooth = {f"mesh.{mesh.name}.transmission_error": None for mesh in model.meshes}

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from gearrattle.calls.statics import Modes
-from gearrattle.criteria import judge
 from gearrattle.model import Model, loads
 from gearrattle.pipeline import Findings
+from gearrattle.quantities import judge
 from gearrattle.trajectory import Array, Cost, EventLog, Layout, Trajectory
 
 OMEGA = 150.0

@@ -18,22 +18,9 @@ and ``gearrattle --help`` stay quick. With the environment variable ``EAGER_IMPO
 
 from __future__ import annotations
 
-import sys
 from importlib.metadata import version
-from types import ModuleType
 
 from lazy_loader import attach_stub
 
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
 __version__ = version("gearrattle")
-
-
-class _Package(ModuleType):
-    """Keeps ``gearrattle.criteria`` and ``gearrattle.metrics`` the functions when the folders of these names load."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in __all__ and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

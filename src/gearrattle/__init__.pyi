@@ -39,7 +39,6 @@ from .calls.torque_angle import TorqueAngle as TorqueAngle
 from .calls.torque_angle import torque_angle as torque_angle
 from .calls.waterfall import waterfall as waterfall
 from .comparison.compare import compare as compare
-from .criteria import Verdict as Verdict
 from .errors import Cancelled as Cancelled
 from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError
@@ -56,6 +55,7 @@ from .model import load as load
 from .model import loads as loads
 from .pipeline import Findings as Findings
 from .pipeline import run as run
+from .quantities import Verdict as Verdict
 from .readers import write as write
 from .recording import Channel as Channel
 from .recording import Recording as Recording

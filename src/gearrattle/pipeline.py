@@ -27,9 +27,8 @@ from gearrattle.result import Result
 if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
     from gearrattle.calls.statics import Equilibrium, Modes
-    from gearrattle.criteria import Verdict
-    from gearrattle.metrics import Row
     from gearrattle.model import Model
+    from gearrattle.quantities import Row, Verdict
     from gearrattle.results import Run
 
 

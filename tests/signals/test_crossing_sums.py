@@ -14,7 +14,7 @@ from gearrattle.signals import add_crossings, centre, steady
 from gearrattle.signals.crossing_sums import Sums, contacts_of, sides_of
 from gearrattle.trajectory import Layout, Trajectory
 from tests.architecture.places import EXAMPLES
-from tests.criteria.test_chunks import chunks
+from tests.quantities.test_criteria_chunks import chunks
 from tests.signals import numpy_sums
 from tests.signals.handmade import Row, chain, layout, staged, trajectory, two_gaps
 

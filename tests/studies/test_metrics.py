@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.criteria import CRITERIA, Criterion, evaluate, judge
-from gearrattle.metrics import Heard
+from gearrattle.quantities import CRITERIA, Criterion, Heard, evaluate, judge
 from gearrattle.studies.outputs import outputs_of
 
 NAMES = ["separation margin", "mean impact intensity", "rattle level of all meshes", "transmissibility at order 1"]

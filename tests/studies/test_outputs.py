@@ -11,8 +11,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.cli import main
-from gearrattle.criteria import CRITERIA
 from gearrattle.errors import ModelError
+from gearrattle.quantities import CRITERIA
 from gearrattle.report.study_pages import page_of
 from gearrattle.signals import gap_names
 from gearrattle.studies.axes import axes_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 
-from gearrattle.criteria import Gathered, Verdict, gather, judge, tell
 from gearrattle.errors import ModelError, Problem
+from gearrattle.quantities import Gathered, Verdict, gather, judge, tell
 from gearrattle.results import Run, check_run
 from gearrattle.wording import counted
 

@@ -15,7 +15,9 @@ import numpy as np
 
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.errors import ModelError, Problem
-from gearrattle.metrics import (
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean
+from gearrattle.quantities import (
     METRICS,
     Heard,
     Metric,
@@ -27,8 +29,6 @@ from gearrattle.metrics import (
     hear_recording,
     measure,
 )
-from gearrattle.model import Model
-from gearrattle.model.table import did_you_mean
 from gearrattle.recording import Recording
 from gearrattle.result import KIND
 from gearrattle.results import Run, check_run

@@ -2,7 +2,7 @@
 
 Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
 run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
-order). Chunks are judged as they pass (``criteria.gather``), so the verdict on a million cycles needs none of them.
+order). Chunks are judged as they pass (``quantities.gather``), so the verdict on a million cycles needs none of them.
 With a *store* every finished chunk becomes a file beside the state of the march (``store``): whatever ends the program,
 a later one goes on after the last whole chunk.
 """
@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Self
 from gearrattle.calls.limits import check_memory
 from gearrattle.calls.simulate import Plan, prepare
 from gearrattle.calls.store import Store
-from gearrattle.criteria import Gathered, Verdict, gather, tell
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
+from gearrattle.quantities import Gathered, Verdict, gather, tell
 from gearrattle.results import Run
 from gearrattle.wording import counted
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.metrics import Row
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.plots.comparison import COLOURS
 from gearrattle.plots.palette import CENTRE, COAST, DRIVE
+from gearrattle.quantities import Row
 
 _SPREAD = 0.5  # of the room between two groups
 _SIDES = (("coast-side share", COAST), ("free share", CENTRE), ("drive-side share", DRIVE))

@@ -17,8 +17,8 @@ from gearrattle.plots.numerals import numeral, quantity
 from gearrattle.plots.palette import MUTED, REGIMES
 
 if TYPE_CHECKING:
-    from gearrattle.criteria import Part
     from gearrattle.model import Torque
+    from gearrattle.quantities import Part
 
 _FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, bottom=96)
 

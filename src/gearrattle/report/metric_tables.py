@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from gearrattle.metrics import METRICS, Row
+from gearrattle.quantities import METRICS, Row
 from gearrattle.report.tables import Table
 from gearrattle.report.verdict_tables import errors_note, grid
 

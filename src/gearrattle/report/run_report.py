@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from gearrattle.criteria import Verdict
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.shelf import charts
 from gearrattle.plots.sketch import sketch
+from gearrattle.quantities import Verdict
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
 from gearrattle.report.linear_tables import modes_tables, rest_table

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, name_plate
 from gearrattle.assembly.variants import coefficients
-from gearrattle.criteria import MEASURED
 from gearrattle.errors import GearRattleError
 from gearrattle.kernels.variants import Tallies, picked
 from gearrattle.model import Initial, Model
+from gearrattle.quantities import MEASURED
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
 from gearrattle.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.studies.outputs import VERDICT, Outputs

@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from gearrattle.calls.judge import criteria
 from gearrattle.calls.measure import BARE, heard_of, rows_of
 from gearrattle.calls.simulate import simulate
-from gearrattle.criteria import CRITERIA, Entry, evaluate
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
-from gearrattle.metrics import METRICS, Metric, Row
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
+from gearrattle.quantities import CRITERIA, METRICS, Entry, Metric, Row, evaluate
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 

@@ -1,0 +1,144 @@
+"""Contact share: the part of the steady time that a clearance is in contact, and its share of time in each region.
+
+share_r = (1/t_w) sum of the stays in region r, from the event times of [discard T, end], not from samples; contact is
+every region but the centre. For a gap (no stiffness at the centre) the contact share is the mean slope of its law,
+scaled to 1 in contact: the stiffness contact ratio as a time average of df/d(delta) (Padmanabhan et al. 1995, sec. 6).
+
+Sides of contact: where a gap spends its time, and whether its impacts change flanks. Shares of time on the drive side,
+on the coast side and free come from the event times of a simulated motion, else from the
+samples of a deflection, which are blind to what happens between two of them, and say so.
+
+An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
+gear that hammers one flank with an occasional hit of the other is told from one that crosses its backlash every time,
+which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
+
+Takes a Trajectory; gives the contact share and one entry a region for every clearance. Takes a Heard; gives five values
+a gap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.quantities.criterion import PAPER, Entry, Measures, Scope, Tally, Telling, entry, measured
+from gearrattle.quantities.metric import LOG, Heard, Value
+from gearrattle.signals import add_crossings, centre, centre_words, is_gap, outside, pieces_of, steady
+from gearrattle.signals.crossing_sums import Sides
+from gearrattle.trajectory import Array, Layout, Trajectory
+
+
+@dataclass(frozen=True)
+class ContactShare(Telling):
+    """Share of time in contact and in each region."""
+
+    name: str = "contact"
+    title: str = "Contact share"
+    formula: str = "time outside the centre / time, over [discard T, end], from event times"
+    unit: str = "1"
+    source: str = f"{PAPER}, sec. 6"
+    sums: str = "crossings"
+    merging: str = "exact: times add up"
+
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return the contact share of every clearance: a part that has none in some variant is always in contact."""
+        return [entry(self, name, "contact share", 1.0) for name in layout.clearance_names]
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return dwell (pieces of all clearances,): the time in each region [s]; beside other sums of crossings."""
+        return add_crossings(before, trajectory, steady(trajectory))
+
+    def measure(self, tally: Tally, layout: Layout, _cycles: int, duration: Array) -> Measures:
+        """Return the contact share and the share of every region, for every clearance."""
+        found: dict[tuple[str, str], Array] = {}
+        for k, name in enumerate(layout.clearance_names):
+            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][..., pieces_of(layout, k)]
+            shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
+            found[name, "contact share"] = outside(layout, k, shares)
+            found |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
+        return found
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return the contact share and the share of every region, for every clearance."""
+        entries = []
+        for (name, quantity), share in measured(self, tally, scope).items():
+            region = quantity.removeprefix("share of region ")
+            words = f"time in region {region} / time, over [discard T, end], from event times"
+            outside_centre = self.formula + centre_words(scope.layout, scope.layout.clearance_names.index(name))
+            formula = outside_centre if region == quantity else words
+            entries.append(entry(self, name, quantity, float(share), formula=formula))
+        return entries
+
+
+def _label(region: int) -> str:
+    return f"{region:+d}" if region else "0"
+
+
+@dataclass(frozen=True)
+class ContactSides:
+    """Shares of time by side, and impacts by whether they change flanks."""
+
+    name: str = "contact_sides"
+    title: str = "Sides of contact"
+    formula: str = "time on a side / time; impacts after a contact on the same, on the other flank / cycles"
+    unit: str = "1"
+    source: str = "definition; single- and double-sided impacts after Padmanabhan et al. 1995, sec. 6, impact by impact"
+    window: str = f"{LOG}; without one, the samples of the deflection"
+    sampling: str = "none with a log: exact to the events"
+    needs: tuple[str, ...] = ("contacts",)
+    merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return shares and rates of every gap proper."""
+        layout, deflections, values = heard.plate, heard.of("deflection"), []
+        cycles = heard.duration / (heard.period or math.nan)
+        unknown = "" if math.isfinite(cycles) else "; no speed tells what a cycle is"
+        for k, name in enumerate(layout.clearance_names):
+            if not is_gap(layout, k) or name not in deflections:
+                continue
+            found = heard.sides(k) if heard.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
+            shares, single, double = found.shares, found.single, found.double
+            inner = centre(layout, k)
+            drive = sum(share for region, share in shares.items() if region > max(inner))
+            coast = sum(share for region, share in shares.items() if region < min(inner))
+            note = f"{name}: sides of contact from samples of the deflection" if not heard.has_log else ""
+            error = 0.0 if heard.has_log else math.nan
+            values += [
+                Value(name, "drive-side share", drive, "1", note, error),
+                Value(name, "coast-side share", coast, "1", note, error),
+                Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note, error),
+                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown, error),
+                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown, error),
+            ]
+        return values
+
+
+def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:
+    """The same from samples: an impact lies between two of them that pass from the centre into contact."""
+    first, inner = int(layout.region_of_first_piece[clearance]), centre(layout, clearance)
+    region = np.searchsorted(layout.corners[clearance], deflection, side="right") + first
+    labels = range(first, first + layout.stiffness_of_piece[clearance].size)
+    weight = np.ones(region.size)
+    weight[[0, -1]] = 0.5  # the trapezoidal rule
+    shares = {label: float(np.sum(weight[region == label])) / (region.size - 1) for label in labels}
+    closed = ~np.isin(region, sorted(inner))
+    sides = np.sign(np.where(region > max(inner), 1, -1) * closed)
+    begins = 1 + np.flatnonzero((sides[1:] != 0) & (sides[1:] != sides[:-1]))
+    drive = sides[begins] > 0
+    before = _flank_before(drive, int(region[0]), inner)
+    return Sides(shares, int(np.sum(drive == before)), int(np.sum(drive != before)))
+
+
+def _flank_before(drive: NDArray[np.bool_], begun: int, inner: frozenset[int]) -> NDArray[np.bool_]:
+    """(I,) whether the contact before each impact was on the drive side.
+
+    Args:
+        drive: (I,) whether each impact is.
+        begun: region before the first one.
+        inner: regions of the centre.
+    """
+    first = drive[:1].tolist() if begun in inner else [begun > max(inner)]
+    return np.array([*first, *drive[:-1].tolist()], dtype=np.bool_)[: drive.size]

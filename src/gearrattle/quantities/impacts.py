@@ -1,0 +1,128 @@
+"""Impacts of every clearance: how often, how fast, how hard.
+
+An impact is a crossing outward into contact, counted if it begins in the steady part [discard T, end]. With v the
+deflection rate at the crossing, v' that at the end of the contact, and m_eff the reduced inertia of the element
+(1/m_eff = r_a^2/J_a + r_b^2/J_b), impacts are measured by
+
+    approach speed |v|,    momentum m_eff |v|,    energy m_eff v^2 / 2,    exchanged momentum m_eff (|v| + |v'|),
+
+the last being the integral over the contact of the force above the quasi-static load (``gearrattle.signals.impacts``,
+which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
+it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
+motion cuts short has v' = 0 and the contact impulse gathered by then, and is noted.
+
+Takes Trajectories; gives rates for every clearance, the rest for those that are hit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.quantities.criterion import (
+    Entry,
+    Measures,
+    Scope,
+    Tally,
+    Telling,
+    deflection_rate_unit,
+    entry,
+    impulse_unit,
+    measured,
+)
+from gearrattle.signals import add_crossings, centre_words, measure_impacts, steady, summarise_impacts
+from gearrattle.trajectory import Array, Layout, Trajectory
+
+_SEVERITY = {
+    "approach speed": ("speed", "|delta'| at the crossing"),
+    "impact momentum": ("momentum", "m_eff |delta'| at the crossing"),
+    "impact energy": ("energy", "m_eff delta'^2 / 2 at the crossing"),
+    "exchanged momentum": ("exchanged", "m_eff (|delta'| at the begin + |delta'| at the end of the contact)"),
+    "contact impulse": ("impulse", "|integral of the force over the contact|"),
+}
+"""How hard impacts are: quantity, its name in ``signals.Severity``, formula."""
+
+
+@dataclass(frozen=True)
+class ImpactStatistics(Telling):
+    """Rate of impacts, and how hard they are."""
+
+    name: str = "impacts"
+    title: str = "Impacts"
+    formula: str = "crossings into contact, from the centre or outward (|to| > |from|), in [discard T, end]"
+    unit: str = "1/cycle"
+    source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
+    sums: str = "crossings"
+    merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
+
+    def occasional(self, layout: Layout) -> list[Entry]:
+        """Return rates, 0 without a clearance, and how hard impacts are: the largest of none is 0, their mean NaN."""
+        entries = []
+        for clearance, name in zip(layout.clearance.tolist(), layout.clearance_names, strict=True):
+            entries += [entry(self, name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
+            entries.append(entry(self, name, "impacts per second", 0.0, unit="1/s"))
+            for what in _SEVERITY:
+                unit = _unit(layout, clearance, what)
+                entries.append(entry(self, name, f"mean {what}", float("nan"), unit=unit, note="no impact"))
+                entries.append(entry(self, name, f"largest {what}", 0.0, unit=unit, note="no impact"))
+        return entries
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return counts, sums and peaks by clearance, and the contacts still open."""
+        return add_crossings(before, trajectory, steady(trajectory))
+
+    def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
+        """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""
+        values: dict[tuple[str, str], Array] = {}
+        for k, name in enumerate(layout.clearance_names):
+            count, drive = tally["count"][..., k], tally["drive"][..., k]
+            values |= {
+                (name, "impacts per cycle"): count / cycles,
+                (name, "drive-side impacts per cycle"): drive / cycles,
+                (name, "coast-side impacts per cycle"): (count - drive) / cycles,
+                (name, "impacts per second"): count / duration,
+            }
+            severity = measure_impacts(tally, layout, k)._asdict()
+            for quantity, (field, _) in _SEVERITY.items():
+                values[name, f"mean {quantity}"] = severity[f"mean_{field}"]
+                values[name, f"largest {quantity}"] = np.where(count > 0.0, severity[f"largest_{field}"], 0.0)
+        return values
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return the impact statistics of every clearance."""
+        entries, layout = [], scope.layout
+        hit = {name for k, name in enumerate(layout.clearance_names) if tally["count"][k]}
+        for (name, quantity), value in measured(self, tally, scope).items():
+            statistic, _, what = quantity.partition(" ")
+            clearance = layout.clearance_names.index(name)
+            if what not in _SEVERITY:
+                per = "time" if quantity == "impacts per second" else "cycles"
+                unit, formula, note = ("1/s" if per == "time" else None), f"{self.formula} / {per}", ""
+            elif name not in hit:
+                continue
+            else:
+                word = "mean" if statistic == "mean" else "max"
+                unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_SEVERITY[what][1]}"
+                note = _note(tally, scope, clearance, what)
+            formula += centre_words(layout, clearance)
+            entries.append(entry(self, name, quantity, float(value), unit=unit, formula=formula, note=note))
+        return entries
+
+
+def _unit(layout: Layout, element: int, what: str) -> str:
+    if what == "approach speed":
+        return deflection_rate_unit(layout, element)
+    return "J" if what == "impact energy" else impulse_unit(layout, element)
+
+
+def _note(tally: Tally, scope: Scope, clearance: int, what: str) -> str:
+    """Say what there is to know about contacts that are cut short, and values that do not exist."""
+    name, summary = scope.layout.clearance_names[clearance], summarise_impacts(tally, scope.layout, clearance)
+    if what == "contact impulse":
+        if np.isnan(summary.severity.mean_impulse):
+            return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"
+        return f"{name}: the motion ends within a contact; its impulse counts up to the end" if summary.censored else ""
+    if what != "approach speed" and np.isnan(summary.severity.mean_momentum):
+        return f"{name}: no body at it is free to move, so impacts have no momentum"
+    return ""

@@ -1,0 +1,54 @@
+"""Restitution and mean intensity of impacts, from the velocities in the log of crossings.
+
+Two bodies of the reduced inertia m along the deflection meet at the rate v and part at v'; e = |v'| / |v|:
+
+    p = m (1 + e) |v|,      I = (1/t_w) sum of p over the contacts that begin in the window  [N or N m]
+
+p is the momentum that an impact exchanges, the integral over the contact of the force above the quasi-static load
+(``gearrattle.signals.impacts``); the criterion "impacts" has its mean and largest value. A contact that the end of the
+motion cuts short has e = 0, and no restitution. The intensity is the mean force of the impacts.
+
+Takes what is heard; gives values for every gap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from gearrattle.quantities.metric import LOG, PFEIFFER, Heard, Value, about
+from gearrattle.signals import is_gap, reduced_inertia
+
+
+@dataclass(frozen=True)
+class ImpactIntensity:
+    """What the exchanged momenta m (1 + e) |v| add up to in time, and how much impacts rebound."""
+
+    name: str = "impact_intensity"
+    title: str = "Intensity of impacts"
+    formula: str = "e = |v'| / |v|; intensity: sum of m (1 + e) |v| / time"
+    unit: str = "N"
+    source: str = PFEIFFER
+    window: str = LOG
+    sampling: str = "none: exact to the events"
+    needs: tuple[str, ...] = ("gaps",)
+    merging: str = "exact: sums add up; a contact across chunks is one contact"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return mean restitution and mean intensity of every gap."""
+        layout, values = heard.plate, []
+        for k, name in enumerate(layout.clearance_names):
+            if not is_gap(layout, k):
+                continue
+            element = int(layout.clearance[k])
+            mesh, mass = bool(layout.is_mesh[element]), reduced_inertia(layout, element)
+            contacts = heard.contacts(k)
+            cut = about(name, contacts, heard.duration)
+            unknown = "" if contacts.whole else f"{name}: no impact begins and ends in the window"
+            restitution = contacts.kept / contacts.moving if contacts.moving else math.nan
+            intensity = mass * contacts.speeds / heard.duration
+            values += [
+                Value(name, "mean restitution", restitution, "1", unknown or cut),
+                Value(name, "mean impact intensity", intensity, "N" if mesh else "N m", cut),
+            ]
+        return values

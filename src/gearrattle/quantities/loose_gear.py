@@ -1,0 +1,121 @@
+"""The loose-gear test: can the drag torque hold an unloaded gear against its flank?
+
+To follow its driver through the mesh rigidly, a loose gear of inertia J needs the torque J (R_d/R_l) |theta_d''|; the
+only torque that presses it to the flank is its drag T_d. The ratio
+
+    J_l (R_d/R_l) peak |theta_d''| / T_d,      margin = 20 log10 of it  [dB]
+
+is the classical rattle threshold: above 0 dB the gear lifts off. The *driver's* acceleration is taken, for the loose
+gear's own would measure the impacts instead (Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj,
+Zhao 2001, Proc. IMechE D 215, 241-258).
+
+A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body.
+
+Takes a Trajectory; gives three entries a loose gear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.quantities.criterion import Entry, Scope, Tally, Telling, entry
+from gearrattle.signals import decibels, loose_gears, steady, torque_ratio
+from gearrattle.signals.levels import extremes_missed
+from gearrattle.trajectory import Trajectory
+
+_FINE = 0.1  # per cent: smaller sampling errors are not told
+
+
+@dataclass(frozen=True)
+class LooseGear(Telling):
+    """Inertia torque of a loose gear against its drag torque."""
+
+    name: str = "loose_gear"
+    title: str = "Loose-gear test"
+    formula: str = "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]"
+    unit: str = "dB"
+    source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
+    sums: str = "peaks"
+    merging: str = "exact: the peak of all is the largest peak"
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
+
+        Of the drivers of loose gears the peak is that of the exact motion, where it is known.
+        """
+        samples = steady(trajectory).closed(trajectory.acceleration)
+        peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
+        drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
+        miss = np.zeros(peak.size)
+        for driver in drivers:
+            miss[driver] = np.max(extremes_missed(samples[:, driver]))
+        for driver, value in exact.items():
+            peak[driver] = value
+        tally = {"peak": peak, "miss": miss}
+        return tally if before is None else {name: np.maximum(before[name], new) for name, new in tally.items()}
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
+        layout, peak = scope.layout, tally["peak"]
+        entries = []
+        for gear in loose_gears(layout):
+            mesh, loose, driver, _ = gear
+            ratio = torque_ratio(layout, gear, float(peak[driver]))
+            margin = decibels(ratio)
+            element = layout.element_names[mesh]
+            loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
+            short = 100.0 * float(tally["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0
+            note = f"{element}: by samples; the peak between two of them may lie {short:.2g} % higher"
+            note = note if short > _FINE else ""
+            beyond = short / 100.0
+            by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
+            entries += [
+                entry(
+                    self,
+                    element,
+                    f"peak acceleration of the driver {driver_name}",
+                    float(peak[driver]),
+                    unit="rad/s^2",
+                    formula="max |theta''| over [discard T, end]; of an exact motion between samples too",
+                    note=note,
+                    error=float(peak[driver]) * beyond,
+                ),
+                entry(
+                    self,
+                    element,
+                    f"torque ratio of {loose_name}",
+                    ratio,
+                    unit="1",
+                    formula=by,
+                    note=note,
+                    error=ratio * beyond,
+                ),
+                entry(
+                    self,
+                    element,
+                    "margin",
+                    margin,
+                    formula=f"20 log10( {by} )",
+                    note=note,
+                    error=20.0 * math.log10(1.0 + beyond),
+                ),
+            ]
+        return entries
+
+
+def _exact_peaks(trajectory: Trajectory) -> dict[int, float]:
+    """Return the largest |theta''| of every loose gear's driver that is known between samples, by inertia [rad/s^2]."""
+    if trajectory.exact is None:
+        return {}
+    names = trajectory.layout.inertia_names
+    known = trajectory.exact.signals(trajectory)
+    drivers = dict.fromkeys(gear.driver for gear in loose_gears(trajectory.layout))
+    wanted = [driver for driver in drivers if ("acceleration", names[driver]) in known]
+    signals = [("acceleration", names[driver]) for driver in wanted]
+    found = trajectory.exact.statistics(trajectory, signals, with_moments=False) if signals else None
+    if found is None:
+        return {}
+    return dict(zip(wanted, np.maximum(found.high, -found.low).tolist(), strict=True))

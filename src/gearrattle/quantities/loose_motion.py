@@ -1,0 +1,80 @@
+"""How a loose gear moves: rms and peak of its acceleration, in full band and above the engine's orders.
+
+The mean is taken out. Above the engine's orders: what is left of the window's discrete Fourier transform when all
+lines up to the highest order of the engine's torque are gone. Impacts live there; the torque cannot reach it directly.
+
+Takes what is heard; gives four values a loose gear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearrattle.quantities.metric import EXACT, WHOLE, Heard, Value, closed, sampled
+from gearrattle.signals import loose_gears
+from gearrattle.signals.levels import thinned
+from gearrattle.signals.summaries import Summary, summary_of
+from gearrattle.trajectory import Array
+
+
+@dataclass(frozen=True)
+class LooseMotion:
+    """Acceleration levels of loose gears."""
+
+    name: str = "loose_gear_motion"
+    title: str = "Motion of loose gears"
+    formula: str = "rms and max| | of theta_loose'' - mean; the same above the highest engine order"
+    unit: str = "rad/s^2"
+    source: str = "definition; the band above the engine's orders is common practice, without an origin known to us"
+    window: str = EXACT
+    sampling: str = "of samples, and above the engine's orders always: well above the frequency of stiff contacts"
+    needs: tuple[str, ...] = ("loose gears", "acceleration")
+    merging: str = "exact: moments add up, peaks are the largest; what is above the engine's orders needs the whole"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return rms and peak of every loose gear."""
+        values, heards = [], heard.of("acceleration")
+        for gear in loose_gears(heard.plate):
+            name = heard.plate.inertia_names[gear.loose]
+            signal = heards.get(name)
+            full = None if signal is None else heard.summary("acceleration", name)
+            note = f"{name}: no acceleration is heard" if full is None else ""
+            missed = math.nan if full is None else heard.summary_error("acceleration", name, lambda x: x.spread)
+            values += _levels(name, "acceleration", full, note, missed)
+            cannot = heard.lacks("engine orders") or ("" if signal is None or isinstance(signal, np.ndarray) else WHOLE)
+            above, error = None, math.nan
+            if full is not None and not cannot:
+                above, error = _summary_above(heard, np.asarray(signal))
+            values += _levels(name, "acceleration above the engine orders", above, note or cannot, error)
+        return values
+
+
+def _summary_above(heard: Heard, signal: Array) -> tuple[Summary, float]:
+    """Return the summary of an acceleration above the engine's orders, with its miss, and the error of its rms."""
+    told, *parts = (
+        summary_of(_above(heard, each - np.mean(each[:-1])))
+        for each in (signal, *(closed(some) for some in thinned(signal[:-1])))
+    )
+    miss = max([told.miss, *(told.peak - some.peak for some in parts)])
+    return replace(told, miss=miss), max((abs(some.spread - told.spread) for some in parts), default=math.nan)
+
+
+def _levels(name: str, what: str, told: Summary | None, note: str, error: float) -> list[Value]:
+    level, peak = (math.nan, math.nan) if told is None else (told.spread, told.reach)
+    missed = note if told is None else note or sampled(name, told, peak)
+    return [
+        Value(name, f"rms {what}", level, "rad/s^2", note, error),
+        Value(name, f"peak {what}", peak, "rad/s^2", missed, math.nan if told is None else told.miss),
+    ]
+
+
+def _above(heard: Heard, signal: Array) -> Array:
+    """Return the samples without all lines up to the highest engine order."""
+    lines = np.fft.rfft(signal[:-1])
+    spacing = 2.0 * np.pi / (heard.speed * heard.duration)
+    lines[np.arange(lines.size) * spacing <= float(heard.engine_orders[-1]) + 0.5 * spacing] = 0.0
+    left = np.fft.irfft(lines, signal.size - 1)
+    return np.append(left, left[0])

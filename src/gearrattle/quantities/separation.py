@@ -1,0 +1,88 @@
+"""The separation ratio: may the drag torque hold a loose gear against its flank?
+
+To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only its drag T presses it to the flank:
+
+    ratio = J (R_d/R_l) peak |theta_d''| / T,        margin = 20 log10 ratio  [dB]
+
+Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose gear's own would measure the impacts.
+In harmonic form the ratio is of one order's amplitude, (o Omega)^2 times that of the angle: which order does it.
+
+Takes what is heard; gives values for every loose gear, by its mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.quantities.metric import EXACT, SAMPLES, SINGH, Heard, Value, order_word, sampled
+from gearrattle.signals import decibels, loose_gears, torque_ratio
+
+
+@dataclass(frozen=True)
+class SeparationRatio:
+    """Inertia torque of a loose gear over its drag torque, by the peak acceleration of its driver."""
+
+    name: str = "separation"
+    title: str = "Separation ratio"
+    formula: str = "J_loose (R_driver/R_loose) peak|theta_driver''| / T_drag; margin: 20 log10 of it"
+    unit: str = "1"
+    source: str = SINGH
+    window: str = EXACT
+    sampling: str = "of samples: peaks as fine as these, with a note"
+    needs: tuple[str, ...] = ("loose gears", "acceleration")
+    merging: str = "exact: the peak is the largest"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return ratio and margin of every loose gear."""
+        values, accelerations = [], heard.of("acceleration")
+        for gear in loose_gears(heard.plate):
+            mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
+            told = heard.summary("acceleration", driver) if driver in accelerations else None
+            ratio = math.nan if told is None else torque_ratio(heard.plate, gear, told.peak)
+            note = f"{mesh}: no acceleration of its driver {driver}" if told is None else sampled(mesh, told, told.peak)
+            missed = math.nan if told is None else torque_ratio(heard.plate, gear, told.miss)
+            values.append(Value(mesh, "separation ratio", ratio, "1", note, missed))
+            margin = decibels(ratio)
+            still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
+            beyond = 20.0 * math.log10(1.0 + missed / ratio) if ratio > 0.0 else 0.0
+            values.append(Value(mesh, "separation margin", margin, "dB", still, beyond))
+        return values
+
+
+@dataclass(frozen=True)
+class HarmonicSeparation:
+    """The same of every order of the driver's motion by itself."""
+
+    name: str = "harmonic_separation"
+    title: str = "Separation ratio by order"
+    formula: str = "J_loose (R_driver/R_loose) (o Omega)^2 |Theta_driver(o)| / T_drag"
+    unit: str = "1"
+    source: str = f"{SINGH}, for a driver that moves at one order"
+    window: str = f"{SAMPLES}, least squares at all orders of the excitation"
+    sampling: str = "orders below half the sampling rate"
+    needs: tuple[str, ...] = ("loose gears", "orders", "motions")
+    merging: str = "exact, to rounding: the products that least squares rest on add up"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return the ratio of every order, and the order of the largest, of every loose gear."""
+        values = []
+        for gear in loose_gears(heard.plate):
+            mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
+            found = heard.velocities_at(driver)
+            if found is None:
+                note = f"{mesh}: nothing is known of the motion of its driver {driver}"
+                values.append(Value(mesh, "largest separation ratio of an order", math.nan, "1", note))
+                continue
+            ratios = torque_ratio(heard.plate, gear, heard.orders * heard.speed * np.abs(found))
+            errors = torque_ratio(heard.plate, gear, heard.orders * heard.speed * heard.velocity_errors(driver))
+            for order, ratio, error in zip(heard.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
+                note = "" if math.isfinite(ratio) else "the samples cannot show this order"
+                values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
+            largest = float(np.nanmax(ratios)) if np.isfinite(ratios).any() else math.nan
+            note = "" if math.isfinite(largest) else "the samples show none of the orders"
+            error = float(errors[np.nanargmax(ratios)]) if np.isfinite(ratios).any() else math.nan
+            values.append(Value(mesh, "largest separation ratio of an order", largest, "1", note, error))
+        return values

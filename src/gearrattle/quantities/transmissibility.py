@@ -1,0 +1,118 @@
+"""Transmissibility: how much of the driven inertia's acceleration reaches each inertia.
+
+TR_rms,i = rms(theta_i'') / rms(theta_r'') and TR_peak,i = pp(theta_i'') / pp(theta_r'') over the last eight cycles,
+r being the inertia that carries the first torque (Padmanabhan et al. 1995, eqs. (23)-(25)); the accelerations are
+taken as they are, mean included. Of an exact motion extremes and means are taken between its samples; those of samples,
+the rms integral by the trapezoidal rule over whole periods, carry an estimate of their error.
+
+Transmissibility by order: what of an order's motion at the reference body reaches each other one.
+
+    T_i(o) = |Theta_i(o)| / |Theta_r(o)|
+
+the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so a body may be
+heard by any of them. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
+from the reference. An order at which the reference moves by less than 1e-9 of its strongest has no transmissibility.
+
+Takes a Trajectory; gives two entries an inertia. Takes a Heard; gives one value a body and order.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.quantities.criterion import PAPER, Entry, Scope, Tally, Telling, entry
+from gearrattle.quantities.metric import SAMPLES, Heard, Value, order_word
+from gearrattle.signals.last_levels import gather_levels, peak_to_peak_of, rms_of, shortened
+from gearrattle.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Transmissibility(Telling):
+    """Ratio of rms and of peak-to-peak accelerations to those of the reference inertia."""
+
+    cycles: int = 8
+    name: str = "transmissibility"
+    title: str = "Transmissibility"
+    formula: str = "rms(theta_i'') / rms(theta_r'') and pp(theta_i'') / pp(theta_r''), r: reference inertia, last 8 T"
+    unit: str = "1"
+    source: str = f"{PAPER}, eqs. (23)-(25)"
+    sums: str = "last cycles"
+    merging: str = "exact: levels of each of the last eight cycles are kept across chunks"
+
+    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
+        """Return levels of the accelerations in the last cycles."""
+        return gather_levels(trajectory, before, self.cycles)
+
+    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+        """Return TR_rms and TR_peak of every inertia; NaN, with a note, where the reference does not move."""
+        layout = scope.layout
+        cycles = min(self.cycles, scope.window.cycles)
+        reference = layout.inertia_names[layout.reference]
+        short = shortened("transmissibility", cycles, self.cycles)
+        entries = []
+        for quantity, over, level in (
+            ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms_of(tally)),
+            ("TR peak", f"pp(theta_i'') / pp(theta_{reference}'')", peak_to_peak_of(tally)),
+        ):
+            base = float(level.value[layout.reference])
+            still = "" if base > 0.0 else f"{quantity}: {reference} shows no acceleration to refer to"
+            for i, inertia in enumerate(layout.inertia_names):
+                value = error = float("nan")
+                if base > 0.0:
+                    value, error = float(level.value[i]) / base, float(level.error[i]) / base
+                    error += value * float(level.error[layout.reference]) / base if i != layout.reference else -error
+                words = f"{over}, last {cycles} T"
+                entries.append(entry(self, inertia, quantity, value, formula=words, note=still or short, error=error))
+        return entries
+
+
+_STILL = 1e-9
+
+
+@dataclass(frozen=True)
+class OrderTransmissibility:
+    """Quotient of amplitudes at every engine order."""
+
+    name: str = "order_transmissibility"
+    title: str = "Transmissibility by order"
+    formula: str = "|Theta_i(o)| / |Theta_r(o)|, r: the inertia of the first torque, else the first that is heard"
+    unit: str = "1"
+    source: str = "definition (harmonic transmissibility)"
+    window: str = f"{SAMPLES}, least squares at all orders of the excitation"
+    sampling: str = "orders below half the sampling rate"
+    needs: tuple[str, ...] = ("engine orders", "motions")
+    merging: str = "exact, to rounding: the products that least squares rest on add up"
+
+    def measure(self, heard: Heard) -> list[Value]:
+        """Return the transmissibility of every body but the reference, order by order."""
+        movers = heard.movers()
+        plate = heard.layout
+        reference = movers[0] if plate is None else plate.inertia_names[plate.reference]
+        base = heard.velocities_at(reference)
+        if base is None:
+            return [
+                Value(reference, "transmissibility", math.nan, "1", f"nothing is heard of {reference}, the reference")
+            ]
+        strongest = float(np.nanmax(np.abs(base), initial=0.0))
+        values = []
+        for name in movers:
+            found = heard.velocities_at(name)
+            if name == reference or found is None:
+                continue
+            errors = heard.velocity_errors(name), heard.velocity_errors(reference)
+            for order, own, to, own_error, to_error in zip(
+                heard.orders.tolist(), np.abs(found), np.abs(base), *errors, strict=True
+            ):
+                if order not in heard.engine_orders:
+                    continue
+                moves = to > _STILL * strongest
+                note = (
+                    "" if moves else f"{reference} does not move at {order_word(order)}, or the samples cannot show it"
+                )
+                value = float(own / to) if moves else math.nan
+                error = float(own_error + value * to_error) / float(to) if moves else math.nan
+                values.append(Value(name, f"transmissibility at {order_word(order)}", value, "1", note, error))
+        return values

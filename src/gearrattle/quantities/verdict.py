@@ -1,0 +1,61 @@
+"""The verdict on one motion: its parts, worst first, every value of every criterion, and a sentence.
+
+Takes what the criteria measured; gives a Verdict to reports and users.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from gearrattle.json_types import json_value
+from gearrattle.quantities.criterion import Entry, Part
+from gearrattle.quantities.wording import sentence
+from gearrattle.result import Result
+from gearrattle.signals import Regime, Spectrum, Window
+
+
+@dataclass(frozen=True)
+class Verdict(Result):
+    """What the criteria say of one motion.
+
+    Attributes:
+        verdict: "quiet", "single-sided" or "double-sided", the worst of the parts that rattle.
+        rule: by which rule.
+        parts: every mesh and clearance, worst first.
+        entries: every value of every criterion.
+        notes: what the user must know about these values.
+        window: the steady part that was judged.
+        spectra: power spectral density of the accelerations, density (f, n inertias); None for too few samples.
+    """
+
+    verdict: Regime
+    rule: str
+    parts: tuple[Part, ...]
+    entries: tuple[Entry, ...]
+    notes: tuple[str, ...]
+    window: Window
+    spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
+
+    kind: ClassVar[str] = "verdict"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words: what rattles, where, how badly."""
+        return sentence(self.parts, self.window.cycles)
+
+    def __str__(self) -> str:
+        """Return the verdict and its sentence."""
+        return f"{self.verdict}: {self.sentence}"
+
+    def of(self, criterion: str, subject: str | None = None) -> tuple[Entry, ...]:
+        """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
+        return tuple(e for e in self.entries if e.criterion == criterion and subject in (None, e.subject))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
+        names = ("verdict", "sentence", "rule", "parts", "entries", "notes")
+        window = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
+        converted: dict[str, Any] = json_value({**{name: getattr(self, name) for name in names}, "window": window})
+        return converted

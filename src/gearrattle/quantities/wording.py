@@ -1,0 +1,114 @@
+"""The verdict in one human sentence: what rattles, where, and how badly.
+
+A gap that separates *rattles*; a staged spring that crosses its corners, or a gap that crosses outer ones alone,
+changes *stage*, which is not called rattle. Only the worst parts are spelt out; the others are named.
+
+Takes parts, worst first; gives a sentence to the verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gearrattle.quantities.criterion import Part
+from gearrattle.wording import counted
+
+SPELT_OUT = 3
+
+
+def sentence(parts: Sequence[Part], cycles: int) -> str:
+    """Return the verdict's sentence.
+
+    Args:
+        parts: every mesh and clearance, worst first.
+        cycles: number of cycles judged.
+    """
+    span = f"over the {cycles} cycles judged" if cycles != 1 else "over the one cycle judged"
+    if not parts:
+        return "There is no mesh and no clearance: nothing can rattle."
+    rattling = [part for part in parts if part.rattles]
+    changing = [part for part in parts if _changes_stage(part)]
+    quiet = [part for part in parts if part not in rattling and part not in changing]
+    words = []
+    if rattling:
+        words.append(f"Rattle {span}: " + _listed([_rattle(part) for part in rattling]) + ".")
+    elif changing:
+        words.append(f"No gap rattles {span}.")
+    if changing:
+        words.append(_capital(_listed([_stage_changes(part) for part in changing])) + ".")
+    if quiet:
+        lead = "Quiet" if rattling or changing else f"Quiet {span}"
+        words.append(f"{lead}: " + "; ".join(_at_rest(part) for part in quiet) + ".")
+    return " ".join(words)
+
+
+def _rattle(part: Part) -> str:
+    place = "flank" if part.kind == "mesh" else "side"
+    if part.regime == "double-sided":
+        hits = f"{part.name} hits both {place}s"
+    else:
+        hits = f"{part.name} hits its {_side(part)}{place} only"
+    if part.impacts_per_cycle == 0.0:
+        return f"{part.name} leaves contact and does not hit again" + _margin(part)
+    severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]
+    if part.max_approach_speed is not None:
+        severity.append(f"approach speed up to {part.max_approach_speed:.3g}{_unit(part.speed_unit)}")
+    if part.max_impact_energy is not None:
+        severity.append(f"impact energy up to {part.max_impact_energy:.3g}{_unit(part.energy_unit)}")
+    severity.append(f"in contact {_percent(part.contact_share)} of the time")
+    return f"{hits}, " + ", ".join(severity) + _margin(part)
+
+
+def _changes_stage(part: Part) -> bool:
+    return not part.rattles and (part.regime != "quiet" or part.impacts_per_cycle > 0.0)
+
+
+def _stage_changes(part: Part) -> str:
+    both = part.drive_impacts_per_cycle > 0.0 and part.coast_impacts_per_cycle > 0.0
+    where = "on both sides" if both or part.regime == "double-sided" else f"on its {_side(part)}side only"
+    rate = f"entering an outer stage {counted(float(part.impacts_per_cycle), 'time')} per cycle"
+    return f"{part.name} changes stage {where}, {rate}" + _margin(part)
+
+
+def _at_rest(part: Part) -> str:
+    if part.contact_share >= 1.0:
+        state = "stays in contact" if part.gap or part.kind == "mesh" else "stays in an outer stage"
+    elif part.contact_share <= 0.0:
+        state = "floats free in its gap" if part.gap else "stays in its first stage"
+    else:
+        state = "crosses no corner"
+    return f"{part.name} {state}{_margin(part)}"
+
+
+def _margin(part: Part) -> str:
+    return "" if part.margin_db is None else f" (loose-gear margin {part.margin_db:+.1f} dB)"
+
+
+def _side(part: Part) -> str:
+    if part.drive_impacts_per_cycle > 0.0:
+        return "drive "
+    return "coast " if part.coast_impacts_per_cycle > 0.0 else ""
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"
+
+
+def _percent(share: float) -> str:
+    """Return a share in per cent that reads 0 % or 100 % only where it is."""
+    percent = 100.0 * share
+    if 0.0 < percent < 0.1:
+        return "less than 0.1 %"
+    if 99.9 < percent < 100.0:
+        return "more than 99.9 %"
+    return f"{percent:.3g} %"
+
+
+def _listed(items: list[str]) -> str:
+    more = len(items) - SPELT_OUT
+    shown = "; ".join(items[:SPELT_OUT])
+    return shown if more <= 0 else f"{shown}; and {more} more"
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
