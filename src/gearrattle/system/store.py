@@ -204,12 +204,12 @@ class Store:
 
     def _make_room(self, room: Room) -> None:
         """Let every array hold so much; doubling as needed."""
-        rows, used = self._rows(room), self._rows(Room(len(self.pieces), self._tables_used, 0, 0))
+        rows = self._rows(room)
         for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
             first = array.shape[0] if array.shape[0] >= rows[name] else max(rows[name], 2 * array.shape[0])
             full = (first, *map(max, shape[1:], array.shape[1:]))
             if full != array.shape or name not in self._arrays:
                 larger = aligned(full, kind)
-                larger[(slice(used[name]), *map(slice, array.shape[1:]))] = array[: used[name]]
+                larger[tuple(map(slice, array.shape))] = array
                 self._arrays[name] = larger
