@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 Number = float | Array
 
 _POSITIVE, _NOT_NEGATIVE, _FINITE = "positive", "non-negative", "finite"
+_ZERO = "zero"  # a gap that is closed: an open one has more pieces
 _BOUNDS = {
     "inertia": {"J": _POSITIVE, "drag": _NOT_NEGATIVE, "drag_torque": _NOT_NEGATIVE},
     "coupling": {
@@ -60,8 +61,10 @@ def bound_of(model: Model, path: str) -> str | None:
     if len(parts) == 3 and kind in ("inertia", "coupling", "mesh", "torque"):
         owner = _owner(model, kind, parts[1])
         staged = kind == "coupling" and owner is not None and owner.stages is not None and key != "preload"
-        opens = key in ("clearance", "backlash") and getattr(owner, key, 0.0) == 0.0
-        return None if owner is None or staged or opens else _BOUNDS[kind].get(key)
+        if owner is None or staged:
+            return None
+        is_closed = key in ("clearance", "backlash") and getattr(owner, key) == 0.0
+        return _ZERO if is_closed else _BOUNDS[kind].get(key)
     if len(parts) == 5 and parts[2] in ("stages", "coast_stages", "harmonics", *_ERRORS):
         rows = getattr(_owner(model, kind, parts[1]), parts[2], None) or ()
         if not (parts[3].isdecimal() and int(parts[3]) < len(rows)):
@@ -103,6 +106,8 @@ class Columns:
             fits = np.isfinite(values) if bound else np.zeros(self.count, dtype=np.bool_)
             if bound in (_POSITIVE, _NOT_NEGATIVE):
                 fits &= (values > 0.0) if bound == _POSITIVE else (values >= 0.0)
+            elif bound == _ZERO:
+                fits &= values == 0.0
             self.good &= fits
         if {"excitation.speed", "excitation.frequency"} <= set(self.given):
             self.good[:] = False
