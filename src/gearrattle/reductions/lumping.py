@@ -65,7 +65,7 @@ REASONS = {
     "kept": "asked to be kept",
     "clearance": "has a clearance",
     "friction": "has dry friction",
-    "ground": "is not between two bodies",
+    "ground": "is tied to the ground",
     "own": "belongs to a planetary set or is a Hooke joint: its bodies stay",
     "soft": "has no stiffness",
     "error": "its transmission error excites the band",
