@@ -54,7 +54,8 @@ def test_errors_are_ordered_from_the_driving_point_outward():
     ids=["chain", "star", "ring", "ground", "two parts"],
 )
 def test_distances(between, start, expected):
-    plate = handmade.layout(inertia_names=("a", "b", "c", "d"), between=np.array(between))
+    radii = np.ones((len(between), 2))
+    plate = handmade.layout(inertia_names=("a", "b", "c", "d"), between=np.array(between), radii=radii)
     assert elements_from(plate, start).tolist() == expected
 
 

@@ -13,9 +13,11 @@ from gearrattle.plots.placement import place
 from gearrattle.plots.sketch import sketch
 from gearrattle.trajectory import Layout
 from tests import synthetic
+from tests.signals.handmade import rows_between
 
 
 def driveline(count: int, elements: list[tuple[int, int, bool]], reference: int = 0) -> Layout:
+    between, radii = np.array([(a, b) for a, b, _ in elements], dtype=int).reshape(-1, 2), np.ones((len(elements), 2))
     return replace(
         synthetic.layout(),
         inertia_names=tuple(f"i{k}" for k in range(count)),
@@ -23,8 +25,9 @@ def driveline(count: int, elements: list[tuple[int, int, bool]], reference: int 
         drag_torque=np.zeros(count),
         element_names=tuple(f"e{k}" for k in range(len(elements))),
         is_mesh=np.array([mesh for _, _, mesh in elements], dtype=bool),
-        between=np.array([(a, b) for a, b, _ in elements], dtype=int).reshape(-1, 2),
-        radii=np.ones((len(elements), 2)),
+        between=between,
+        radii=radii,
+        rows=rows_between(between, radii, count),
         clearance=np.array([], dtype=int),
         corners=(),
         reference=reference,
@@ -69,14 +72,17 @@ def drivelines(draw: st.DrawFn) -> Layout:
 def test_every_body_has_a_cell_of_its_own(layout: Layout) -> None:
     placement = place(layout)
     assert set(placement.bodies) == set(range(len(layout.inertia_names)))
-    own = [*placement.bodies.values(), *placement.grounds.values()]
+    feet = [cell for cells in placement.feet.values() for cell in cells]
+    own = [*placement.bodies.values(), *placement.grounds.values(), *feet]
     assert len(set(own)) == len(own)
     assert set(placement.grounds) == {k for k, pair in enumerate(layout.between.tolist()) if -1 in pair}
     extra = [seat for seat in placement.seats.values() if seat not in own]
     assert len(set(extra)) == len(extra)
     for element, (column, row) in placement.seats.items():
-        assert sorted(placement.bodies[end][1] for end in layout.between[element]) == [row, row + 1]
-        assert (column, row + 1) in {placement.bodies[end] for end in layout.between[element]}
+        ends = layout.between[element].tolist()
+        assert sorted(placement.bodies[end][1] for end in ends) == [row, row + 1]
+        on_shafts = [cell for end in ends for cell in (placement.bodies[end], *placement.feet.get(end, ()))]
+        assert (column, row + 1) in on_shafts
 
 
 @settings(max_examples=30)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.trajectory import Array, Cost, EventLog, Layout, Trajectory
+from gearrattle.trajectory import Array, Cost, EventLog, IntArray, Layout, Trajectory
 
 OMEGA = 2.0 * np.pi
 Row = tuple[float, int, int, int, float, float]
@@ -43,12 +43,17 @@ def layout(**changes: Any) -> Layout:
     plate = replace(plate, **changes)
     if "rows" in changes:
         return plate
-    rows = np.zeros((len(plate.between), len(plate.inertia_names)))
-    for row, ends, radii in zip(rows, plate.between.tolist(), plate.radii.tolist(), strict=False):
-        for end, radius, sign in zip(ends, radii, (1.0, -1.0), strict=True):
+    return replace(plate, rows=rows_between(plate.between, plate.radii, len(plate.inertia_names)))
+
+
+def rows_between(between: IntArray, radii: Array, bodies: int) -> Array:
+    """Return W of elements between two bodies: +R_a at the first, -R_b at the second, nothing at ground (-1)."""
+    rows = np.zeros((len(between), bodies))
+    for row, ends, arms in zip(rows, between.tolist(), radii.tolist(), strict=True):
+        for end, arm, sign in zip(ends, arms, (1.0, -1.0), strict=True):
             if end >= 0:
-                row[end] = sign * radius
-    return replace(plate, rows=rows)
+                row[end] = sign * arm
+    return rows
 
 
 def staged(corners: Sequence[float], first: int, stiffness: Sequence[float]) -> Layout:

@@ -8,6 +8,7 @@ import pytest
 from gearrattle.solvers import slots
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.solvers.slots import slots_of
+from gearrattle.system import store
 from tests.dense.case import Case
 from tests.dense.families import seeded
 from tests.solvers.tasks import finished, same_bits
@@ -20,6 +21,8 @@ def case(family: str, seed: int) -> Case:
 @pytest.mark.parametrize(("family", "seed"), [("chain", 1), ("loop", 2), ("everything", 1), ("error", 0)])
 @pytest.mark.parametrize("most", [0, 100_000])
 def test_a_tiny_bound_gives_the_same_bits(monkeypatch, family, seed, most):
+    monkeypatch.setattr(store, "_SMALL", 0)
+    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
     free = ExactMarch(case(family, seed).task())
     motion = finished(free)
     assert len(free.slots.pieces) > 2
