@@ -64,7 +64,7 @@ class Row:
 def measure(case: str) -> tuple[Row, ExactMarch]:
     """Time the march and RK2 in turns."""
     model = gr.load(HERE / "examples" / "paper" / f"{case}.toml")
-    system, start = assemble(model), gr.equilibrium(model).angle
+    system, start = assemble(model).system, gr.equilibrium(model).angle
     task = Task(system, start, np.zeros(4), CYCLES, 1, None, None, audit=False)
     plant, steps = transmission(model), round(CYCLES * 2 * np.pi / model.excitation.omega / STEP)
     fixed = exact = np.inf

@@ -31,7 +31,7 @@ def problem(request: pytest.FixtureRequest) -> FieldProblem:
     smooth = request.param == "smooth"
     model = load_case(3, 0.5 if smooth else 0.05, loaded=smooth)
     start = gr.equilibrium(model).angle
-    return FieldProblem.of(Task(assemble(model), start, np.zeros(4), CYCLES, 1, TOLERANCE, None, audit=False))
+    return FieldProblem.of(Task(assemble(model).system, start, np.zeros(4), CYCLES, 1, TOLERANCE, None, audit=False))
 
 
 def _group(problem: FieldProblem, tableau: Tableau) -> str:

@@ -76,7 +76,7 @@ def axis_of(model: gr.Model, path: str, count: int) -> dict[str, Any]:
 
 def march_alone(model: gr.Model) -> tuple[float, int]:
     """Return the fastest march [s] with all regions built, and its crossings."""
-    system = assemble(model)
+    system = assemble(model).system
     task = Task(system, gr.equilibrium(model).angle, np.zeros(system.size), CYCLES, 1, None, None, audit=False)
     slots, fastest, crossings = fresh_slots(system), np.inf, 0
     for _ in range(ROUNDS + 1):  # the first builds the regions

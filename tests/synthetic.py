@@ -105,7 +105,7 @@ FLYWHEEL = Sines(0.0, ((1.0, 0.05, 0.1), (2.0, 0.005, 0.0)))
 
 
 def layout() -> Layout:
-    """Return the name plate of the synthetic driveline."""
+    """Return the layout of the synthetic driveline."""
     half = (0.16, 0.05867, 5e-5)
     return Layout(
         inertia_names=NAMES,

@@ -15,7 +15,7 @@ from gearrattle.assembly import assemble
 def build(plant: Plant) -> Prepared:
     """Make a case ready. Whole cycles take one sample a cycle; a fraction p/q of one is sampled q times a cycle."""
     model = load(plant.name)
-    gap = half_gaps(assemble(model))[list(plant.clearances)]
+    gap = half_gaps(assemble(model).system)[list(plant.clearances)]
 
     def run(cycles: float | Fraction) -> Outcome:
         end = Fraction(cycles)

@@ -14,7 +14,7 @@ from gearrattle.assembly import assemble
 def build(plant: Plant, order: int, step: float) -> Prepared:
     """Make a case ready; the step is stretched a little to end on time."""
     model = load(plant.name)
-    transmission, system = midpoint.transmission(model), assemble(model)
+    transmission, system = midpoint.transmission(model), assemble(model).system
     start = np.concatenate([gr.equilibrium(model).angle, np.zeros(4)])
     clear, gap, omega = list(plant.clearances), half_gaps(system), model.excitation.omega
     march = midpoint.march if order == 2 else midpoint.march_4

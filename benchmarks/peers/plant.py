@@ -77,7 +77,7 @@ def checked(name: str) -> Fraction:
 def plant(name: str) -> Plant:
     """Scale a case."""
     model = load(name)
-    system, omega = assemble(model), model.excitation.omega
+    system, omega = assemble(model).system, model.excitation.omega
     inputs, gap = system.inputs, half_gaps(system)
     if np.any(inputs.torque_cosine) or np.any(inputs.error_cosine):
         raise ValueError("these models are written with sines only")

@@ -21,5 +21,5 @@ def reference(plant: Plant) -> Outcome:
         end = fixed(driveline.period * plant.checked.numerator / plant.checked.denominator)
     solution = solve_at(driveline, [0, end])
     clear = list(plant.clearances)
-    gap = half_gaps(assemble(load(plant.name)))
+    gap = half_gaps(assemble(load(plant.name)).system)
     return Outcome(solution.array("deflection")[-1][clear] / gap[clear], len(solution.events))

@@ -1,46 +1,49 @@
-"""Remember what was made of the same objects before.
+"""Keep what was made of an immutable object on that object.
 
-Running a driveline again (another start, another length, another algorithm) must not build it again. Results are kept
-for the last few arguments, told apart by identity: nothing is compared or hashed, and an argument that could change
-must not be handed in.
+Running a driveline again (another start, another length, another algorithm) must not build it again. What was made of
+an object lives as long as the object: nothing is compared or hashed, and no table grows. Copies and pickles begin
+without it.
 """
 
 from __future__ import annotations
 
-from collections import OrderedDict
+import weakref
 from collections.abc import Callable
 from functools import wraps
-from threading import Lock
-from typing import TypeVar, TypeVarTuple
+from typing import Any, TypeVar
 
-_A = TypeVarTuple("_A")
+_A = TypeVar("_A")
 _T = TypeVar("_T")
 
+_ATTRIBUTE = "_kept"
 
-def remembered(most: int) -> Callable[[Callable[[*_A], _T]], Callable[[*_A], _T]]:
-    """Decorate a function of immutable positional arguments: its results for the last ``most`` of them are kept.
 
-    Threads that ask for the same at the same time may each make it; none waits for another.
+class _Kept:
+    """Results by the function that made them, and whose they are."""
+
+    def __init__(self, owner: object = None) -> None:
+        self.owner = None if owner is None else weakref.ref(owner)
+        self.results: dict[Callable[..., Any], Any] = {}
+
+    def __reduce__(self) -> tuple[type[_Kept], tuple[()]]:
+        """Return what makes one that belongs to nothing: results do not travel."""
+        return _Kept, ()
+
+
+def kept(function: Callable[[_A], _T]) -> Callable[[_A], _T]:
+    """Decorate a function of one immutable object: the result is kept on the object.
+
+    Threads that ask for the same at the same time may each make it; none waits for another, all get the same.
     """
 
-    def decorate(function: Callable[[*_A], _T]) -> Callable[[*_A], _T]:
-        kept: OrderedDict[tuple[int, ...], tuple[tuple[object, ...], _T]] = OrderedDict()  # arguments stay alive
-        lock = Lock()
+    @wraps(function)
+    def call(owner: _A) -> _T:
+        holder: Any = vars(owner).get(_ATTRIBUTE)
+        if holder is None or holder.owner is None or holder.owner() is not owner:  # none yet, or that of an original
+            holder = vars(owner)[_ATTRIBUTE] = _Kept(owner)
+        results: dict[Callable[..., Any], _T] = holder.results
+        if function not in results:
+            return results.setdefault(function, function(owner))
+        return results[function]
 
-        @wraps(function)
-        def call(*arguments: *_A) -> _T:
-            key = tuple(map(id, arguments))
-            with lock:
-                if key in kept:
-                    kept.move_to_end(key)
-                    return kept[key][1]
-            result = function(*arguments)
-            with lock:
-                kept[key] = arguments, result
-                while len(kept) > most:
-                    kept.popitem(last=False)
-            return result
-
-        return call
-
-    return decorate
+    return call

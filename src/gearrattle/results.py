@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.assembly import assemble, drive_torque, free_names, name_plate, ramp_of
+from gearrattle.assembly import assemble, drive_torque, free_names, ramp_of
 from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.assembly.statistics import exact_between
 from gearrattle.errors import ModelError, Problem
@@ -141,7 +141,7 @@ class Run(Result):
         """Every switch of a slider or a limit of contact damping: time [s], companion (name), state (words)."""
         import pandas as pd
 
-        rows = list(switches(assemble(self.model), self.trajectory))
+        rows = list(switches(assemble(self.model).system, self.trajectory))
         return pd.DataFrame(rows, columns=["time", "companion", "state"])
 
     @property
@@ -154,7 +154,7 @@ class Run(Result):
     def variation(self) -> Gradient:
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
-        flow = flow_of(assemble(self.model))
+        flow = flow_of(assemble(self.model).system)
         first, log, beside = t.layout.region_of_first_piece, t.events, t.companions
         pieces = dict(zip(flow.system.places, t.initial_region - first, strict=False))
         start = t.first_cycle * t.layout.period
@@ -179,10 +179,10 @@ class Run(Result):
         import xarray as xr
 
         t = self.trajectory
-        elements = relative_coordinates(assemble(self.model)).elements
+        elements = relative_coordinates(assemble(self.model).system).elements
         names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
         names += [f"velocity.{name}" for name in free_names(self.model)]
-        names += [f"slider.{t.layout.companion_names[c]}" for c in assemble(self.model).memories]
+        names += [f"slider.{t.layout.companion_names[c]}" for c in assemble(self.model).system.memories]
         return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
 
     @cached_property
@@ -419,7 +419,7 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
         }
         sampled: dict[str, Any] = {name: np.array(file[name][...]) for name in _SAMPLED}
         sampled["region"] = sampled["region"].astype(np.int64)
-        layout = name_plate(model, assemble(model))
+        layout = assemble(model).layout
         beside = file.groups.get("companions")
         trajectory = Trajectory(
             layout=layout,

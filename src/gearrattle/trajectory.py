@@ -1,7 +1,7 @@
 """The noun under all solvers: a motion as plain arrays.
 
 A ``Trajectory`` comes from any solver (or from a measurement) and is judged by criteria, plotted and reported without
-anyone asking where it came from. ``Layout`` is the name plate of the driveline it belongs to: names, inertias,
+anyone asking where it came from. ``Layout`` holds names and constants of the driveline it belongs to: inertias,
 kinematic rows, corners, the period. No units beyond SI, no files, no solver.
 
 Shapes: Nt samples, n inertias, m elements (all couplings in file order, then all meshes), K clearances (the elements
@@ -188,7 +188,7 @@ class Trajectory:
     """A sampled motion with its exact log of corner crossings.
 
     Attributes:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         time: (Nt,) uniform grid t = k T / samples_per_cycle, from first_cycle T on [s].
         angle, velocity, acceleration: (Nt, n) [rad, rad/s, rad/s^2]; accelerations are right limits.
         deflection, force: (Nt, K) of the elements with a corner [rad or m, N m or N].

@@ -47,7 +47,7 @@ harmonics = [ { order = 1, amplitude = 20.0, phase = 0.3 }, { order = ORDER, amp
 
 def test_deflections_are_those_the_exact_solution_settles_to() -> None:
     model = gr.loads(LINEAR.replace("ORDER", "2.5"))
-    system = assemble(model)
+    system = assemble(model).system
     amplitudes = steady_deflections(system, *(np.array([law_of[0] for law_of in pieces]) for pieces in _laws(system)))
     run = gr.simulate(model, cycles=400, samples_per_cycle=64).trajectory
     last = run.time[-129:]
@@ -65,7 +65,7 @@ def _laws(system):
 
 @pytest.mark.parametrize(("order", "most"), [("2", 1.003), ("2.7182818", 1.25)])
 def test_extremes_bound_the_motion_and_hardly_more(order: str, most: float) -> None:
-    system = assemble(gr.loads(LINEAR.replace("ORDER", order)))
+    system = assemble(gr.loads(LINEAR.replace("ORDER", order))).system
     amplitudes = steady_deflections(system, *(np.array([each[0] for each in pieces]) for pieces in _laws(system)))
     low, high = steady_extremes(system, amplitudes)
     orders = system.inputs.cycles[system.inputs.cycles > 0]
@@ -79,7 +79,7 @@ def test_extremes_bound_the_motion_and_hardly_more(order: str, most: float) -> N
 
 def test_without_excitation_nothing_moves() -> None:
     model = gr.loads(LINEAR.replace("ORDER", "2").replace("20.0", "0.0").replace("9.0", "0.0").replace("1e-5", "0.0"))
-    system = assemble(model)
+    system = assemble(model).system
     amplitudes = steady_deflections(system, *(np.array([each[0] for each in pieces]) for pieces in _laws(system)))
     assert np.abs(np.concatenate(steady_extremes(system, amplitudes))).max() == 0.0
 
@@ -103,5 +103,5 @@ def test_a_response_that_reaches_a_corner_is_none() -> None:
 
 
 def _excursions(model: gr.Model):
-    system = assemble(model)
-    return excursions(system, named_equilibrium(model, system)[1])
+    driveline = assemble(model)
+    return excursions(driveline.system, named_equilibrium(driveline)[1])

@@ -29,7 +29,7 @@ def geared(units: str = "SI") -> gr.Model:
 
 def dynamic(model: gr.Model, ratios: dict[str, float], omega: float) -> np.ndarray:
     """K - omega^2 J, symmetrically scaled to J = 1."""
-    rows = assemble(model).rows / np.sqrt([body.J for body in model.inertias])
+    rows = assemble(model).system.rows / np.sqrt([body.J for body in model.inertias])
     slopes = [element.drive[-1].stiffness * ratios.get(element.name, 1.0) for element in model.elements]
     return rows.T @ np.diag(slopes) @ rows - omega**2 * np.eye(len(model.inertias))
 

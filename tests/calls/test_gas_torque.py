@@ -155,7 +155,7 @@ def test_an_engine_in_a_model_is_its_harmonics() -> None:
     model = driven(6)
     told = gr.gas_torque(**engine(6), speed="1500 rpm").to_table()
     plain = model.with_({"torque.1": {"on": "crank", **told}})
-    one, other = assemble(model).inputs, assemble(plain).inputs
+    one, other = assemble(model).system.inputs, assemble(plain).system.inputs
     assert one.mean == pytest.approx(other.mean, rel=1e-14)
     assert one.torque_sine == pytest.approx(other.torque_sine, rel=1e-12, abs=1e-12)
     assert one.torque_cosine == pytest.approx(other.torque_cosine, rel=1e-12, abs=1e-12)

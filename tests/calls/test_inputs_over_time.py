@@ -327,7 +327,7 @@ def test_linear_tools_take_the_first_speed() -> None:
     ratio = gr.contact_ratio(model)
     assert ratio.to_dict() == gr.contact_ratio(model.with_({"excitation.speed": 25.0})).to_dict()
     assert "the sweep counts as its first speed" in ratio.attrs["notes"]
-    assert assemble(model).inputs.count == 0
+    assert assemble(model).system.inputs.count == 0
     with pytest.raises(gr.ModelError, match="at one speed"):
         gr.reduce(model, "20 Hz")
 

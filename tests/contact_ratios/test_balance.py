@@ -20,7 +20,7 @@ PAPER = Path(__file__).parents[2] / "examples" / "paper"
 
 @pytest.fixture(scope="module")
 def case_1():
-    return forecast(assemble(gr.load(PAPER / "case1_loaded.toml")))
+    return forecast(assemble(gr.load(PAPER / "case1_loaded.toml")).system)
 
 
 def test_the_stable_motion_is_the_one_simulated(case_1) -> None:
@@ -62,7 +62,7 @@ def test_multipliers_of_a_motion_within_one_piece_are_the_linear_ones(mean: floa
 def test_multipliers_are_those_of_the_flow_along_a_run(seed: int) -> None:
     """The exact run's own gradient over one settled period; a shift of all angles is apart."""
     driveline = train(seed)
-    system, samples = assemble(driveline), 4096
+    system, samples = assemble(driveline).system, 4096
     settled = gr.simulate(driveline, cycles=400, audit=False).trajectory
     start = {"angle": (settled.angle[-1] - settled.angle[-1, 0]).tolist(), "velocity": settled.velocity[-1].tolist()}
     run = gr.simulate(driveline, cycles=1, discard=0, samples_per_cycle=samples, initial=start, audit=False)

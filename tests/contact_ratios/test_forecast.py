@@ -66,7 +66,7 @@ def test_a_linear_driveline_is_its_own_fixed_point() -> None:
 def test_a_fixed_point_that_crosses_nothing_is_a_motion() -> None:
     """Loaded case 1 has one inside the clutch's first stage, beside the motion that begins at rest."""
     model = gr.load(PAPER / "case1_loaded.toml")
-    system = assemble(model)
+    system = assemble(model).system
     quiet = next(p for p in forecast(system).points if p.gain == pytest.approx([0.1, 1.0], abs=1e-12))
     assert quiet.mean_slope == pytest.approx(quiet.gain, abs=1e-12)
     given, rest = system.inputs, equilibrium(system)
@@ -88,7 +88,7 @@ def test_a_fixed_point_that_crosses_nothing_is_a_motion() -> None:
 
 
 def test_the_answer_does_not_depend_on_the_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    system = assemble(gr.load(PAPER / "case2.toml"))
+    system = assemble(gr.load(PAPER / "case2.toml")).system
     shares = np.array([0.13, 0.34, 0.01, 0.13, 0.34, 0.01])
     coarse = Linearisation(system).answer(shares)
     monkeypatch.setattr("gearrattle.contact_ratios.forecast.FEWEST_SAMPLES", 8192)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.plots.campbell import campbell_chart
 from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.mode_shapes import mode_sketch
@@ -68,7 +68,7 @@ def test_labels_stand_apart_and_are_drawn_in_both_renderings() -> None:
 
 def test_a_sketch_shows_an_inertia_of_prescribed_motion_as_held() -> None:
     model = gr.load(EXAMPLES / "measured_flywheel.toml")
-    modes, layout = gr.modes(model), name_plate(model, assemble(model))
+    modes, layout = gr.modes(model), assemble(model).layout
     root = ElementTree.fromstring(mode_sketch(layout, modes, 0, "mode 1").decode())
     words = [element.text for element in root.iter() if element.text]
     assert words[words.index("flywheel") + 1] == "held"
@@ -77,7 +77,7 @@ def test_a_sketch_shows_an_inertia_of_prescribed_motion_as_held() -> None:
 
 
 def test_a_sketch_shows_angles_up_and_down_and_the_elements_that_work() -> None:
-    modes, layout = gr.modes(MODEL), name_plate(MODEL, assemble(MODEL))
+    modes, layout = gr.modes(MODEL), assemble(MODEL).layout
     svg = mode_sketch(layout, modes, 1, "mode 2").decode()
     root = ElementTree.fromstring(svg)
     words = [element.text for element in root.iter() if element.text]

@@ -59,7 +59,7 @@ def test_the_stated_error_is_not_optimistic() -> None:
 
 
 def closed(model: gr.Model) -> LinearSystem:
-    system = assemble(model)
+    system = assemble(model).system
     return linearised(system, *contact_states(system, ())[0][:2])
 
 

@@ -19,7 +19,7 @@ SEEDS = range(12)
 
 
 def asked(seed: int, factor: float = 1.2) -> Request:
-    system = assemble(random_driveline(seed))
+    system = assemble(random_driveline(seed)).system
     full = linearised(system, *contact_states(system, ())[0][:2]).frequencies()
     elastic = full[full > 0.0]
     return Request(system, factor * float(elastic[min(seed % 3, elastic.size - 1)]), 2.0, system.clearances, (0,))
@@ -74,7 +74,7 @@ def test_accelerance_of_one_body_on_a_spring() -> None:
         inertia = [{ name = "a", J = 2.0 }]
         coupling = [{ name = "spring", between = ["a", "ground"], stiffness = 50.0, damping = 0.7 }]
         """)
-    system = assemble(model)
+    system = assemble(model).system
     linear = linearised(system, *contact_states(system, ())[0][:2])
     omega = np.array([0.1, 4.9, 5.0, 40.0])
     expected = -(omega**2) / (50 - 2 * omega**2 + 0.7j * omega)

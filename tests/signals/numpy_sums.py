@@ -130,7 +130,7 @@ def corner_keys(layout: Layout, clearance: IntArray, region: IntArray, other: In
     """Return (E,) the number of the corner between two neighbouring regions, counted over all clearances.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: (E,) indices into ``layout.clearance``.
         region, other: (E,) labels of the regions the corner lies between.
     """

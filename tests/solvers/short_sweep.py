@@ -78,7 +78,7 @@ def integrated(model: Model, end: float) -> tuple[np.ndarray, np.ndarray, np.nda
     Returns:
         (E,) times and (E,) elements of the crossings, (n,) angles and velocities at the end.
     """
-    system = assemble(model)
+    system = assemble(model).system
     sweep = model.excitation.sweep
     rate, n = (sweep.end - sweep.begin) / sweep.over, system.size
     names = [inertia.name for inertia in model.inertias]

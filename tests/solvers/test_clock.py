@@ -87,7 +87,7 @@ def test_chunks_go_on_with_the_clock() -> None:
 
 def rattling_pair(run_: gr.Run, turns: object, until: float) -> tuple[np.ndarray, int]:
     """Return the last deflection and its rate of the pair, restarted at every instant and corner; crossings."""
-    system, t = assemble(run_.model), run_.trajectory
+    system, t = assemble(run_.model).system, run_.trajectory
     law, row, j = system.laws[0], system.rows[0], system.inertia
     given = run_.model.meshes[0].alternation
     assert given is not None

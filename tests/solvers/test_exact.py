@@ -7,7 +7,6 @@ import pytest
 
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
-from gearrattle.remember import remembered
 from gearrattle.solvers import Motion, Task, exact, slots
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.system.piecewise import PiecewiseSystem
@@ -66,20 +65,6 @@ def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: 
     assert np.abs(kept.angle - split.angle).max() <= 1e-12
     assert np.abs(kept.crossings.time - split.crossings.time).max() <= 1e-12
     assert np.abs(kept.crossings.force_integral - split.crossings.force_integral).max() <= 1e-12
-
-
-def test_what_was_made_of_the_same_objects_is_made_once() -> None:
-    made: list[object] = []
-
-    @remembered(2)
-    def make(thing: object) -> int:
-        made.append(thing)
-        return len(made)
-
-    a, b, c = [1], [1], [1]
-    assert [make(a), make(a), make(b), make(a)] == [1, 1, 2, 1]
-    assert make(c) == 3
-    assert make(b) == 4  # b was the one used longest ago
 
 
 def test_chatter_is_judged_by_the_time_that_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

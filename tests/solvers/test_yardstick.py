@@ -26,7 +26,7 @@ def test_the_yardstick_takes_the_same_steps(case: str, written_out, tableau) -> 
     rest = gr.equilibrium(model).angle
     state = np.concatenate([rest, np.zeros(4)])
     written_out(state, STEP, STEPS, transmission(model))
-    task = Task(assemble(model), rest, np.zeros(4), 2, 1, None, STEP, audit=False)
+    task = Task(assemble(model).system, rest, np.zeros(4), 2, 1, None, STEP, audit=False)
     own = StepMarch(task, tableau, fixed=True, held=False)
     own.advance(STEPS)
     basis = own.problem.flow.coordinates.basis

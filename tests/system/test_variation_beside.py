@@ -18,7 +18,7 @@ def ends(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) 
     """End state (deflections, velocities, stretches) from a start."""
     start = {"angle": angle.tolist(), "velocity": velocity.tolist()}
     run = gr.simulate(model, cycles=cycles, samples_per_cycle=8, discard=0, initial=start, audit=False)
-    system = assemble(model)
+    system = assemble(model).system
     basis = relative_coordinates(system).basis
     last, beside = run.trajectory, run.trajectory.companions
     held = np.zeros(0) if beside is None else beside.stretch[-1, list(system.memories)]
@@ -31,7 +31,7 @@ def switches(run: gr.Run) -> int:
 
 def hold_gradient(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> int:
     """Compare column by column, steps halved until both sides switch alike; return the switches passed."""
-    coordinates = relative_coordinates(assemble(model))
+    coordinates = relative_coordinates(assemble(model).system)
     count = len(coordinates.elements)
     _, run = ends(model, angle, velocity, cycles)
     matrix = run.flow_gradient.values

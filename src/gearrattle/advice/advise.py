@@ -27,7 +27,7 @@ from gearrattle.advice.lumping import lumping_line
 from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
-from gearrattle.assembly import assemble, left_out, name_plate, unsteady
+from gearrattle.assembly import assemble, left_out, unsteady
 from gearrattle.calls.reduce import band_end
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
@@ -83,8 +83,8 @@ def advise(
 
     if up_to is not None:
         band_end(model, up_to)
-    system = assemble(model)
-    plate, rest = name_plate(model, system), named_equilibrium(model, system)[1]
+    driveline = assemble(model)
+    system, layout, rest = driveline.system, driveline.layout, named_equilibrium(driveline)[1]
     pilot, response = fly(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
     pilot.run.variation.follow(stage(1))
     lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.companions
@@ -96,14 +96,14 @@ def advise(
         lumping,
         scaling_line(model),
         stiffness_line(model, pilot),
-        clearances_line(plate, response, pilot, left_out(model)),
+        clearances_line(layout, response, pilot, left_out(model)),
         ratios,
         algorithm_line(planned, pilot, quiet=quiet),
         cost_line(pilot),
         predictability_line(pilot),
     )
     stage(5)(1.0)
-    return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(plate, response)))
+    return Advice(model.name, lines, (*pilot.forecasts(), *linear_forecasts(layout, response)))
 
 
 def _refuse_unsteady(model: Model) -> None:

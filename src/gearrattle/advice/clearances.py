@@ -20,17 +20,17 @@ from gearrattle.trajectory import Layout
 LINEAR = "linear response"
 
 
-def linear_forecasts(plate: Layout, found: Excursions) -> list[Forecast]:
+def linear_forecasts(layout: Layout, found: Excursions) -> list[Forecast]:
     """Whether the linear response crosses any corner of a clearance; on which sides, it knows badly."""
     return [
         Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
-        for name, used in zip(plate.clearance_names, found.used.tolist(), strict=True)
+        for name, used in zip(layout.clearance_names, found.used.tolist(), strict=True)
     ]
 
 
-def clearances_line(plate: Layout, found: Excursions, pilot: Pilot, beside: tuple[str, ...] = ()) -> Line:
+def clearances_line(layout: Layout, found: Excursions, pilot: Pilot, beside: tuple[str, ...] = ()) -> Line:
     """Regimes as the pilot has them; the linear response beside, and what that leaves out."""
-    names, shown = plate.clearance_names, pilot.of("regime")
+    names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
         return Line("clearances", "There are none: the driveline is linear.")
     moving = {name: regime for name, regime in shown.items() if regime != "quiet"}

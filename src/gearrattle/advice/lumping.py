@@ -25,8 +25,8 @@ def lumping_line(
     model: Model, pilot: Pilot, up_to: float | str | None = None, progress: Callable[[float], None] | None = None
 ) -> Line:
     """Try the lumping for a band, by default that of the torques' orders, and fly the smaller model too."""
-    plate = pilot.run.trajectory.layout
-    why, end = _band(model, plate.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
+    layout = pilot.run.trajectory.layout
+    why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
     try:
         found = reduce(model, end)
@@ -35,7 +35,7 @@ def lumping_line(
     if not found.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
     merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in found.groups.items())
-    bodies = f"{counted(len(plate.inertia_names), 'body', 'bodies')} become {len(found.model.inertias)}"
+    bodies = f"{counted(len(layout.inertia_names), 'body', 'bodies')} become {len(found.model.inertias)}"
     off = found.error
     why = (
         *why,

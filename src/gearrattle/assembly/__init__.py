@@ -1,4 +1,4 @@
-"""The one place that knows both wings: a model in words becomes a piecewise system and its name plate."""
+"""The one place that knows both wings: a model in words becomes a ``Driveline``, its piecewise system and layout."""
 
 from gearrattle.assembly.deflections import deflection, deflection_rate
 from gearrattle.assembly.drive_torque import drive_torque
@@ -9,10 +9,11 @@ from gearrattle.assembly.period import CommonPeriod, common_period, period_of
 from gearrattle.assembly.prescribed import free_names, free_of, moved, places, whole, whole_trajectory
 from gearrattle.assembly.signals import check_length, default_cycles, ramp_of, signals_of
 from gearrattle.assembly.steady import refuse_motions, refuse_unsteady, steady, unsteady
-from gearrattle.assembly.system import assemble, name_plate
+from gearrattle.assembly.system import Driveline, assemble
 
 __all__ = [
     "CommonPeriod",
+    "Driveline",
     "assemble",
     "check_length",
     "common_period",
@@ -29,7 +30,6 @@ __all__ = [
     "moved",
     "must_keep_bodies",
     "must_stay_level",
-    "name_plate",
     "period_of",
     "places",
     "ramp_of",

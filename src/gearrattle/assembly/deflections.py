@@ -30,7 +30,7 @@ def deflection_rate(model: Model, trajectory: Trajectory, element: int) -> Array
 
 def _less_error(model: Model, time: Array, moved: Array, element: int, *, derivative: int) -> Array:
     """What an element sees of its bodies, less its error: harmonics, and what moves as prescribed."""
-    system = assemble(model)
+    system = assemble(model).system
     inputs, signals = system.inputs, system.signals
     seen = moved[:, free_of(model)] @ system.rows[element]
     omega = 2.0 * np.pi * inputs.cycles / inputs.period

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.model import Model
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 
 _LARGEST_DENOMINATOR = 64
 _SAME = 1e-9
@@ -56,7 +56,7 @@ def common_period(omega: float, orders: list[float]) -> CommonPeriod:
     return CommonPeriod(fundamental / float(common), as_given, cycles, (), float(common))
 
 
-@remembered(8)
+@kept
 def period_of(model: Model) -> CommonPeriod:
     """The common period of torques, errors of elements and alternating meshes; in a sweep that of its first speed."""
     orders = [h.order for t in model.torques for h in t.harmonics]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.splines import Recorded, mean, spline
 from gearrattle.model import Model, Motion
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.channels import Channel
 from gearrattle.trajectory import Trajectory
 
@@ -37,7 +37,7 @@ def free_names(model: Model) -> tuple[str, ...]:
     return tuple(model.inertias[i].name for i in free_of(model))
 
 
-@remembered(8)
+@kept
 def angle_of(motion: Motion) -> Channel:
     """The angle over the time of the run, from zero on [rad]."""
     record = spline(motion.signal)
@@ -52,7 +52,7 @@ def angle_of(motion: Motion) -> Channel:
     return Channel(record.knots, coefficients)
 
 
-@remembered(8)
+@kept
 def specified_angle(motion: Motion) -> Recorded:
     """The same angle as it is specified."""
     record, about = spline(motion.signal), motion.about

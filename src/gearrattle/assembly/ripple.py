@@ -19,12 +19,12 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.equilibrium import Runaway, equilibrium
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 
 
-@remembered(8)
+@kept
 def load_ripples(model: Model) -> Mapping[str, tuple[Harmonic, ...]]:
     """Return the torques on the driving shafts, amplitude sin(order Omega t + phase) [N m], by body.
 

@@ -99,7 +99,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
 
     Args:
         trajectory: the motion of ``dimensionless(model, scales)``.
-        layout: the SI model's name plate.
+        layout: names and constants of the SI model.
         scales: what counted as one.
     """
     unit, log, cost = scales.units(), trajectory.events, trajectory.cost

@@ -27,7 +27,7 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Harmonic, Model
 from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.channels import Channel, joined
 from gearrattle.system.phase import Ramp
 from gearrattle.system.run_up import Sound, Tone, TooLong, channels
@@ -60,7 +60,7 @@ class _Part(NamedTuple):
     error: Array
 
 
-@remembered(8)
+@kept
 def signals_of(model: Model) -> Signals | None:
     """All inputs that are no harmonics of one speed.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.model import Signal
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.channels import Channel
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Recorded:
         return np.zeros(np.shape(time))
 
 
-@remembered(8)
+@kept
 def through(signal: Signal) -> CubicSpline:
     """The spline through a record's points, before its scale, in the record's own time."""
     from scipy.interpolate import CubicSpline
@@ -75,7 +75,7 @@ def through(signal: Signal) -> CubicSpline:
     return CubicSpline(signal.time, signal.value, bc_type="not-a-knot")
 
 
-@remembered(8)
+@kept
 def spline(signal: Signal) -> Channel:
     """The signal over the time of the run: 0 is its ``start`` [s, SI]."""
     whole = Channel(signal.time, np.ascontiguousarray(through(signal).c[::-1].T) * signal.scale)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.prescribed import free_names, free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.model import Model
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.slices import slices
 from gearrattle.system.flow import Flow, Pieces, flow_of
 from gearrattle.system.series import Rows, Series
@@ -30,10 +30,10 @@ BoolArray = NDArray[np.bool_]
 _MOST_KEPT = 4_000_000  # numbers of a motion's states, 32 MB: more are made anew for each question
 
 
-@remembered(8)
+@kept
 def _engine(model: Model) -> tuple[Flow, dict[tuple[Pieces, float], Series]]:
     """The flow of a driveline, and the series of its regions that were made so far."""
-    return flow_of(assemble(model)), {}
+    return flow_of(assemble(model).system), {}
 
 
 class Between:

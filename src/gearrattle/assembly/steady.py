@@ -12,7 +12,7 @@ from typing import Any
 from gearrattle.assembly.means import mean_torque
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 
 
 def unsteady(model: Model) -> tuple[str, ...]:
@@ -24,7 +24,7 @@ def unsteady(model: Model) -> tuple[str, ...]:
     return tuple(told)
 
 
-@remembered(8)
+@kept
 def steady(model: Model) -> Model:
     """The model at one speed under harmonics and means; itself if it is that already."""
     changes: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Model -> piecewise system, and its name plate.
+"""A model in words becomes a ``Driveline``: its piecewise system, and the names by which motions are read.
 
 Elements stand in the order of ``Model.elements``; an inertia of prescribed motion has no column. A drag torque
 is a mean torque of the opposite sign; a harmonic a sin(order Omega t + phase) becomes its sine and cosine parts. Along
@@ -7,6 +7,7 @@ a sweep of the speed there are no harmonics: all of them are signals.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
@@ -20,13 +21,13 @@ from gearrattle.assembly.prescribed import free_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.signals import signals_of
 from gearrattle.model import GROUND, Harmonic, Model
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.clock import Clock
 from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.trajectory import Layout
 
 
-@remembered(8)
+@kept
 def companions(model: Model) -> tuple[Named, ...]:
     """Everything beside the laws, in element order."""
     period, found = period_of(model).period, list[Named]()
@@ -44,9 +45,29 @@ def _clock(model: Model) -> Clock | None:
     return clock_of(model, places)
 
 
-@remembered(8)
-def assemble(model: Model) -> PiecewiseSystem:
-    """Write the model as one piecewise-linear system [SI, or the model's own dimensionless units]."""
+@dataclass(frozen=True, eq=False)
+class Driveline:
+    """A model, the system it stands for, and the names of what moves.
+
+    Attributes:
+        model: the driveline in words.
+        system: J q'' + D q' + W^T F = T, piecewise linear [SI, or the model's own dimensionless units].
+        layout: names and constants by which a trajectory of the system is judged.
+    """
+
+    model: Model
+    system: PiecewiseSystem
+    layout: Layout
+
+
+@kept
+def assemble(model: Model) -> Driveline:
+    """Write the model as one piecewise-linear system; made once, and kept on the model."""
+    system = _system(model)
+    return Driveline(model, system, _layout(model, system))
+
+
+def _system(model: Model) -> PiecewiseSystem:
     elements, names = model.elements, [inertia.name for inertia in model.inertias]
     common, swept = period_of(model), model.excitation.sweep is not None
     size, count = len(names), len(elements)
@@ -78,9 +99,7 @@ def _add(sine_cosine: np.ndarray[tuple[int], np.dtype[np.float64]], harmonic: Ha
     sine_cosine += (harmonic.amplitude * cos(harmonic.phase), harmonic.amplitude * sin(harmonic.phase))
 
 
-@remembered(8)
-def name_plate(model: Model, system: PiecewiseSystem) -> Layout:
-    """Names and constants by which a trajectory of the system is judged."""
+def _layout(model: Model, system: PiecewiseSystem) -> Layout:
     elements, names = model.elements, [inertia.name for inertia in model.inertias]
     clearances = list(system.clearances)
     index = {**{name: i for i, name in enumerate(names)}, GROUND: -1}

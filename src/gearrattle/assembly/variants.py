@@ -156,14 +156,14 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
     columns = Columns(model, given, count)
     if load_ripples(model):  # of a mean load that the columns may change
         columns.good[:] = False
-    base = coefficients_of(assemble(model))
+    base = coefficients_of(assemble(model).system)
     common = period_of(model)
     out = Coefficients(*(np.repeat(array[None], count, axis=0) for array in base))
     _write_inertias(columns, out)
     _write_inputs(columns, out, {order: j for j, order in enumerate(common.orders)})
     _write_laws(columns, out)
     out.period[:, 0] = 2 * math.pi / columns.omega / common.turns
-    laws = assemble(model).laws
+    laws = assemble(model).system.laws
     limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
     for array, pattern in ((out.stiffness, base.stiffness), (out.corners, base.corners)):
         columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
@@ -215,7 +215,7 @@ def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
 def _write_laws(columns: Columns, out: Coefficients) -> None:
     """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
     first = 0
-    model, laws = columns.model, assemble(columns.model).laws
+    model, laws = columns.model, assemble(columns.model).system.laws
     for k, (element, law) in enumerate(zip(model.elements, laws, strict=True)):
         drive, coast = columns.sides(element)
         same = law.first_label == 1 - len(coast)

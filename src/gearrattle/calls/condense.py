@@ -126,8 +126,9 @@ def condense(
         problems.append(Problem("method", shown(method), rule, did_you_mean(method, REDUCTIONS)))
     if problems:
         raise ModelError(problems)
-    system = assemble(model)
-    request = requested(model, system, end, margin=margin, keep=keep)
+    driveline = assemble(model)
+    system = driveline.system
+    request = requested(driveline, end, margin=margin, keep=keep)
     subspace = REDUCTIONS[method](request)
     if subspace.size == 0:
         rule = "leaves no coordinate: there is no clearance, no torque and no rigid motion to keep"

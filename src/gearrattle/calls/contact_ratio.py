@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, left_out, name_plate, refuse_motions, steady, unsteady
+from gearrattle.assembly import assemble, left_out, refuse_motions, steady, unsteady
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.contact_ratios import ROUTES
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -72,9 +72,9 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_motions(model, "a forecast")
     left, model = unsteady(model), steady(model)
-    system = assemble(model)
-    named_equilibrium(model, system)
-    found, names = forecast(system, thorough=thorough), name_plate(model, system).clearance_names
+    driveline = assemble(model)
+    named_equilibrium(driveline)
+    found, names = forecast(driveline.system, thorough=thorough), driveline.layout.clearance_names
     if not found.points:
         raise ConvergenceError(
             f"equivalent linearisation found no fixed point in {found.searches} searches",

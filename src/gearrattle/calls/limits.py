@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 
-from gearrattle.assembly import free_names
+from gearrattle.assembly import Driveline, free_names
 from gearrattle.errors import ModelError, Problem
-from gearrattle.model import Model
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.wording import counted
 
@@ -16,16 +15,13 @@ _SHARE = 0.5  # of the machine's memory
 _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 
-def check_rates(model: Model, system: PiecewiseSystem) -> None:
+def check_rates(driveline: Driveline) -> None:
     """Refuse elements and drags whose own motion is too fast for double precision.
-
-    Args:
-        model: the driveline.
-        system: made of it.
 
     Raises:
         ModelError: naming every value, and the largest that is taken.
     """
+    model, system = driveline.model, driveline.system
     period, problems = system.inputs.period, []
     lightness = (system.rows**2 / system.inertia).sum(axis=1)
     for element, law, light in zip(model.elements, system.laws, lightness.tolist(), strict=True):

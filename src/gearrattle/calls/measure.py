@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean
@@ -153,7 +153,7 @@ def _heard_on_a_rig(
         speed = model.excitation.omega
     if orders is None:
         orders = [] if model is None else engine_orders(model).tolist()
-    layout = None if model is None else name_plate(model, assemble(model))
+    layout = None if model is None else assemble(model).layout
     return hear_recording(recording, layout, speed, orders)
 
 

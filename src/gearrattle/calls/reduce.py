@@ -13,6 +13,7 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import (
+    Driveline,
     assemble,
     free_names,
     left_out,
@@ -28,7 +29,6 @@ from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.reductions import Accuracy, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT, REASONS, Lumps, Refused, lump
-from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.wording import counted
 
 MARGIN = 2.0
@@ -79,15 +79,14 @@ def reduce(
         problems.append(Problem("excitation.sweep", "a sweep", rule, "set excitation.speed to the highest one"))
     if problems:
         raise ModelError(problems)
-    system = assemble(model)
-    request = requested(model, system, end, margin=margin, keep=keep, merge=merge)
+    request = requested(assemble(model), end, margin=margin, keep=keep, merge=merge)
     forced = tuple(dict.fromkeys(names.index(name) for name in merge))
     try:
         lumps = lump(request, forced=forced, level=must_stay_level(model), own=must_keep_bodies(model), limit=limit)
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
-    found = accuracy(request, lumps.grouping.basis, lumps.grouping.kept)
+    found = accuracy(request, lumps.grouping.basis, lumps.grouping.kept, lumps.error)
     if found.frequency_error > limit:
         raise ModelError(_too_much(found, lumps, names, limit))
     return _reduction(model, request, lumps, found, limit=limit, check=check)
@@ -109,8 +108,7 @@ def band_end(model: Model, up_to: str | float) -> float:
 
 
 def requested(
-    model: Model,
-    system: PiecewiseSystem,
+    driveline: Driveline,
     up_to: float,
     *,
     margin: float,
@@ -118,7 +116,7 @@ def requested(
     merge: Sequence[str] = (),
 ) -> Request:
     """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
-    names = [element.name for element in model.elements]
+    model, system, names = driveline.model, driveline.system, driveline.layout.element_names
     own = sorted({*system.clearances, *(each.element for each in system.companions)})
     kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gearrattle.assembly import assemble, name_plate, refuse_motions, steady
+from gearrattle.assembly import assemble, refuse_motions, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
@@ -47,7 +47,7 @@ class Nondimensional(Result):
             raise ModelError(Problem("run", f"one of {run.model.name!r}", rule, "simulate its .model"))
         settings = dimensional(run.model, self.scales).to_tables().get("simulation", {})
         used = self.original.with_simulation(settings)
-        return Run(restored(run.trajectory, name_plate(used, assemble(used)), self.scales), used)
+        return Run(restored(run.trajectory, assemble(used).layout, self.scales), used)
 
 
 def nondimensionalize(
@@ -78,8 +78,8 @@ def nondimensionalize(
     if problems:
         raise ModelError(problems)
     refuse_motions(model, "nondimensionalisation")
-    system = assemble(steady(model))
-    plate = name_plate(model, system)
-    scales = characteristic(system, plate.is_mesh, frequency or plate.omega, length, radius)
-    named = coefficients(system, plate.is_mesh, plate.orders, plate.omega, scales)
+    driveline = assemble(steady(model))
+    system, layout = driveline.system, driveline.layout
+    scales = characteristic(system, layout.is_mesh, frequency or layout.omega, length, radius)
+    named = coefficients(system, layout.is_mesh, layout.orders, layout.omega, scales)
     return Nondimensional(model, dimensionless(model, scales), named, scales)

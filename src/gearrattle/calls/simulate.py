@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import (
+    Driveline,
     assemble,
     check_length,
     component_notes,
     free_of,
     moved,
-    name_plate,
     period_of,
     places,
-    rows_of,
     whole_trajectory,
 )
 from gearrattle.calls.limits import check_memory, check_rates
@@ -27,7 +26,6 @@ from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model, check_model
 from gearrattle.results import Run
-from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Layout, Trajectory
 
 if TYPE_CHECKING:
@@ -95,7 +93,7 @@ class Plan:
     Attributes:
         model: the model with every setting filled in.
         task: what to integrate.
-        layout: name plate of the driveline.
+        layout: names and constants of the driveline.
         algorithm: a key of ``SOLVERS``.
         discard: cycles criteria leave out.
         notes: what must be noted before anything has moved.
@@ -131,36 +129,34 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
     assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
-    source = model if model.excitation.sweep is None else used  # signals end with the run
-    system = assemble(source)
+    driveline = assemble(model if model.excitation.sweep is None else used)  # signals end with the run
     check_length(model, settings.cycles * period_of(model).period)
-    check_takes(model, system, settings.algorithm)
-    check_rates(model, system)
-    angle, velocity, notes = _start(used, model, system)
+    check_takes(driveline, settings.algorithm)
+    check_rates(driveline)
+    angle, velocity, notes = _start(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
-    task = Task(system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
+    task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
     notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *notes)
-    return Plan(used, task, name_plate(model, system), settings.algorithm, settings.discard, notes)
+    return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, notes)
 
 
-def check_takes(model: Model, system: PiecewiseSystem, algorithm: str) -> None:
+def check_takes(driveline: Driveline, algorithm: str) -> None:
     """Refuse a model that only ``exact`` takes to another algorithm.
 
     Raises:
         ModelError: friction, clipped contact damping, a torque over time or a sweep.
     """
-    if algorithm != "exact" and (reason := needs_exact(model)):
+    if algorithm != "exact" and (reason := needs_exact(driveline)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
-        raise ModelError(Problem("algorithm", algorithm, reason, remedy if system.companions else ""))
+        raise ModelError(Problem("algorithm", algorithm, reason, remedy if driveline.system.companions else ""))
 
 
-def needs_exact(model: Model) -> str:
+def needs_exact(driveline: Driveline) -> str:
     """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
-    system = assemble(model)
-    if system.companions:
-        name = name_plate(model, system).companion_names[0]
+    if driveline.system.companions:
+        name = driveline.layout.companion_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
-    return "" if system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
+    return "" if driveline.system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
 
 
 def _sweep_notes(model: Model) -> tuple[str, ...]:
@@ -172,22 +168,24 @@ def _sweep_notes(model: Model) -> tuple[str, ...]:
     return (f"{span}: cycles, order lines and rates per cycle refer to the first speed.",)
 
 
-def _start(used: Model, model: Model, system: PiecewiseSystem) -> tuple[Array, Array, tuple[str, ...]]:
-    """Angles, velocities and notes of the initial state; ``used`` has the settings, ``model`` is as handed in."""
-    initial = used.simulation.initial
+def _start(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """Angles, velocities and notes of the initial state."""
+    system = driveline.system
     if isinstance(initial, Initial):
-        free = free_of(model)
+        free = free_of(driveline.model)
         return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
     if initial == "zero":
         return np.zeros(system.size), np.zeros(system.size), ()
-    named, rest = named_equilibrium(model, system)
-    return rest.angle, _carried_along(model, system), named.notes
+    named, rest = named_equilibrium(driveline)
+    return rest.angle, _carried_along(driveline), named.notes
 
 
-def _carried_along(model: Model, system: PiecewiseSystem) -> Array:
+def _carried_along(driveline: Driveline) -> Array:
     """Velocities with which everything turns with the inertias of prescribed motion, no element deflecting."""
+    model, system = driveline.model, driveline.system
     if not model.motions:
         return np.zeros(system.size)
-    size = np.linalg.norm(rows_of(model), axis=1)[:, None]
-    forced = rows_of(model)[:, places(model)] @ moved(model, np.zeros(1), 1)[0]
+    rows = driveline.layout.rows
+    size = np.linalg.norm(rows, axis=1)[:, None]
+    forced = rows[:, places(model)] @ moved(model, np.zeros(1), 1)[0]
     return np.asarray(np.linalg.lstsq(system.rows / size, -forced / size[:, 0], rcond=None)[0])

@@ -9,13 +9,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, free_names, left_out, whole
+from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.linear import modes as modal
 from gearrattle.model import Model, check_model
 from gearrattle.result import Result
 from gearrattle.system import equilibrium as statics
-from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 
@@ -132,11 +131,6 @@ def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, f
     return {names[k]: float(shares[k]) for j, k in enumerate(order) if j == 0 or shares[k] >= least}
 
 
-def element_names(model: Model) -> list[str]:
-    """Names of all elements, in their order."""
-    return [element.name for element in model.elements]
-
-
 def equilibrium(model: Model) -> Equilibrium:
     """Static equilibrium under the mean loads, transmission errors at zero.
 
@@ -150,12 +144,12 @@ def equilibrium(model: Model) -> Equilibrium:
         ModelError: an element of zero last slope cannot carry its load; it is named.
     """
     check_model(model)
-    return named_equilibrium(model, assemble(model))[0]
+    return named_equilibrium(assemble(model))[0]
 
 
-def named_equilibrium(model: Model, system: PiecewiseSystem) -> tuple[Equilibrium, statics.Equilibrium]:
+def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
     """The same with names, and as the mathematics has it."""
-    names = element_names(model)
+    model, system, names = driveline.model, driveline.system, driveline.layout.element_names
     try:
         rest = statics.equilibrium(system)
     except statics.Runaway as runaway:
@@ -204,8 +198,8 @@ def modes(
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
     check_model(model)
-    system = assemble(model)
-    data = modal.modes(system, *slopes(model, system, contact_ratio, region, with_damping=with_damping))
+    driveline = assemble(model)
+    data = modal.modes(driveline.system, *slopes(driveline, contact_ratio, region, with_damping=with_damping))
     sources, excitation = _excitation(model, data)
     return Modes(
         model=model,
@@ -213,11 +207,11 @@ def modes(
         damping_ratios=data.damping_ratios,
         shapes=data.shapes,
         inertia_names=free_names(model),
-        element_names=tuple(element_names(model)),
+        element_names=driveline.layout.element_names,
         modal_inertia=data.modal_inertia,
         strain_energy=data.strain_energy,
         kinetic_energy=data.kinetic_energy,
-        participation=data.kinetic_energy / system.inertia[:, None],
+        participation=data.kinetic_energy / driveline.system.inertia[:, None],
         sources=sources,
         excitation=excitation,
         notes=left_out(model),
@@ -240,15 +234,14 @@ def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], A
 
 
 def slopes(
-    model: Model,
-    system: PiecewiseSystem,
+    driveline: Driveline,
     contact_ratio: Mapping[str, float] | None,
     region: Mapping[str, int] | None,
     *,
     with_damping: bool = False,
 ) -> tuple[Array, Array]:
     """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
-    names = element_names(model)
+    names, system = driveline.layout.element_names, driveline.system
     contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
     problems = [
         Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearrattle.assembly import assemble
 from gearrattle.calls.simulate import needs_exact, prepare
 from gearrattle.calls.stiffness import RegionStiffness
 from gearrattle.model import Model
@@ -50,7 +51,7 @@ def step_limits(
     from gearrattle.solvers.one_step import FixedStep
     from gearrattle.solvers.stability import largest_stable_step
 
-    if needs_exact(model):
+    if needs_exact(assemble(model)):
         return ()
     values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]
     every = np.hstack(values)

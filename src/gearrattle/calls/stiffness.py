@@ -11,8 +11,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, left_out, name_plate
-from gearrattle.calls.statics import element_names, slopes
+from gearrattle.assembly import Driveline, assemble, left_out
+from gearrattle.calls.statics import slopes
 from gearrattle.linear.conditioning import conditions
 from gearrattle.linear.stiffness import Eigenvalues, StiffnessClass, most_regions
 from gearrattle.linear.stiffness import eigenvalues as eigenvalues_of
@@ -22,7 +22,6 @@ from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions
 from gearrattle.system.characteristic import characteristic
 from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.trajectory import Layout
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]
@@ -73,20 +72,21 @@ def stiffness(
         ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
     """
     check_model(model)
-    system = assemble(model)
-    slope, damping = slopes(model, system, contact_ratio, region, with_damping=with_damping)
-    found = eigenvalues_of(system, slope, damping)
-    condition = conditions(system, slope, damping, _formulations(system, name_plate(model, system)))
+    driveline = assemble(model)
+    slope, damping = slopes(driveline, contact_ratio, region, with_damping=with_damping)
+    found = eigenvalues_of(driveline.system, slope, damping)
+    condition = conditions(driveline.system, slope, damping, _formulations(driveline))
     return Stiffness(
         model, found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition, left_out(model)
     )
 
 
-def _formulations(system: PiecewiseSystem, plate: Layout) -> dict[str, tuple[Array, float]]:
+def _formulations(driveline: Driveline) -> dict[str, tuple[Array, float]]:
     """Unit of every angle and of frequency, by formulation; a body without a gear has the radius R_c."""
-    scales = characteristic(system, plate.is_mesh, plate.omega)
+    system, layout = driveline.system, driveline.layout
+    scales = characteristic(system, layout.is_mesh, layout.omega)
     geared = np.zeros(system.size)
-    for row in np.abs(system.rows[plate.is_mesh])[::-1]:  # the first mesh a body is in counts
+    for row in np.abs(system.rows[layout.is_mesh])[::-1]:  # the first mesh a body is in counts
         geared = np.where(row > 0.0, row, geared)
     along = scales.length / np.where(geared > 0.0, geared, scales.radius)
     torsional = np.full(system.size, scales.angle)
@@ -118,9 +118,9 @@ def r_lambda_over(
     Raises:
         ModelError: as ``stiffness``.
     """
-    system, fixed = assemble(model), dict(contact_ratio or {})
-    states = [slopes(model, system, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
-    return np.array([eigenvalues_of(system, *state).r_lambda for state in states])
+    driveline, fixed = assemble(model), dict(contact_ratio or {})
+    states = [slopes(driveline, {**fixed, element: r}, None, with_damping=with_damping) for r in ratios]
+    return np.array([eigenvalues_of(driveline.system, *state).r_lambda for state in states])
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,8 @@ def regions(model: Model) -> tuple[list[RegionStiffness], str]:
         The regions, and a note where there are too many: then only those with one clearance outside its centre and
         those with all at their centre or in their last stage.
     """
-    system, names = assemble(model), element_names(model)
+    driveline = assemble(model)
+    system, names = driveline.system, driveline.layout.element_names
     kinds = [_kinds(system, k) for k in range(len(names))]
     note = ""
     most = most_regions(len(names) + system.size)
@@ -208,7 +209,8 @@ def regions_visited(run: Run, progress: Callable[[float], None] | None = None) -
     Raises:
         ModelError: no cycle left after the discarded ones.
     """
-    system, names, dwell = assemble(run.model), element_names(run.model), dwell_of_regions(run.trajectory)
+    system, names = assemble(run.model).system, run.trajectory.layout.element_names
+    dwell = dwell_of_regions(run.trajectory)
     total, first = sum(dwell.values()), [law.first_label for law in system.laws]
     most = most_regions(len(names) + system.size)
     longest = sorted(dwell.items(), key=lambda item: -item[1])[:most]

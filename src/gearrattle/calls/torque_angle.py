@@ -77,7 +77,7 @@ def torque_angle(
     if element not in names:
         rule = f"there is no such coupling; there are {', '.join(names) or 'none'}"
         raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, names)))
-    k, system = names.index(element), assemble(model)
+    k, system = names.index(element), assemble(model).system
     law = system.laws[k]
     sliders = [each for each in system.companions if each.element == k and each.remembers]
     ends = _ends(law, sliders)

@@ -47,7 +47,7 @@ def check(model: Path, /, *, json: Json = False) -> None:
 
 def _content(model: Model) -> dict[str, Any]:
     """Say what is in a model."""
-    from gearrattle.assembly import assemble, name_plate
+    from gearrattle.assembly import assemble
 
     return {
         "name": model.name,
@@ -56,7 +56,7 @@ def _content(model: Model) -> dict[str, Any]:
         "couplings": [element.name for element in model.couplings],
         "meshes": [element.name for element in model.meshes],
         **({"planetary_sets": [p.name for p in model.planetaries]} if model.planetaries else {}),
-        "clearances": list(name_plate(model, assemble(model)).clearance_names),
+        "clearances": list(assemble(model).layout.clearance_names),
         "torques_on": [torque.on for torque in model.torques],
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),
         **({"records": found} if (found := _records(model)) else {}),

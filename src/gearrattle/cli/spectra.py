@@ -87,7 +87,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
         ModelError: settings for what is not simulated; a channel that a run does not have.
     """
     import gearrattle
-    from gearrattle.assembly import assemble, name_plate
+    from gearrattle.assembly import assemble
     from gearrattle.calls.sampled import column_of
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
@@ -95,7 +95,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     arguments = settings.arguments()
     if is_model(source):
         driveline = gearrattle.load(source)
-        layout = name_plate(driveline, assemble(driveline))
+        layout = assemble(driveline).layout
         for channel in channels:
             column_of(layout, channel)
         return lambda watch: gearrattle.simulate(driveline, **arguments, progress=watch)

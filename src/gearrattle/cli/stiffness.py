@@ -50,8 +50,8 @@ def stiffness(
         many, those it stays in longest.
     """
     import gearrattle
+    from gearrattle.assembly import assemble
     from gearrattle.calls.simulate import needs_exact
-    from gearrattle.calls.statics import element_names
     from gearrattle.calls.steps import step_limits
     from gearrattle.calls.stiffness import regions
     from gearrattle.cli.assignments import numbers
@@ -59,15 +59,16 @@ def stiffness(
     from gearrattle.report.stiffness import OverRatios, StiffnessPage
 
     driveline = gearrattle.load(model)
+    assembled = assemble(driveline)
     ratios = numbers("--contact-ratio", contact_ratio)
 
     def work(watch: Watch) -> StiffnessPage:
         found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
         met, note = _visited(driveline, watch) if visited else regions(driveline)
-        moving = [name for name in element_names(driveline) if name in met[0].labels]
+        moving = [name for name in assembled.layout.element_names if name in met[0].labels]
         grid = _over_ratios(driveline, moving, ratios, watch, with_damping=with_damping)
         limits = step_limits(driveline, met, number_or_text(step))
-        fixed = "" if limits else f"no fixed step is judged: {needs_exact(driveline)}"
+        fixed = "" if limits else f"no fixed step is judged: {needs_exact(assembled)}"
         return StiffnessPage(found, OverRatios(RATIOS, grid), met, limits, [*filter(None, (note, fixed))])
 
     emit("stiffness", work, output, json=json, inputs=[model])

@@ -38,14 +38,14 @@ def compare_coherence(
         ModelError: other driveline, other grid, too few samples, or harmonics outside the band.
     """
     same_grid(given, reference)
-    plate, window = reference.layout, cycles_beyond(reference, start)
+    layout, window = reference.layout, cycles_beyond(reference, start)
     mine, theirs = window.periodic(given.acceleration), window.periodic(reference.acceleration)
     return {
         name: coherence_at_harmonics(
             mine[:, i],
             theirs[:, i],
-            reference.samples_per_cycle / plate.period,
-            fundamental_order(reference) * plate.omega / (2.0 * np.pi),
+            reference.samples_per_cycle / layout.period,
+            fundamental_order(reference) * layout.omega / (2.0 * np.pi),
             ensembles=ensembles,
             points=points,
             harmonics=harmonics,
@@ -53,5 +53,5 @@ def compare_coherence(
             anti_alias=anti_alias,
             taper=taper,
         )
-        for i, name in enumerate(plate.inertia_names)
+        for i, name in enumerate(layout.inertia_names)
     }

@@ -106,7 +106,7 @@ def side_by_side(
     shared = {key: value for key, value in grid.items() if value is not None}
     settled(model, {**shared, "tolerance": tolerance, "step": step})
     for algorithm in (reference, *(contender.algorithm for contender in everyone)):
-        check_takes(model, assemble(model), algorithm)
+        check_takes(assemble(model), algorithm)
     told = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
     result = run_one(model, judge, shared, float("inf"), told.next())

@@ -129,8 +129,8 @@ def compare_impacts(
 
 def default_reach(reference: Trajectory) -> float:
     """Return a quarter of the shortest excitation period [s]; a twentieth of T where nothing excites."""
-    plate = reference.layout
-    return float(0.5 * np.pi / (plate.omega * plate.orders.max())) if plate.orders.size else 0.05 * plate.period
+    layout = reference.layout
+    return float(0.5 * np.pi / (layout.omega * layout.orders.max())) if layout.orders.size else 0.05 * layout.period
 
 
 def _compare(
@@ -158,8 +158,8 @@ def _events(kind: Kind, trajectory: Trajectory) -> _Events:
     return _Events(log.time[rows], np.stack([which, corner, np.sign(to - origin)], axis=1))
 
 
-def _matched(plate_of: Trajectory, mine: _Events, theirs: _Events, end: float, reach: float) -> Iterator[Matches]:
-    layout = plate_of.layout
+def _matched(owner: Trajectory, mine: _Events, theirs: _Events, end: float, reach: float) -> Iterator[Matches]:
+    layout = owner.layout
     for clearance, corner, direction in np.unique(np.concatenate([mine.key, theirs.key]), axis=0).tolist():
         key = (clearance, corner, direction)
         a, b = (each.time[np.all(each.key == key, axis=1) & (each.time <= end + reach)] for each in (mine, theirs))

@@ -37,25 +37,25 @@ def nearby(motion: Trajectory, distance: float, direction: Array | None = None) 
         distance: of the clearance that differs most, in half-gaps.
         direction: (n,) how the angles move against each other; None: the inertia at the widest gap alone.
     """
-    plate, angle = motion.layout, motion.angle[0].copy()
-    elements = plate.clearance if plate.clearance.size else np.arange(len(plate.element_names))
+    layout, angle = motion.layout, motion.angle[0].copy()
+    elements = layout.clearance if layout.clearance.size else np.arange(len(layout.element_names))
     size = deflection_scale(motion, motion.time.size)
-    if not plate.clearance.size:
-        size = np.max(np.abs(_deflections(plate, motion.angle)), axis=0)
+    if not layout.clearance.size:
+        size = np.max(np.abs(_deflections(layout, motion.angle)), axis=0)
     if direction is None:
         direction = np.zeros(angle.size)
         if elements.size:
-            direction[plate.between[elements[int(np.argmax(size))]].max()] = 1.0  # -1 is ground
-    moved = np.abs(_deflections(plate, direction)[elements])
+            direction[layout.between[elements[int(np.argmax(size))]].max()] = 1.0  # -1 is ground
+    moved = np.abs(_deflections(layout, direction)[elements])
     largest = np.max(np.divide(moved, size, out=np.zeros_like(moved), where=size > 0.0), initial=0.0)
     if largest > 0.0:
         angle += direction * distance / largest
     return {"angle": angle.tolist(), "velocity": motion.velocity[0].tolist()}
 
 
-def _deflections(plate: Layout, angle: Array) -> Array:
+def _deflections(layout: Layout, angle: Array) -> Array:
     """(..., m) of every element from angles (..., n), without transmission error [rad or m]."""
-    return np.asarray(angle @ plate.rows.T)
+    return np.asarray(angle @ layout.rows.T)
 
 
 def exact_portraits(

@@ -26,7 +26,7 @@ class Portrait:
     """The statistics of a motion over whole cycles.
 
     Attributes:
-        layout: its name plate, for names and units.
+        layout: of its driveline, for names and units.
         start, end: of these cycles [s].
         cycles: how many.
         deflection: (K,) rms of every clearance's deflection [rad or m].
@@ -67,15 +67,15 @@ def portrait(trajectory: Trajectory, start: float | None = None) -> Portrait:
     Raises:
         ModelError: no whole cycle left, or too few samples in one for a spectrum.
     """
-    plate, window = trajectory.layout, cycles_beyond(trajectory, start)
+    layout, window = trajectory.layout, cycles_beyond(trajectory, start)
     acceleration = window.closed(trajectory.acceleration)
     impacts = find_impacts(trajectory)
-    found = [impacts.of(k).within(window) for k in range(len(plate.corners))]
+    found = [impacts.of(k).within(window) for k in range(len(layout.corners))]
     ratio = ratios(trajectory, min(CYCLES, window.cycles))
     known = [each.impulse[~each.censored & np.isfinite(each.impulse)] for each in found]
-    spectrum = psd(window.periodic(trajectory.acceleration), plate.period, trajectory.samples_per_cycle)
+    spectrum = psd(window.periodic(trajectory.acceleration), layout.period, trajectory.samples_per_cycle)
     return Portrait(
-        layout=plate,
+        layout=layout,
         start=window.start,
         end=window.end,
         cycles=window.cycles,
@@ -101,6 +101,6 @@ def _loudest(trajectory: Trajectory, signal: Array) -> Array:
 
 def _strain(trajectory: Trajectory) -> Array:
     """(n,) the largest sum of the magnitudes of the elements' torques on each inertia, over J [rad/s^2]."""
-    plate = trajectory.layout
+    layout = trajectory.layout
     largest = np.max(np.abs(trajectory.element_torque), axis=0, initial=0.0)
-    return np.asarray((largest / plate.radii[:, 0]) @ np.abs(plate.rows) / plate.inertia)
+    return np.asarray((largest / layout.radii[:, 0]) @ np.abs(layout.rows) / layout.inertia)

@@ -118,20 +118,20 @@ def compare_statistics(
         units: "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
     everyone = (given, *exact)
-    plate = given.layout
-    clearances, inertias = plate.clearance_names, plate.inertia_names
-    metres = [plate.is_mesh[element] for element in plate.clearance]
+    layout = given.layout
+    clearances, inertias = layout.clearance_names, layout.inertia_names
+    metres = [layout.is_mesh[element] for element in layout.clearance]
     rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
     ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
     if units != "SI":
         rad, impulse, shaking = ["1"] * len(metres), ["1"] * len(metres), ones
     moved = NEGLIGIBLE * np.max([each.largest_deflection for each in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([each.largest_acceleration for each in exact], axis=0)
-    tr_rms, tr_peak = _referred(shaken, exact, plate.reference)
+    tr_rms, tr_peak = _referred(shaken, exact, layout.reference)
 
     def numbers(quantity: str, field: str, names: Sequence[str], units: Sequence[str], least: Array) -> Iterator[Item]:
         for i, name in enumerate(names):
-            if quantity.startswith("TR") and i == plate.reference:
+            if quantity.startswith("TR") and i == layout.reference:
                 continue  # its own is 1
             values = np.array([getattr(each, field)[i] for each in everyone])
             explained = None if floor is None else (getattr(floor.reference, field)[i], getattr(floor, field)[i])

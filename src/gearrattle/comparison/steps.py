@@ -54,7 +54,7 @@ def fixed_step_of(model: Model, algorithm: str, truth: Run, asked: float | str |
     if not isinstance(solver, FixedStep):
         return None
     used = settled(model, {"step": asked})
-    return solver.step_of(Task(assemble(model), t.angle[0], t.velocity[0], 1, 1, None, used.simulation.step))
+    return solver.step_of(Task(assemble(model).system, t.angle[0], t.velocity[0], 1, 1, None, used.simulation.step))
 
 
 def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], truth: Run) -> dict[str, float]:
@@ -75,7 +75,7 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
     step = fixed_step_of(model, contender.algorithm, truth, asked)
     if step is None or not isinstance(solver, FixedStep):
         return {}
-    system, t = assemble(model), truth.trajectory
+    system, t = assemble(model).system, truth.trajectory
     flow, first = flow_of(system), t.layout.region_of_first_piece
     pieces = [0] * len(system.laws)
     for k, label in zip(system.clearances, t.initial_region - first, strict=True):

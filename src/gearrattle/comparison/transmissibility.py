@@ -89,13 +89,13 @@ def compare_transmissibility(
         ModelError: other driveline, other grid, or no cycle left.
     """
     same_grid(given, reference)
-    plate = reference.layout
+    layout = reference.layout
     mine, theirs = (ratios(each, cycles, harmonics) for each in (given, reference))
-    fundamental = fundamental_order(reference) * plate.omega / (2.0 * np.pi)
+    fundamental = fundamental_order(reference) * layout.omega / (2.0 * np.pi)
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     return TransmissibilityComparison(
-        inertias=plate.inertia_names,
-        distance=elements_from(plate, plate.reference),
+        inertias=layout.inertia_names,
+        distance=elements_from(layout, layout.reference),
         frequency=frequency,
         given=mine,
         reference=theirs,
@@ -132,11 +132,11 @@ def ratios(trajectory: Trajectory, cycles: int = CYCLES, harmonics: int = HARMON
     Raises:
         ModelError: no cycle left.
     """
-    plate, window = trajectory.layout, last_cycles(trajectory, cycles)
+    layout, window = trajectory.layout, last_cycles(trajectory, cycles)
     acceleration = window.closed(trajectory.acceleration)
-    periods = round(window.cycles * plate.period * fundamental_order(trajectory) * plate.omega / (2.0 * np.pi))
+    periods = round(window.cycles * layout.period * fundamental_order(trajectory) * layout.omega / (2.0 * np.pi))
     level = band_rms(window.periodic(trajectory.acceleration), max(1, periods), harmonics)
-    return Ratios(*(_over(part, plate.reference) for part in (rms(acceleration), peak_to_peak(acceleration), level)))
+    return Ratios(*(_over(part, layout.reference) for part in (rms(acceleration), peak_to_peak(acceleration), level)))
 
 
 def _over(level: Array, reference: int) -> Array:

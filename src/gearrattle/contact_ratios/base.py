@@ -9,7 +9,7 @@ largest of its law. Its three routes lead to *two different quantities*, told ap
 They agree for a Gaussian delta (J. J. Bussgang 1952, MIT RLE Tech. Rep. 216) and for no other shape in general: a sine
 of amplitude 2 b in a gap of half-width b has 0.667 and 0.391.
 
-Takes a name plate or a law; gives arrays and the record ``ContactRatio``.
+Takes a layout or a law; gives arrays and the record ``ContactRatio``.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def without_error(route: str, quantity: str, value: Array, notes: tuple[str, ...
 
 
 def law_of(layout: Layout, clearance: int) -> PiecewiseLaw:
-    """Return the law of one clearance from the name plate, without its preload: f(0) = 0."""
+    """Return the law of one clearance from the layout, without its preload: f(0) = 0."""
     corners, slope = layout.corners[clearance], layout.stiffness_of_piece[clearance]
     offset = np.concatenate([[0.0], np.cumsum((slope[:-1] - slope[1:]) * corners)])
     offset -= offset[np.searchsorted(corners, 0.0, side="right")]

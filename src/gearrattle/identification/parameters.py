@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
-from gearrattle.calls.statics import element_names, slopes
+from gearrattle.calls.statics import slopes
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.measured import State
 from gearrattle.model import Model
@@ -149,7 +149,7 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
             raise ModelError(Problem(f"free: {path}", f"{value:g}", rule, "leave it out of free"))
         exponents.append(found)
     by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
-    names = element_names(model)
+    names = assemble(model).layout.element_names
     held = [names.index(name) for name in state.rigid]
     stiffness, damping = base[2].copy(), base[3].copy()
     stiffness[held] = damping[held] = 0.0
@@ -218,8 +218,9 @@ def _bounds(model: Model, path: str, given: tuple[Any, Any], start: float) -> tu
 
 def _values(model: Model, state: State) -> tuple[Array, Array, Array, Array, Array]:
     """Return J, d, k, c and W of a state."""
-    system = assemble(model)
-    stiffness, damping = slopes(model, system, dict(state.contact_ratio), dict(state.region))
+    driveline = assemble(model)
+    system = driveline.system
+    stiffness, damping = slopes(driveline, dict(state.contact_ratio), dict(state.region))
     return system.inertia, system.drag, stiffness, damping, system.rows
 
 

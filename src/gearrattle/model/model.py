@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -29,6 +28,7 @@ from gearrattle.model.signal import FOLDER, STORED, Points, Signal
 from gearrattle.model.simulation import Simulation
 from gearrattle.model.table import Breach, Table, did_you_mean, listed, shown
 from gearrattle.model.writing import toml_text
+from gearrattle.remember import kept
 
 
 class Model(Table):
@@ -86,16 +86,15 @@ class Model(Table):
             only = ("schema",) if is_newer_schema(tables.get("schema")) else ()
             raise model_error(error, tables, positions or Positions(), only) from None
 
-    @cached_property
+    @property
     def components(self) -> Mapping[str, Component]:
         """All components by their path in the file, such as "coupling.clutch", in element order."""
-        tables = {"coupling": self.couplings, "mesh": self.meshes, "planetary": self.planetaries}
-        return {f"{kind}.{component.name}": component for kind, rows in tables.items() for component in rows}
+        return _components(self)
 
-    @cached_property
+    @property
     def elements(self) -> tuple[Element, ...]:
         """All elements: of all couplings, then of all meshes, then of planetary sets."""
-        return tuple(element for component in self.components.values() for element in component.elements())
+        return _elements(self)
 
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
         """Return the tables of the file format, quantities as plain numbers; what was left out stays out.
@@ -183,6 +182,19 @@ class Model(Table):
                     yield _dangling((kind, index, "on"), on, names)
         yield from prescribed_rules({kind: _rows(table, kind) for kind in ("inertia", *COMPONENTS, "torque", "motion")})
         yield from _start_length(table.get("simulation"), len(inertias))
+
+
+@kept
+def _components(model: Model) -> Mapping[str, Component]:
+    """All components by their path."""
+    tables = {"coupling": model.couplings, "mesh": model.meshes, "planetary": model.planetaries}
+    return {f"{kind}.{component.name}": component for kind, rows in tables.items() for component in rows}
+
+
+@kept
+def _elements(model: Model) -> tuple[Element, ...]:
+    """The elements of all components."""
+    return tuple(element for component in model.components.values() for element in component.elements())
 
 
 def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:

@@ -23,7 +23,7 @@ def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, 
     """Return the shading of one clearance's contact sides, and a rule at each of its corners.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
         factor: multiplies deflections for display.
     """

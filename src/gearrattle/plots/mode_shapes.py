@@ -38,7 +38,7 @@ def mode_sketch(layout: Layout, modes: Modes, mode: int, title: str) -> bytes:
     """Draw one mode.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         modes: its modes.
         mode: which of them.
         title: words above the drawing.

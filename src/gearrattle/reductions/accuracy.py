@@ -29,7 +29,6 @@ from gearrattle.linear.matrices import LinearSystem, linearised
 from gearrattle.linear.response import accelerance
 from gearrattle.reductions.base import Request
 from gearrattle.reductions.states import State, contact_states, most_states, neighbours
-from gearrattle.remember import remembered
 
 Array = NDArray[np.float64]
 
@@ -72,15 +71,16 @@ class Accuracy:
     response_error_peak: float
 
 
-def accuracy(request: Request, basis: Array, watched: tuple[int, ...]) -> Accuracy:
+def accuracy(request: Request, basis: Array, watched: tuple[int, ...], worst: Worst | None = None) -> Accuracy:
     """Measure a reduced system against the full one.
 
     Args:
         request: what was asked; its kept clearances are varied.
         basis: (n, r) T.
         watched: inertias whose response counts.
+        worst: the largest error of a frequency, where it is known.
     """
-    worst = frequency_error(request, basis)
+    worst = frequency_error(request, basis) if worst is None else worst
     closed = contact_states(request.system, request.clearances)[0]
     full, partners = paired(request, basis, closed)
     linear = linearised(request.system, closed.stiffness, closed.damping)
@@ -99,15 +99,15 @@ class Worst(NamedTuple):
     states: int
 
 
-def exceeds(request: Request, basis: Array, limit: float) -> bool:
-    """Whether a frequency in the band is off by more than ``limit``: at the first contact state that shows it."""
+def error_within(request: Request, basis: Array, limit: float) -> Worst | None:
+    """Return the largest error of a frequency in the band; None at the first contact state that exceeds ``limit``."""
     states = contact_states(request.system, request.clearances, request.up_to)
-    return any(_worst_in(request, basis, state).error > limit for state in states) or (
-        frequency_error(request, basis).error > limit
-    )
+    if any(_worst_in(request, basis, state).error > limit for state in states):
+        return None
+    worst = frequency_error(request, basis)
+    return None if worst.error > limit else worst
 
 
-@remembered(2)
 def frequency_error(request: Request, basis: Array) -> Worst:
     """Find the largest relative error of a frequency in the band over all contact states."""
     states = contact_states(request.system, request.clearances, request.up_to)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.linear.matrices import linearised
-from gearrattle.reductions.accuracy import exceeds
+from gearrattle.reductions.accuracy import Worst, error_within
 from gearrattle.reductions.base import Request, Subspace
 from gearrattle.reductions.grouping import SAME, Grouping, grouped
 from gearrattle.reductions.states import contact_states
@@ -88,10 +88,12 @@ class Lumps:
     Attributes:
         grouping: which body turns with which.
         fates: (m,) of every element.
+        error: the largest error of a frequency, where it was measured.
     """
 
     grouping: Grouping
     fates: tuple[Fate, ...]
+    error: Worst | None = None
 
     @property
     def subspace(self) -> Subspace:
@@ -202,7 +204,8 @@ def lump(
         else:
             merged, used, reasons[k] = (*merged, k), used + shares[:, k], "stiff"
     grouping = rules.grouping(merged)
-    while merged[len(forced) :] and exceeds(request, grouping.basis, limit):
+    error: Worst | None = None
+    while merged[len(forced) :] and (error := error_within(request, grouping.basis, limit)) is None:
         reasons[merged[-1]] = "measured"
         merged = merged[:-1]
         grouping = rules.grouping(merged)
@@ -211,7 +214,8 @@ def lump(
             np.abs(row) @ np.abs(grouping.basis)
         ):
             reasons[k] = "parallel"
-    return Lumps(grouping, tuple(_fate(reason, shares[:, k], frequencies) for k, reason in enumerate(reasons)))
+    fates = tuple(_fate(reason, shares[:, k], frequencies) for k, reason in enumerate(reasons))
+    return Lumps(grouping, fates, error)
 
 
 def subspace(request: Request) -> Subspace:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.calls.campbell import Campbell, Crossing, campbell
 from gearrattle.calls.statics import Modes
 from gearrattle.plots.campbell import campbell_chart
@@ -129,7 +129,7 @@ class ModesPage(Presentation[Modes]):
     def _shapes(self) -> tuple[Picture, ...]:
         """Draw the lowest modes on the driveline."""
         model, modes = self.result.model, self.result
-        layout = name_plate(model, assemble(model))
+        layout = assemble(model).layout
         drawings = []
         for mode, frequency in enumerate(modes.frequencies.tolist()[:MOST_SHAPES]):
             speed = "rigid motion" if frequency == 0.0 else rate(frequency, si=self.si)

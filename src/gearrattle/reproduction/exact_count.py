@@ -63,7 +63,7 @@ def count_steps(
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle
     cycles = math.ceil(steps * step / (2.0 * math.pi)) + 1
-    task = Task(assemble(model), rest, np.zeros(rest.size), cycles, 1, None, step / SPEED, audit=False)
+    task = Task(assemble(model).system, rest, np.zeros(rest.size), cycles, 1, None, step / SPEED, audit=False)
     seconds = []
     for run in range(RUNS):
         march = StepMarch(task, TABLEAUS[algorithm], fixed=True, held=False)

@@ -43,7 +43,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
 
 def growth(step: float) -> float:
     """Largest |R(h lambda)| of RK4 over all regions with the mesh in contact; step in units of 1/omega."""
-    system = assemble(load_case(1, loaded=True))
+    system = assemble(load_case(1, loaded=True)).system
     pieces: set[tuple[int, ...]] = {(clutch, 0, gear) for clutch in range(system.laws[0].pieces) for gear in (0, 2)}
     return max(growths(CLASSICAL, step / SPEED, flow_of(system), pieces).values())
 

@@ -1,4 +1,4 @@
-"""What the name plate tells of bodies: which gears are loose, how heavy a pair is to its impacts, how fast each turns.
+"""What names and constants tell of bodies: which gears are loose, how heavy a pair is to impacts, how fast each turns.
 
 A gear is *loose* if it carries a drag torque and its mesh is the only element with a stiffness on its body. Along the
 deflection of an element, delta = sum_i w_i theta_i - e, its bodies have the reduced inertia m_eff,
@@ -68,7 +68,7 @@ def torque_ratio(layout: Layout, gear: LooseGear, acceleration: T) -> T:
     """Return J_loose (R_driver/R_loose) theta_driver'' / T_drag: needed torque over drag.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         gear: the loose gear.
         acceleration: theta_driver'' [rad/s^2].
     """
@@ -91,7 +91,7 @@ def reduced_inertias(layout: Layout, elements: Sequence[int], inertia: Array | N
     """Return m_eff of several elements.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         elements: their indices.
         inertia: (..., n) J of the bodies [kg m^2], of many variants along leading axes; None takes the layout's.
 

@@ -101,7 +101,7 @@ class Tally:
     """What is kept of the chunks so far.
 
     Attributes:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         start, end: of the window so far [s]; start is infinite while all is discarded.
         cycles: of the window, discarded: before it.
         interval: between samples [s].

@@ -96,7 +96,7 @@ def contacts_of(sums: Sums, layout: Layout, clearance: int, end: float) -> Conta
 
     Args:
         sums: of one motion.
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
         end: of the motion [s]: a contact that is still open counts up to it.
     """
@@ -134,7 +134,7 @@ def sides_of(sums: Sums, layout: Layout, clearance: int, duration: float) -> Sid
 
     Args:
         sums: of one motion.
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
         duration: of the window [s].
     """

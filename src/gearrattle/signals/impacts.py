@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import in_contact
 from gearrattle.signals.windows import Window
@@ -125,7 +125,7 @@ def _returns(events: EventLog) -> NDArray[np.intp]:
     return following
 
 
-@remembered(1)
+@kept
 def find_impacts(trajectory: Trajectory) -> Impacts:
     """Return every impact of the whole motion; take ``.of(clearance)`` and ``.within(window)`` of it.
 

@@ -33,7 +33,7 @@ def centre(layout: Layout, clearance: int) -> frozenset[int]:
     """Return the labels of the pieces at the centre of a clearance, the ones that are not contact.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
     """
     first = int(layout.region_of_first_piece[clearance])
@@ -51,7 +51,7 @@ def centre_words(layout: Layout, clearance: int) -> str:
     """Say which regions are the centre where delta = 0 is a corner, for formulas; empty elsewhere.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
     """
     if 0.0 not in layout.corners[clearance]:
@@ -80,7 +80,7 @@ def in_contact(layout: Layout, clearance: int, region: IntArray) -> NDArray[np.b
     """Return which of the region labels of one clearance are contact.
 
     Args:
-        layout: the driveline's name plate.
+        layout: names and constants of the driveline.
         clearance: index into ``layout.clearance``.
         region: (...) region labels.
     """

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from math import prod
 
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.solvers.base import Marching, Task
 from gearrattle.solvers.exact import ExactMarch
 from gearrattle.solvers.sweep import SweepMarch
@@ -29,7 +29,7 @@ def regions_of(system: PiecewiseSystem) -> int:
     return prod(law.pieces for law in system.laws)
 
 
-@remembered(8)
+@kept
 def is_large(system: PiecewiseSystem) -> bool:
     """Whether the sweep suits a system better; every element must join two inertias at most, and stand alone."""
     return (

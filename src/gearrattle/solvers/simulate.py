@@ -24,7 +24,7 @@ def simulate(
 
     Args:
         task: system, start and output grid.
-        layout: name plate of the driveline.
+        layout: names and constants of the driveline.
         algorithm: a key of ``SOLVERS``.
         discard: cycles criteria leave out.
         progress: called with the fraction done after every slice; whatever it raises ends the run.

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from gearrattle.errors import ConvergenceError
 from gearrattle.kernels.packed import DEEPEST, INTERVAL, TICKS, Inputs, Instants, Regions, step_of
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.system.store import Room, Store, strips_for
@@ -194,7 +194,7 @@ def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
     return Slots(flow_of(system), Alone(), room)
 
 
-@remembered(8)
+@kept
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
     given = [part for part in (system.signals, system.clock) if part is not None]

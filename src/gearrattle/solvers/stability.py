@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.linear.stiffness import most_regions
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.system.flow import Flow
 
@@ -36,7 +36,7 @@ def eigenvalues(flow: Flow, pieces: tuple[int, ...]) -> NDArray[np.complex128]:
     return values
 
 
-@remembered(4)
+@kept
 def _known(_flow: Flow) -> dict[tuple[int, ...], NDArray[np.complex128]]:
     """Eigenvalues of regions of this flow, filled as they are asked for: a train visits thousands, run after run."""
     return {}

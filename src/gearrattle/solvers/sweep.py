@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearrattle.kernels import packed
 from gearrattle.outcome import Outcome
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.slices import slices
 from gearrattle.solvers.base import Crossings, Motion, Place, Task
 from gearrattle.solvers.handover import (
@@ -55,7 +55,7 @@ class Plan:
     band: Array
 
 
-@remembered(8)
+@kept
 def plan_of(system: PiecewiseSystem) -> Plan:
     """Lay out a system."""
     flow, bound = flow_of(system), Majorant(system)

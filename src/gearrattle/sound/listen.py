@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
@@ -176,7 +176,7 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
         raise ModelError(
             Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
         )
-    known = name_plate(model, assemble(model)).clearance_names
+    known = assemble(model).layout.clearance_names
     meshes = {element.name for element in model.elements if element.along_line}
     chosen = [each for each in known if each in meshes] if elements is None else list(elements)
     for each in chosen:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import coefficients
 from gearrattle.errors import GearRattleError
 from gearrattle.kernels.variants import Tallies, picked
@@ -43,7 +43,7 @@ def can_batch(outputs: Outputs, plan: Plan) -> bool:
     of_events = all(each.criterion in MEASURED or each.name in _COUNTED for each in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
-    return of_events and is_grid and is_exact and has_loop(assemble(plan.model))
+    return of_events and is_grid and is_exact and has_loop(assemble(plan.model).system)
 
 
 def batched(
@@ -76,7 +76,7 @@ def batched(
         if waiting.size < FEWEST:
             break
         model = _pattern(plan.model, {path: column[waiting[0]] for path, column in given.items()})
-        if model is None or not assemble(model).is_plain:
+        if model is None or not assemble(model).system.is_plain:
             waiting = waiting[1:]
             continue
         alike = _Alike.of(model, {path: column[waiting] for path, column in given.items()}, waiting.size)
@@ -121,8 +121,8 @@ class _Alike:
     @classmethod
     def of(cls, model: Model, given: Mapping[str, NDArray[Any]], count: int) -> _Alike:
         """Assemble cases."""
-        system = assemble(model)
-        layout, settings = name_plate(model, system), model.simulation
+        driveline, settings = assemble(model), model.simulation
+        system, layout = driveline.system, driveline.layout
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
         pattern = Pattern(system, settings.initial == "static", settings.cycles, judged_of(layout))

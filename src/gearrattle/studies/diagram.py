@@ -156,7 +156,7 @@ def prepare(
     check_names(outputs, structures)
     run, seconds = first_run(plan)
     told = outputs_of(outputs, run, others=structures)
-    states = len(relative_coordinates(assemble(base)).elements) + len(base.inertias)
+    states = len(relative_coordinates(assemble(base).system).elements) + len(base.inertias)
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
     chosen_outputs = along_all(told.chosen, run, ends)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate, refuse_motions, refuse_unsteady
+from gearrattle.assembly import assemble, refuse_motions, refuse_unsteady
 from gearrattle.calls.measure import engine_orders
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -88,11 +88,11 @@ def screen(
     speed, load, factors = _axes(model, speeds, loads)
     base = model.with_(speed.at(0))
     refuse_unsteady(base, "a screening")
-    plate = name_plate(base, assemble(base))
-    gears = loose_gears(plate)
+    layout = assemble(base).layout
+    gears = loose_gears(layout)
     if not gears:
         rule = "a screening needs a loose gear: a drag torque on a body whose only stiffness is its mesh"
-        raise ModelError(Problem("inertia", ", ".join(plate.inertia_names), rule, "give drag_torque to a loose gear"))
+        raise ModelError(Problem("inertia", ", ".join(layout.inertia_names), rule, "give drag_torque to a loose gear"))
     ratio, lift, inside = _thresholds(model, speed, load, gears, _part(progress, 0.0, _SHARE if simulate else 1.0))
     dims = (SPEED, LOAD, GEAR)
     with np.errstate(divide="ignore"):
@@ -104,7 +104,7 @@ def screen(
             "lift_ratio": (dims, lift, {"units": "1"}),
             "inside": (dims[:2], inside, {"units": "1"}),
         },
-        {**_coordinates(plate, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
+        {**_coordinates(layout, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
         {KIND: "screening", "title": f"screening of {model.name}", "units": model.units},
     )
     return _simulated(found, model, (speed, load), workers, progress) if simulate else found
@@ -167,8 +167,8 @@ def _thresholds(
 
 def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, bool]:
     """Return (gears,) separation and lift ratios of one case, and whether the linear motion is an exact one."""
-    system = assemble(model)
-    rest, plate = named_equilibrium(model, system)[1], name_plate(model, system)
+    driveline = assemble(model)
+    system, rest = driveline.system, named_equilibrium(driveline)[1]
     slope, damping = (
         np.array([getattr(law, name)[p] for law, p in zip(system.laws, rest.pieces, strict=True)])
         for name in ("stiffness", "damping")
@@ -179,7 +179,7 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, 
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
     reach = steady_extremes(system, steady_deflections(system, slope, damping))
     peak = np.maximum(*(np.abs(rest.acceleration + swing) for swing in swings))
-    ratio = [torque_ratio(plate, gear, float(peak[gear.driver])) for gear in gears]
+    ratio = [torque_ratio(driveline.layout, gear, float(peak[gear.driver])) for gear in gears]
     lift = [_lift(system, rest, reach, g.mesh) for g in gears]
     return np.array(ratio), np.array(lift), _inside(system, rest, reach)
 
@@ -206,11 +206,11 @@ def _inside(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Arra
     return True
 
 
-def _coordinates(plate: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
+def _coordinates(layout: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
     return {
-        GEAR: [plate.element_names[gear.mesh] for gear in gears],
-        "loose": (GEAR, [plate.inertia_names[gear.loose] for gear in gears]),
-        "driver": (GEAR, [plate.inertia_names[gear.driver] for gear in gears]),
+        GEAR: [layout.element_names[gear.mesh] for gear in gears],
+        "loose": (GEAR, [layout.inertia_names[gear.loose] for gear in gears]),
+        "driver": (GEAR, [layout.inertia_names[gear.driver] for gear in gears]),
     }
 
 

@@ -71,7 +71,7 @@ class Section:
 
     def values(self, run: Run, names: Sequence[str]) -> Array:
         """Return (K, q) quantities at (k + phase) T of the periods that are not discarded."""
-        t, system = run.trajectory, assemble(run.model)
+        t, system = run.trajectory, assemble(run.model).system
         first = t.discard * t.samples_per_cycle + round(self.phase * t.samples_per_cycle)
         stops = np.arange(first, len(t.time), t.samples_per_cycle)
         columns = [_quantity(name, run, system, float(self.phase), stops) for name in names]
@@ -93,7 +93,7 @@ def section_of(model: Model, names: Sequence[str] | None, phase: float) -> Secti
     Raises:
         ModelError: no clearance, a name there is not, a phase that is no such fraction.
     """
-    system, elements = assemble(model), model.elements
+    system, elements = assemble(model).system, model.elements
     parts, inertias = [e.name for e in elements], [inertia.name for inertia in model.inertias]
     known = [f"{kind}.{name}" for name in parts for kind in ("deflection", "rate")]
     known += [f"{kind}.{name}" for name in inertias for kind in ("angle", "velocity")]

@@ -104,7 +104,7 @@ def starts_of(model: Model, names: Sequence[str]) -> Starts:
 
 
 def _half(model: Model, names: list[str], base: Array, level: int) -> Half:
-    system = assemble(model)
+    system = assemble(model).system
     parts, inertias = [e.name for e in model.elements], [inertia.name for inertia in model.inertias]
     rows, error = np.zeros((len(names), system.size)), np.zeros(len(names))
     for i, name in enumerate(names):

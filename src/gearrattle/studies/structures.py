@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of
 from gearrattle.calls.measure import engine_orders
 from gearrattle.errors import GearRattleError
@@ -50,7 +50,7 @@ def structures_of(plan: Plan) -> list[Model]:
 
 def _structure(model: Model) -> Any:
     """What the names of all outputs depend on."""
-    layout = name_plate(model, assemble(model))
+    layout = assemble(model).layout
     regions = zip(layout.region_of_first_piece.tolist(), layout.stiffness_of_piece, strict=True)
     loose = tuple((gear.mesh, gear.loose, gear.driver) for gear in loose_gears(layout))
     return (

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError
 from gearrattle.kernels import statics
 from gearrattle.kernels.variants import Statics
-from gearrattle.remember import remembered
+from gearrattle.remember import kept
 from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.system.laid_out import coefficients_of, frame_of
 from gearrattle.system.law import PiecewiseLaw
@@ -57,7 +57,7 @@ class Equilibrium:
     middled: tuple[int, ...]
 
 
-@remembered(8)
+@kept
 def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     """Find the static equilibrium.
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gearrattle.assembly import assemble, name_plate
+from gearrattle.assembly import assemble
 from gearrattle.model import Model
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
@@ -28,7 +28,7 @@ def recorded(run: Run) -> Recording:
 def to_be_recorded(model: Model) -> Recording:
     """Return the channels that a run of a model will have, at rest."""
     time = np.arange(2.0)
-    channels = _channels(name_plate(model, assemble(model)), model.units, lambda _quantity, _index: np.zeros(2))
+    channels = _channels(assemble(model).layout, model.units, lambda _quantity, _index: np.zeros(2))
     return Recording(time, channels, f"{model.name}, to be simulated")
 
 
@@ -36,7 +36,7 @@ def _channels(layout: Layout, units: str, values: Callable[[str, int], Array]) -
     """Return the channels of a run.
 
     Args:
-        layout: name plate of the driveline.
+        layout: names and constants of the driveline.
         units: of the model.
         values: samples by quantity and index.
     """
