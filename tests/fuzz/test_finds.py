@@ -229,6 +229,25 @@ def test_a_channel_beyond_its_records_is_refused(tmp_path: Path) -> None:
         gr.read(path)
 
 
+@pytest.mark.parametrize("kind", ["data group", "channel group", "channel", "file history", "parts of a channel"])
+def test_a_list_that_leads_back_into_itself_is_refused(kind: str, tmp_path: Path) -> None:
+    """The library follows it for ever."""
+    pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    gr.write(recording(), path)
+    content = bytearray(path.read_bytes())
+    marks = {"data group": b"##DG", "channel group": b"##CG", "file history": b"##FH"}
+    block = content.index(marks.get(kind, b"##CN"))
+    if kind == "parts of a channel":
+        struct.pack_into("<Q", content, block + 32, len(content))
+        content += b"##CA" + struct.pack("<4xQQQ", 32, 1, len(content))
+    else:
+        struct.pack_into("<Q", content, block + 24, block)
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match=rf"a list of blocks \({kind}\) leads back into itself"):
+        gr.read(path)
+
+
 @pytest.mark.parametrize(
     ("row", "message"), [("0.1_5, 2", 'x.csv:3: t: found "0.1_5"'), ("0.2", "x.csv:3: found 1 entries")]
 )

@@ -20,6 +20,7 @@ import numpy as np
 from gearrattle.errors import ModelError, NotInstalled, Problem
 from gearrattle.files import Refused, opened, within_limit
 from gearrattle.readers.base import Column, Raw, Request
+from gearrattle.readers.mdf_lists import check_lists
 from gearrattle.recording import Recording
 
 NAME = "mdf4"
@@ -42,6 +43,7 @@ def read(path: Path, request: Request) -> Raw:
         if stream.read(8) == b"UnFinMF ":
             rule = "the file was not finished: its writer was interrupted"
             raise ModelError(Problem(str(path), "", rule, "finalise it with the measuring system's tool"))
+        check_lists(stream)
     columns: list[Column] = []
     skipped: list[str] = []
     with _opened(mdf, path) as file:
