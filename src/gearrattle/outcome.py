@@ -21,6 +21,7 @@ class Outcome(IntEnum):
     NO_CONVERGENCE = 7
     NO_PROGRESS = 8
     AUDIT_TOO_LONG = 9
+    TOO_MANY_REGIONS = 10
 
     @property
     def advice(self) -> str:
@@ -34,5 +35,6 @@ _ADVICE = {
     Outcome.NO_PROGRESS: "less stiffness or damping in the element named, more inertia beside it, or one inertia in "
     "place of the two that it joins",
     Outcome.AUDIT_TOO_LONG: "less stiffness or damping in the element named, or audit = False, which leaves it out",
+    Outcome.TOO_MANY_REGIONS: "fewer inertias (gearrattle reduce), or fewer clearances",
     Outcome.NO_CONVERGENCE: "a larger tolerance, or algorithm = 'exact', which needs none",
 }

@@ -6,6 +6,7 @@ import random
 import re
 import time
 import warnings
+from collections import OrderedDict
 from pathlib import Path
 
 import numpy as np
@@ -116,6 +117,21 @@ def test_work_that_is_too_large_is_refused_before_it_begins(settings: dict[str, 
     assert isinstance(error, ModelError)
     assert error.problems[0].place.endswith(place)
     assert says in str(error)
+
+
+def test_a_train_too_long_for_tables_is_refused_before_memory_is_taken() -> None:
+    text = chain(3000).replace("clearance", "hysteresis = 2.0\nstick_stiffness = 1e4\nclearance", 1)
+    error = ends(text)
+    assert isinstance(error, ModelError)
+    assert "inertia: found 3000; exact needs tables for friction" in str(error)
+    assert "gearrattle reduce" in str(error)
+
+
+def test_too_many_regions_of_many_states_end_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearrattle.solvers.exact._BUILDING", 1.0)
+    monkeypatch.setattr("gearrattle.solvers.slots._KEPT", OrderedDict())
+    with pytest.raises(ConvergenceError, match=r"visits too many regions for so many inertias in \w+ at t = .*reduce"):
+        gr.simulate(loads(TEXTS["case3"]), cycles=2, discard=0)
 
 
 def test_a_stream_of_many_cycles_is_not_refused_but_a_chunk_is() -> None:

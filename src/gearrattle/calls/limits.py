@@ -12,6 +12,7 @@ from gearrattle.wording import counted
 FASTEST = 1e15
 """Decays or radians a period: a motion as fast as that changes by rounding alone within the rounding of the period."""
 _SHARE = 0.5  # of the machine's memory
+_MATRICES = 400  # of states x states, that tables take at most: measured 377 with 210 inertias, 325 with 300
 _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 
@@ -64,6 +65,27 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, p
     fewer = f"{counted(fits, 'cycle')} or fewer, fewer samples_per_cycle"
     remedy = f"{fewer}, or gearrattle stream, which holds a chunk at a time"
     raise ModelError(Problem(place, f"{cycles}", rule, remedy))
+
+
+def check_tables(system: PiecewiseSystem) -> None:
+    """Refuse ``exact`` to a driveline too large for tables that the sweep does not take (``solvers.choice``).
+
+    Raises:
+        ModelError: with what the tables would take, and what fits.
+    """
+    from gearrattle.solvers.choice import is_large
+
+    states, most = 2 * system.size, _SHARE * memory()
+    need = 8.0 * _MATRICES * states**2
+    if need <= most or is_large(system):
+        return
+    fits = int(0.5 * (most / (8.0 * _MATRICES)) ** 0.5)
+    rule = (
+        f"exact needs tables for friction, clipped damping, alternation, inputs over time and elements of three "
+        f"bodies; those of {system.size} inertias would take {need / 2**30:.3g} GiB, of {most / 2**30:.3g} at most"
+    )
+    remedy = f"{fits} inertias or fewer (gearrattle reduce), or none of these: then any number"
+    raise ModelError(Problem("inertia", str(system.size), rule, remedy))
 
 
 def bytes_of_sample(system: PiecewiseSystem) -> int:

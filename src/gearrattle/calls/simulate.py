@@ -20,7 +20,7 @@ from gearrattle.assembly import (
     places,
     whole_trajectory,
 )
-from gearrattle.calls.limits import check_memory, check_rates
+from gearrattle.calls.limits import check_memory, check_rates, check_tables
 from gearrattle.calls.settings import settled
 from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
@@ -133,6 +133,8 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     check_length(model, settings.cycles * period_of(model).period)
     check_takes(driveline, settings.algorithm)
     check_rates(driveline)
+    if settings.algorithm == "exact":
+        check_tables(driveline.system)
     angle, velocity, notes = _start(settings.initial, driveline)
     grid = (settings.cycles, settings.samples_per_cycle)
     task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)

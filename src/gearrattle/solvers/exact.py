@@ -38,6 +38,7 @@ IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
 _PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C is heard
+_BUILDING = 2.4e11  # regions built in a period of the fastest input, times states cubed: about an hour
 _NOTES = 1024  # steps with samples in them before these are worked out
 _NOTED = 1_000_000  # samples a cycle, times notes
 
@@ -88,6 +89,8 @@ class ExactMarch:
         rows = size.longest + size.carried + 12 * size.watched
         self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
         self._limit = StepLimit(task.system)
+        most = max(1, int(_BUILDING / max(1, size.states) ** 3))
+        self._built, self._limit_of_regions = 0, StepLimit(task.system, most, most)
         self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
 
     def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
@@ -147,20 +150,31 @@ class ExactMarch:
         if outcome is Outcome.NOTES_FULL:
             return Outcome.SLICE_SPENT
         if outcome is Outcome.NEEDS_REGION:
-            clearance, upward = divmod(int(counts[packed.PENDING]), 2)
-            self.slots, counts[packed.SLOT] = self.slots.beyond(int(counts[packed.SLOT]), clearance, upward)
-            counts[packed.PENDING] = -1
-            return Outcome.SLICE_SPENT
+            return self._enter_next_region()
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
         if outcome is Outcome.SLICE_SPENT:
-            now = float(counts[packed.CYCLE] + self.march.clock[:2].sum())
+            now = self._now()
             if chatters(self.log, int(counts[packed.EVENTS]), now):
                 return Outcome.CHATTER
             if self._limit.is_exceeded(int(counts[packed.STEPS]), now):
                 return Outcome.NO_PROGRESS
         return outcome
+
+    def _enter_next_region(self) -> Outcome:
+        """Go to the region across the corner; build it if it is new."""
+        counts, before, known = self.march.counts, self.slots, len(self.slots.pieces)
+        clearance, upward = divmod(int(counts[packed.PENDING]), 2)
+        self.slots, counts[packed.SLOT] = before.beyond(int(counts[packed.SLOT]), clearance, upward)
+        counts[packed.PENDING] = -1
+        self._built += self.slots is not before or len(self.slots.pieces) > known
+        is_exceeded = self._limit_of_regions.is_exceeded(self._built, self._now())
+        return Outcome.TOO_MANY_REGIONS if is_exceeded else Outcome.SLICE_SPENT
+
+    def _now(self) -> float:
+        """The time of the march in periods."""
+        return float(self.march.counts[packed.CYCLE] + self.march.clock[:2].sum())
 
     def fraction(self) -> float:
         """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""

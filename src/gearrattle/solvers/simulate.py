@@ -76,6 +76,7 @@ def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> 
     what = {
         Outcome.NO_PROGRESS: f"the motion needs too many steps{fastest},",
         Outcome.AUDIT_TOO_LONG: f"the energy audit needs too many steps{fastest}; it was refused",
+        Outcome.TOO_MANY_REGIONS: f"the motion visits too many regions for so many inertias{where}",
         Outcome.CHATTER: f"crossings pile up{where}",
         Outcome.NON_FINITE: "the state is no longer finite (unstable)",
         Outcome.NO_CONVERGENCE: "failed to converge: no step, however short, passes the error test,",
