@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearrattle.calls.statics import Modes
+from gearrattle.analysis.statics import Modes
 from gearrattle.model import Model, loads
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import judge

@@ -217,11 +217,11 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 
 
 WRITERS = {
-    "calls/store.py": "stream",
+    "simulation/store.py": "stream",
     "report/reductions.py": "matrices",
     "plots/stored.py": "charts",
-    "readers/hdf5.py": "recording",
-    "readers/mat.py": "recording",
+    "measured/readers/hdf5.py": "recording",
+    "measured/readers/mat.py": "recording",
     "report/numbers.py": "result",
     "results.py": "run",
     "studies/diagram.py": "part of a chunk, read by the study that wrote it alone",

@@ -7,7 +7,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle import pipeline
-from gearrattle.calls.judge import criteria
+from gearrattle.quantities.criteria import criteria
 from tests import synthetic
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import gearrattle as gr
 from benchmarks.growth.models import gearbox
-from gearrattle.calls.stiffness import regions, regions_visited
+from gearrattle.analysis.stiffness import regions, regions_visited
 
 SIZES = ((4, 2), (16, 8), (64, 20), (128, 64))
 CYCLES = 32

@@ -30,7 +30,7 @@ TESTS: Mapping[str, tuple[str, str]] = {
     ),
     "bad values in study files and calls": ("tests/studies/test_bad_values.py", "refused or refuses"),
     "bad values in model files": ("tests/model/test_broken_files.py", ""),
-    "measured files, cut off and overwritten": ("tests/readers/test_damage.py", ""),
+    "measured files, cut off and overwritten": ("tests/measured/readers/test_damage.py", ""),
     "earlier finds of damaged input": ("tests/fuzz/test_finds.py", ""),
 }
 """Attack -> the tests that carry it out: a file, and which of it."""

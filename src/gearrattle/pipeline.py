@@ -26,7 +26,7 @@ from gearrattle.result import Result
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
-    from gearrattle.calls.statics import Equilibrium, Modes
+    from gearrattle.analysis.statics import Equilibrium, Modes
     from gearrattle.model import Model
     from gearrattle.quantities import Row, Verdict
     from gearrattle.results import Run
@@ -65,7 +65,7 @@ class Findings(Result):
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
         """Every rattle metric of the run, measured once for all pages and files."""
-        from gearrattle.calls.measure import heard_of, rows_of
+        from gearrattle.quantities.metrics import heard_of, rows_of
 
         return tuple(rows_of(heard_of(self.motion), units=self.model.units))
 
@@ -106,8 +106,8 @@ def run(
         'double-sided'
         >>> page = findings.save("case3-results")
     """
-    from gearrattle.calls.judge import criteria
-    from gearrattle.calls.simulate import simulate
+    from gearrattle.quantities.criteria import criteria
+    from gearrattle.simulation.simulate import simulate
 
     if phase is not None:
         phase("static rest and modes")
@@ -132,14 +132,14 @@ def run(
 
 def judged(motion: Run) -> Findings:
     """Carry out the procedure on a motion that has been simulated, perhaps saved and opened again; without advice."""
-    from gearrattle.calls.judge import criteria
+    from gearrattle.quantities.criteria import criteria
 
     return Findings(motion.model, *_linear(motion.model), motion, criteria(motion))
 
 
 def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
     """Where a driveline rests, how it would vibrate about that, and with every clearance closed."""
-    from gearrattle.calls.statics import equilibrium, modes
+    from gearrattle.analysis.statics import equilibrium, modes
 
     rest = equilibrium(model)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))

@@ -8,7 +8,7 @@ flywheel, and need not know where it came from. The quantities, in SI:
     surface acceleration [m/s^2], sound pressure [Pa]           of a place outside the driveline
     speed [rad/s], shaft angle [rad], pulses [1]                of the reference shaft: mean rotation included
 
-Takes arrays; gives a frozen record to readers, metrics and calls.
+Takes arrays; gives a frozen record to readers and metrics.
 """
 
 from __future__ import annotations

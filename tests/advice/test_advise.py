@@ -12,10 +12,10 @@ import pytest
 import gearrattle as gr
 from gearrattle.advice import Forecast, advise, scored
 from gearrattle.advice.pilot import fly
-from gearrattle.calls.settings import settled
-from gearrattle.calls.stiffness import regions_visited
+from gearrattle.analysis.stiffness import regions_visited
 from gearrattle.errors import ModelError
 from gearrattle.signals import dwell_of_regions, region_shares, steady
+from gearrattle.simulation.settings import settled
 from tests.comparison.cases import case
 
 TOPICS = [

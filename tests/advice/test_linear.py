@@ -7,9 +7,9 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.advice.linear import excursions
+from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
+from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble
-from gearrattle.calls.statics import named_equilibrium
-from gearrattle.linear.response import steady_deflections, steady_extremes
 from tests.comparison.cases import case
 
 LINEAR = """

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.calls.judge import criteria as judged
 from gearrattle.cli import COMMANDS, app, main
 from gearrattle.cli.failures import explain
 from gearrattle.errors import Cancelled, ConvergenceError
+from gearrattle.quantities.criteria import criteria as judged
 from gearrattle.writing import Staging
 from tests import synthetic
 

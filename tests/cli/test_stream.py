@@ -15,7 +15,7 @@ import gearrattle as gr
 from gearrattle.cli import background, main
 from gearrattle.cli.background import Watch
 from tests import synthetic
-from tests.calls.test_store import content
+from tests.simulation.test_store import content
 
 LISTENING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
 """A shell's background jobs ignore SIGINT and hand that on to what they start."""
@@ -114,7 +114,7 @@ def test_ctrl_c_before_the_first_chunk_leaves_nothing(model: Path) -> None:
 def test_a_full_disk_says_what_is_kept(
     model: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gearrattle.calls import store
+    from gearrattle.simulation import store
 
     save = store.np.savez
 

@@ -11,10 +11,10 @@ import pytest
 from benchmarks.growth.models import gearbox
 
 import gearrattle as gr
-from gearrattle.calls.stiffness import regions_visited
-from gearrattle.contact_ratios.forecast import Linearisation
-from gearrattle.linear.stiffness import most_regions
+from gearrattle.analysis.contact_ratios.forecast import Linearisation
+from gearrattle.analysis.stiffness import regions_visited
 from gearrattle.signals import dwell_of_regions
+from gearrattle.solvers.stability import most_regions
 from gearrattle.system.perturbed import Perturbed
 
 SIZES = ((4, 2), (16, 8), *(pytest.param(*size, marks=pytest.mark.long) for size in ((64, 20), (128, 64))))
@@ -36,7 +36,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
         monkeypatch.setattr(home, name, counted)
 
-    watch("gearrattle.calls.stiffness.eigenvalues_of", "eigenvalues")
+    watch("gearrattle.analysis.stiffness.eigenvalues_of", "eigenvalues")
     watch("gearrattle.reductions.accuracy.paired", "contact states")
     answer = Linearisation.answer
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.calls.steps import step_limits
-from gearrattle.calls.stiffness import r_lambda_over, regions
+from gearrattle.analysis.stiffness import r_lambda_over, regions
+from gearrattle.simulation.steps import step_limits
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper"
 EXACT = {

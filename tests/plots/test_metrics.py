@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.calls.measure import heard_of, rows_of
 from gearrattle.plots.interactive import plotly_figure
 from gearrattle.plots.metrics import metrics_chart, rattle_metrics
 from gearrattle.plots.palette import COAST, DRIVE
 from gearrattle.plots.screening import screening_map
 from gearrattle.plots.static import draw
 from gearrattle.quantities import hear_recording, measure, recording_of
+from gearrattle.quantities.metrics import heard_of, rows_of
 from tests import synthetic
 
 FOUND = synthetic.findings("double-sided")

@@ -8,9 +8,9 @@ from math import pi
 import numpy as np
 
 import gearrattle as gr
+from gearrattle.analysis.linear.matrices import LinearSystem, linearised
+from gearrattle.analysis.linear.response import accelerance
 from gearrattle.assembly import assemble
-from gearrattle.linear.matrices import LinearSystem, linearised
-from gearrattle.linear.response import accelerance
 from gearrattle.reductions.states import contact_states
 from tests.reductions.drivelines import random_driveline
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from gearrattle.analysis.linear.matrices import linearised
+from gearrattle.analysis.linear.response import accelerance
 from gearrattle.assembly import assemble
-from gearrattle.linear.matrices import linearised
-from gearrattle.linear.response import accelerance
 from gearrattle.reductions import REDUCTIONS, Request, accuracy
 from gearrattle.reductions.states import contact_states
 from tests.reductions.drivelines import random_driveline

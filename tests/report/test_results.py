@@ -24,8 +24,8 @@ from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction.record import Reproduction, Section, row
 from tests.browser import BROWSER, browse
-from tests.calls.test_gas_torque import engine
 from tests.identification.test_loop import ANGLE
+from tests.measured.test_gas_torque import engine
 from tests.validation import made
 from tests.validation.test_run_ups import MODEL as RUN_UP
 from tests.validation.test_run_ups import record

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.contact_ratios.describing import under_sine
+from gearrattle.analysis.contact_ratios.describing import under_sine
 from gearrattle.errors import Cancelled
 from gearrattle.reproduction import figure3, figure4
 from gearrattle.reproduction.bench import Scope

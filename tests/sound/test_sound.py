@@ -12,8 +12,8 @@ from scipy.io import wavfile
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.readers import read_raw
-from gearrattle.readers.wav import wav_bytes
+from gearrattle.measured.readers import read_raw
+from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import find_impacts
 from gearrattle.sound.path import modal_path, sound_path

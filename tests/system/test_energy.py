@@ -95,7 +95,7 @@ def test_a_damped_crossing_that_is_late_shows_in_proportion(late: float, least: 
 def audited(**changes: object) -> EnergyAudit:
     """A clutch with sliders and clipped damping; ``changes`` take the place of parts of its log."""
     import gearrattle as gr
-    from gearrattle.calls.simulate import prepare
+    from gearrattle.simulation.simulate import prepare
     from tests.architecture.places import EXAMPLES
 
     model = gr.load(EXAMPLES / "clutch_friction.toml")

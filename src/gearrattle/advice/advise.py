@@ -27,12 +27,12 @@ from gearrattle.advice.lumping import lumping_line
 from gearrattle.advice.pilot import fly
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
+from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, unsteady
-from gearrattle.calls.reduce import band_end
-from gearrattle.calls.settings import settled
-from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.reductions.reduce import band_end
+from gearrattle.simulation.settings import settled
 
 _STAGES = 6
 

@@ -61,7 +61,7 @@ def _corners(over: list[str]) -> str:
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
     """Mean slopes of the pilot, and those of equivalent linearisation."""
-    from gearrattle.calls.contact_ratio import forecast_ratios
+    from gearrattle.analysis.contact_ratio import forecast_ratios
 
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     if not slopes:

@@ -11,8 +11,8 @@ import numpy as np
 
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
-from gearrattle.calls.steps import step_limits
 from gearrattle.model import Model
+from gearrattle.simulation.steps import step_limits
 from gearrattle.wording import counted
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gearrattle.contact_ratios import ROUTES
+from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.results import Run
 from gearrattle.signals import regime, steady
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.linear.response import steady_deflections, steady_extremes
+from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
 from gearrattle.system.equilibrium import Equilibrium
 from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array

@@ -11,10 +11,10 @@ import numpy as np
 
 from gearrattle.advice.pilot import Pilot, fly
 from gearrattle.advice.record import Line
-from gearrattle.calls.reduce import band_end, reduce
-from gearrattle.calls.reduction import Reduction
 from gearrattle.errors import ModelError
 from gearrattle.model import Model
+from gearrattle.reductions.reduce import band_end, reduce
+from gearrattle.reductions.reduction import Reduction
 from gearrattle.wording import counted
 
 TOPIC = "lumping"

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gearrattle.advice.forecasts import QUANTITIES, Forecast
-from gearrattle.calls.stiffness import Visited, regions_visited
+from gearrattle.analysis.stiffness import Visited, regions_visited
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.system.variation import GROWTH
@@ -117,7 +117,7 @@ def fly(model: Model, planned: int, progress: Callable[[float], None] | None = N
         ModelError: no static equilibrium to start from.
         ConvergenceError: the exact solution failed.
     """
-    from gearrattle.calls.simulate import simulate
+    from gearrattle.simulation.simulate import simulate
 
     cycles = min(cycles, planned)
     simulate(model, "exact", cycles=1, discard=0)

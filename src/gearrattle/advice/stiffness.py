@@ -9,7 +9,7 @@ import math
 
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
-from gearrattle.calls.stiffness import stiffness
+from gearrattle.analysis.stiffness import stiffness
 from gearrattle.model import Model
 
 _SHOWN = 3

@@ -16,9 +16,9 @@ def criteria(run: Path, /, *, output: Output = None, json: Json = False) -> None
         Saved motion (netCDF-4, .nc), or the folder of a "stream".
     """
     import gearrattle
-    from gearrattle.calls.judge import criteria as judged
     from gearrattle.cli.emit import emit
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.quantities.criteria import criteria as judged
 
     if run.suffix == ".toml":
         remedy = f"gearrattle run {run} simulates and judges a model"

@@ -103,6 +103,6 @@ def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run 
 
 
 def _simulated(model: Model, watch: Watch) -> Run:
-    from gearrattle.calls.simulate import simulate
+    from gearrattle.simulation.simulate import simulate
 
     return simulate(model, progress=watch)

@@ -10,8 +10,8 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json
 
 if TYPE_CHECKING:
-    from gearrattle.calls.look import Contents
     from gearrattle.cli.background import Watch
+    from gearrattle.measured.look import Contents
 
 
 def look(

@@ -44,8 +44,8 @@ def metrics(
         What makes a level of the intensity of impacts [1/N].
     """
     import gearrattle
-    from gearrattle.calls.measure import metrics as measured
     from gearrattle.cli.emit import emit
+    from gearrattle.quantities.metrics import metrics as measured
 
     driveline = None if model is None else gearrattle.load(model)
     motion = gearrattle.open_stream(source) if source.is_dir() else heard(source)

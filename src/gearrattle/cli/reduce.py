@@ -11,8 +11,8 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
-    from gearrattle.calls.reduction import Reduction
     from gearrattle.cli.background import Watch
+    from gearrattle.reductions.reduction import Reduction
 
 
 def reduce(

@@ -18,7 +18,7 @@ def heard(source: Path) -> Run | Recording:
     """
     import gearrattle
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.readers import format_of
+    from gearrattle.measured.readers import format_of
 
     if source.is_dir():
         rule = "a saved motion (.nc) or a measured file is needed; of a stream samples are kept in chunks"

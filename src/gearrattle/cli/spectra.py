@@ -88,9 +88,9 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     """
     import gearrattle
     from gearrattle.assembly import assemble
-    from gearrattle.calls.sampled import column_of
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
+    from gearrattle.spectral.sampled import column_of
 
     arguments = settings.arguments()
     if is_model(source):

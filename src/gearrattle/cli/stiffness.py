@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from gearrattle.cli.options import Json, Output, number_or_text
 
 if TYPE_CHECKING:
-    from gearrattle.calls.stiffness import RegionStiffness
+    from gearrattle.analysis.stiffness import RegionStiffness
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
     from gearrattle.report.stiffness import StiffnessPage
@@ -50,13 +50,13 @@ def stiffness(
         many, those it stays in longest.
     """
     import gearrattle
+    from gearrattle.analysis.stiffness import regions
     from gearrattle.assembly import assemble
-    from gearrattle.calls.simulate import needs_exact
-    from gearrattle.calls.steps import step_limits
-    from gearrattle.calls.stiffness import regions
     from gearrattle.cli.assignments import numbers
     from gearrattle.cli.emit import emit
     from gearrattle.report.stiffness import OverRatios, StiffnessPage
+    from gearrattle.simulation.simulate import needs_exact
+    from gearrattle.simulation.steps import step_limits
 
     driveline = gearrattle.load(model)
     assembled = assemble(driveline)
@@ -78,7 +78,7 @@ def _over_ratios(
     driveline: Model, names: Sequence[str], ratios: dict[str, float], watch: Watch, *, with_damping: bool
 ) -> dict[str, list[float]]:
     """R_lambda over the contact ratio of every element named, the others at ``ratios``."""
-    from gearrattle.calls.stiffness import r_lambda_over
+    from gearrattle.analysis.stiffness import r_lambda_over
 
     watch.enter("eigenvalues over contact ratios")
     values = {}
@@ -90,8 +90,8 @@ def _over_ratios(
 
 def _visited(driveline: Model, watch: Watch) -> tuple[Sequence[RegionStiffness], str]:
     """The regions that a run visits, and a note where these are not all."""
-    from gearrattle.calls.simulate import simulate
-    from gearrattle.calls.stiffness import regions_visited
+    from gearrattle.analysis.stiffness import regions_visited
+    from gearrattle.simulation.simulate import simulate
 
     run = simulate(driveline, algorithm="exact", audit=False, progress=watch)
     watch.enter("eigenvalues of the regions visited")

@@ -12,8 +12,8 @@ from gearrattle.cli.options import Json, Settings, Whole
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
-    from gearrattle.calls.stream import Stream
     from gearrattle.cli.background import Watch
+    from gearrattle.simulation.stream import Stream
 
 _DEFAULTS = Settings()
 _GRACE = 2.0  # seconds after Ctrl-C in which a chunk that is being written may be finished

@@ -15,8 +15,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.assembly import assemble
-from gearrattle.calls.settings import settled
-from gearrattle.calls.simulate import check_takes
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.comparison.contest import CEILING, PAPER, Algorithms, Contender, Progress, Result, contenders, run_one
 from gearrattle.comparison.crossings import compare_crossings, compare_impacts
@@ -34,6 +32,8 @@ from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.result import KIND
 from gearrattle.results import Run
+from gearrattle.simulation.settings import settled
+from gearrattle.simulation.simulate import check_takes
 from gearrattle.system.variation import GROWTH
 
 if TYPE_CHECKING:

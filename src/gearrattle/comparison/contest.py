@@ -119,7 +119,7 @@ def run_one(
     Raises:
         ModelError: bad settings. An algorithm that is not installed is no error but a status.
     """
-    from gearrattle.calls.simulate import simulate
+    from gearrattle.simulation.simulate import simulate
 
     arguments: dict[str, Any] = {**settings, **contender.settings, "algorithm": contender.algorithm, "audit": False}
     limit, begin = float("inf"), time.perf_counter()

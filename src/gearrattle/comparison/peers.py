@@ -80,7 +80,7 @@ def exact_portraits(
     Raises:
         ModelError: too short for statistics.
     """
-    from gearrattle.calls.simulate import simulate
+    from gearrattle.simulation.simulate import simulate
 
     begun, random = time.perf_counter(), np.random.default_rng(_SEED)
     found: list[Portrait] = []

@@ -9,11 +9,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from gearrattle.assembly import assemble
-from gearrattle.calls.settings import settled
 from gearrattle.comparison.contest import Contender
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
+from gearrattle.simulation.settings import settled
 from gearrattle.solvers import SOLVERS, Task
 from gearrattle.solvers.one_step import FixedStep
 from gearrattle.solvers.stability import growths, labels_of, regions_visited

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.torque_angle import TorqueAngle, torque_angle
+from gearrattle.analysis.torque_angle import TorqueAngle, torque_angle
 from gearrattle.model import loads
 from gearrattle.model.writing import toml_text
 from gearrattle.result import Result

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.analysis.statics import slopes
 from gearrattle.assembly import assemble
-from gearrattle.calls.statics import slopes
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.measured import State
 from gearrattle.model import Model

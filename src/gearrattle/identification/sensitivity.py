@@ -21,8 +21,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.analysis.linear.matrices import LinearSystem
 from gearrattle.identification.parameters import Coefficients
-from gearrattle.linear.matrices import LinearSystem
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gearrattle.calls.campbell import Campbell, OrderLine
+from gearrattle.analysis.campbell import Campbell, OrderLine
 from gearrattle.plots.chart import Chart, Key, Label, Line, Panel, Rule
 from gearrattle.plots.numerals import numeral
 from gearrattle.plots.palette import CENTRE, INK, MUTED

@@ -72,7 +72,7 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     """Draw rows of metrics; None where none has a value.
 
     Args:
-        rows: of ``gearrattle.calls.measure.rows_of``.
+        rows: of ``gearrattle.quantities.metrics.rows_of``.
     """
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]

@@ -20,7 +20,7 @@ from gearrattle.plots.palette import ACCENT, INK, MUTED, PAPER
 from gearrattle.trajectory import Array, Layout
 
 if TYPE_CHECKING:
-    from gearrattle.calls.statics import Modes
+    from gearrattle.analysis.statics import Modes
 
 _FRAME = driveline.Frame(pitch_x=118, pitch_y=138, left=54, right=82, top=112, bottom=66)
 _TALLEST = 34.0

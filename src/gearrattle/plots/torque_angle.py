@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.analysis.torque_angle import torque_angle
 from gearrattle.assembly import deflection
-from gearrattle.calls.torque_angle import torque_angle
 from gearrattle.pipeline import Findings
 from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.plots.palette import ACCENT, CENTRE, MUTED

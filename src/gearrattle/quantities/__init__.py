@@ -9,7 +9,7 @@ last eight cycles; all else is of the steady part.
 A motion may come in chunks: ``gather`` from each of them, in order, then ``tell``; no chunk need be kept. For metrics,
 ``gather_motion`` and ``hear_chunks`` do the same.
 
-Takes a Trajectory or a Recording; gives a Verdict and rows to calls, studies, the pipeline and reports.
+Takes a Trajectory or a Recording; gives a Verdict and rows to runs, studies, the pipeline and reports.
 """
 
 from __future__ import annotations

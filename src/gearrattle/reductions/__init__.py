@@ -4,7 +4,7 @@ A shelf of interchangeable parts (``REDUCTIONS``); ``accuracy`` measures what an
 bodies again, and with them a driveline; the others give matrices. All keep the ends of clearances free, so that one
 basis serves every contact state.
 
-Takes piecewise systems; gives subspaces to calls.
+Takes piecewise systems; gives subspaces to ``reduce`` and ``condense``.
 """
 
 from gearrattle.reductions import craig_bampton, guyan, lumping, modal

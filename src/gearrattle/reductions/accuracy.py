@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.matrices import LinearSystem, linearised
-from gearrattle.linear.response import accelerance
+from gearrattle.analysis.linear.matrices import LinearSystem, linearised
+from gearrattle.analysis.linear.response import accelerance
 from gearrattle.reductions.base import Request
 from gearrattle.reductions.states import State, contact_states, most_states, neighbours
 

@@ -6,7 +6,7 @@ system in the same way for every part. The ends of elements with a clearance tha
 reduction may not decide beforehand whether a gap is open. A new reduction is a file beside this one with a function
 ``(Request) -> Subspace``, its line in the table of ``__init__``, and its test page.
 
-Takes piecewise systems; gives subspaces to calls.
+Takes piecewise systems; gives subspaces to ``reduce`` and ``condense``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.matrices import LinearSystem, linearised
+from gearrattle.analysis.linear.matrices import LinearSystem, linearised
 from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.matrices import linearised
+from gearrattle.analysis.linear.matrices import linearised
 from gearrattle.reductions.accuracy import Worst, error_within
 from gearrattle.reductions.base import Request, Subspace
 from gearrattle.reductions.grouping import SAME, Grouping, grouped

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.matrices import LinearSystem
+from gearrattle.analysis.linear.matrices import LinearSystem
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.calls.look import Contents
+from gearrattle.measured.look import Contents
 from gearrattle.report.page import Section, notes_section
 from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import stacked, texts

@@ -79,7 +79,7 @@ def _opened(path: Path) -> Presentation[Any]:
     """Return the presentation of a saved motion, or of saved labelled data."""
     import xarray as xr
 
-    from gearrattle.readers import format_of
+    from gearrattle.measured.readers import format_of
 
     if not path.exists():
         raise ModelError(Problem(str(path), "", "does not exist"))

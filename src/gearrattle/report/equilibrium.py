@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.analysis.statics import Equilibrium
 from gearrattle.assembly import free_names
-from gearrattle.calls.statics import Equilibrium
 from gearrattle.plots.numerals import engineering
 from gearrattle.report.linear_tables import region_in_words
 from gearrattle.report.numbers import Arrays

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gearrattle.calls.gas_torque import GasTorque
+from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts

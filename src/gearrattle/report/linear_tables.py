@@ -18,7 +18,7 @@ from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:
-    from gearrattle.calls.statics import Modes
+    from gearrattle.analysis.statics import Modes
 
 _MOST_NAMED = 16  # bodies in a mode shape
 _THIN = 0.03  # of a mode shape: drawn as a bar of this height, so that it is seen

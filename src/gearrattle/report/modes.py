@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from gearrattle.analysis.campbell import Campbell, Crossing, campbell
+from gearrattle.analysis.statics import Modes
 from gearrattle.assembly import assemble
-from gearrattle.calls.campbell import Campbell, Crossing, campbell
-from gearrattle.calls.statics import Modes
 from gearrattle.plots.campbell import campbell_chart
 from gearrattle.plots.mode_shapes import mode_sketch
 from gearrattle.report.modes_tables import (

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from gearrattle.calls.campbell import Campbell, Crossing
-from gearrattle.calls.statics import Modes
+from gearrattle.analysis.campbell import Campbell, Crossing
+from gearrattle.analysis.statics import Modes
 from gearrattle.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array

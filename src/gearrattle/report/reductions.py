@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.calls.condense import Condensed
-from gearrattle.calls.reduction import Reduction, ReductionError, Simulated, frequency_text
 from gearrattle.formats import format_name
+from gearrattle.reductions.condense import Condensed
+from gearrattle.reductions.reduction import Reduction, ReductionError, Simulated, frequency_text
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import NUMBER_ENDINGS, ModelPresentation, Presentation
 from gearrattle.report.records import record_columns, texts

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from gearrattle.calls.scaling import Nondimensional
-from gearrattle.calls.stiffness import Stiffness, stiffness
+from gearrattle.analysis.scaling import Nondimensional
+from gearrattle.analysis.stiffness import Stiffness, stiffness
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import texts

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.calls.spectra import cross_parts, rms_of
 from gearrattle.json_types import json_value
 from gearrattle.plots.chart import Chart
 from gearrattle.plots.densities import cross_chart as cross_density_chart
@@ -25,6 +24,7 @@ from gearrattle.report.page import Section, notes_section
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.spectra_tables import coherence_table, cross_table, peaks_table, setting_of, summary_of
 from gearrattle.report.tables import Table
+from gearrattle.spectral.spectra import cross_parts, rms_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.calls.steps import StepLimit
-from gearrattle.calls.stiffness import RegionStiffness, Stiffness
+from gearrattle.analysis.stiffness import RegionStiffness, Stiffness
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import record_columns, stacked, texts
 from gearrattle.report.tables import Table
+from gearrattle.simulation.steps import StepLimit
 
 
 @dataclass(frozen=True)

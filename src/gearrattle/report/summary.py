@@ -20,7 +20,7 @@ from gearrattle.report.energy_table import energy_dict
 from gearrattle.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from gearrattle.calls.statics import Modes
+    from gearrattle.analysis.statics import Modes
 
 
 def findings_content(findings: Findings) -> dict[str, Any]:

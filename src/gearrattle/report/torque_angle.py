@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.calls.torque_angle import TorqueAngle
+from gearrattle.analysis.torque_angle import TorqueAngle
 from gearrattle.plots.chart import Chart, Key, Line, Panel
 from gearrattle.plots.numerals import engineering, numeral
 from gearrattle.plots.palette import ACCENT, CENTRE

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gearrattle.calls.statics import equilibrium
+from gearrattle.analysis.statics import equilibrium
 from gearrattle.comparison.contest import AGAIN, SHORT, Contender, Result, run_one
 from gearrattle.reproduction.cases import SPEED, load_case
 from gearrattle.results import Run

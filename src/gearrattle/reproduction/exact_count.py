@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearrattle.analysis.statics import equilibrium
 from gearrattle.assembly import assemble
-from gearrattle.calls.statics import equilibrium
 from gearrattle.outcome import Outcome
 from gearrattle.reproduction.cases import SPEED, load_case
 from gearrattle.solvers.base import Task

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gearrattle.contact_ratios.describing import Describing, under_sine
+from gearrattle.analysis.contact_ratios.describing import Describing, under_sine
 from gearrattle.model import Model
 from gearrattle.plots.chart import Chart, Key, Line, Panel
 from gearrattle.plots.comparison import COLOURS

@@ -13,9 +13,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gearrattle.calls.reduce import reduce
-from gearrattle.calls.statics import Modes, modes
+from gearrattle.analysis.statics import Modes, modes
 from gearrattle.model import Model
+from gearrattle.reductions.reduce import reduce
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, Row, Section, row
 

@@ -19,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.calls.simulate import simulate
-from gearrattle.contact_ratios import ROUTES
+from gearrattle.analysis.contact_ratios import ROUTES
 from gearrattle.model import Model
 from gearrattle.reproduction.cases import (
     DAMPING,
@@ -35,6 +34,7 @@ from gearrattle.reproduction.cases import (
 from gearrattle.results import Run
 from gearrattle.signals import regime, steady
 from gearrattle.signals.regions import Regime
+from gearrattle.simulation.simulate import simulate
 from gearrattle.trajectory import Trajectory
 
 GEAR = "gear"

@@ -11,7 +11,6 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.linear.stiffness import most_regions
 from gearrattle.remember import kept
 from gearrattle.solvers.tableaus import Tableau
 from gearrattle.system.flow import Flow
@@ -22,6 +21,13 @@ _STEP_OVER_FASTEST = 0.25
 _GROSS = 1.01  # steps are tried in this ratio before the limit is bisected
 ROUNDING = 1e-9
 _MOST_KEPT = 4096
+MOST_REGIONS, FEWEST_REGIONS = 256, 8
+_WORK = 2e8  # sum of the cubes of their orders: about a second of eigenvalues
+
+
+def most_regions(states: int) -> int:
+    """Return how many state matrices of this order have their eigenvalues found in about a second, 8 to 256."""
+    return int(np.clip(_WORK / max(states, 1) ** 3, FEWEST_REGIONS, MOST_REGIONS))
 
 
 def eigenvalues(flow: Flow, pieces: tuple[int, ...]) -> NDArray[np.complex128]:

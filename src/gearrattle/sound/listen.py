@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.readers.wav import wav_bytes
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, listed
-from gearrattle.readers.wav import wav_bytes
 from gearrattle.recording import Recording
 from gearrattle.result import Result
 from gearrattle.results import Run

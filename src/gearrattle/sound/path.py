@@ -117,7 +117,7 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
 
 
 def _measured(path: Path, rate: float, scale: float) -> SoundPath:
-    from gearrattle.readers import read_raw, wav
+    from gearrattle.measured.readers import read_raw, wav
     from gearrattle.sound.resample import resampled
 
     if not path.exists():

@@ -16,11 +16,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearrattle.assembly import refuse_unsteady
-from gearrattle.calls.settings import settled
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
 from gearrattle.model.table import shown
+from gearrattle.simulation.settings import settled
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
 from gearrattle.studies.designs import METHODS

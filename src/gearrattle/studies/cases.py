@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ConvergenceError, ModelError
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.batch import batched
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan

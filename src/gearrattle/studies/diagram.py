@@ -27,11 +27,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearrattle.assembly import assemble, refuse_unsteady
-from gearrattle.calls.settings import settled
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.table import shown
+from gearrattle.simulation.settings import settled
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import GearRattleError
 from gearrattle.formats import format_name
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.result import KIND
 from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.evolution import front_of, hypervolume
 from gearrattle.studies.goals import SENSES, Constraint, Objective
 from gearrattle.studies.kept import RESULTS

@@ -20,13 +20,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.settings import settled
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.formats import format_name
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import AnyTable, checked
 from gearrattle.results import Run
+from gearrattle.simulation.settings import settled
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.claims import ABOUT, Claim, check_owner
 from gearrattle.studies.evolution import Evolution

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.judge import criteria
-from gearrattle.calls.measure import BARE, heard_of, rows_of
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.quantities import CRITERIA, METRICS, Entry, Metric, Row, evaluate
+from gearrattle.quantities.criteria import criteria
+from gearrattle.quantities.metrics import BARE, heard_of, rows_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
+from gearrattle.simulation.simulate import simulate
 
 VERDICT, _REGIME = "verdict", "regime"
 REGIMES = ("quiet", "single-sided", "double-sided")

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import Cancelled
 from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.batch import FEWEST, batched, can_batch
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import Plan, Samples

@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.analysis.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
+from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, refuse_motions, refuse_unsteady
-from gearrattle.calls.measure import engine_orders
-from gearrattle.calls.statics import named_equilibrium
 from gearrattle.errors import ModelError, Problem
-from gearrattle.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
+from gearrattle.quantities.metrics import engine_orders
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of

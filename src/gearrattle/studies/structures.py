@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of
-from gearrattle.calls.measure import engine_orders
 from gearrattle.errors import GearRattleError
 from gearrattle.model import Model
+from gearrattle.quantities.metrics import engine_orders
 from gearrattle.signals import gap_names, loose_gears
 from gearrattle.studies.plan import Plan
 

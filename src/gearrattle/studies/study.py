@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from gearrattle.calls.settings import settled
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ConvergenceError, ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import shown
 from gearrattle.results import Run
+from gearrattle.simulation.settings import settled
+from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.designs import design_of

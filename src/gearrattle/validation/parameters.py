@@ -16,13 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.fitted import Fit
 from gearrattle.model import Model
 from gearrattle.model.paths import value_at
 from gearrattle.model.table import did_you_mean
 from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
 from gearrattle.trajectory import Array
 
 Errors = Mapping[str, float]

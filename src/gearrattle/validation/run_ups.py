@@ -21,14 +21,14 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.calls.orders import TURNS, order_cuts
-from gearrattle.calls.read import read
 from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.read import read
 from gearrattle.model import Model
 from gearrattle.model.table import listed
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
 from gearrattle.signals.conditioning import PASSED
+from gearrattle.spectral.orders import TURNS, order_cuts
 from gearrattle.trajectory import Array
 from gearrattle.validation.pairing import paired
 from gearrattle.validation.run_up_record import RunUp, Track

@@ -1,6 +1,6 @@
 """``validate``: a model or a run, and a measurement, in; how far they agree, and why not further, out.
 
-Takes calls, readers and signals; gives a Validation.
+Takes runs, recordings and signals; gives a Validation.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gearrattle.calls.read import read
-from gearrattle.calls.simulate import simulate
 from gearrattle.errors import ModelError, Problem
 from gearrattle.identification.fitted import Fit
+from gearrattle.measured.read import read
 from gearrattle.model import Model, load
 from gearrattle.model.table import listed
 from gearrattle.recording import Recording
 from gearrattle.results import Run, open_run
+from gearrattle.simulation.simulate import simulate
 from gearrattle.validation.comparing import check_asked, compared
 from gearrattle.validation.record import Validation
 from gearrattle.validation.wanted import Wanted, problems_of

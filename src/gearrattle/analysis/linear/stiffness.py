@@ -1,0 +1,107 @@
+"""Numerical stiffness of the linear system that remains when every element has one slope: eigenvalues and R_lambda.
+
+    R_lambda = max |lambda| / min |lambda|
+
+over the eigenvalues of the state matrix (Padmanabhan et al. 1995, sec. 6, after R. C. Aiken 1985), *without* those of
+rigid motion: a free train has lambda = 0 for its angle and its mean drag rate for its speed, and the ratio with the
+latter would tell of the drag. So every rigid motion (the null space of the elements that have a slope) takes a pair
+out, and they are kept apart. Which ones they are is told by the share of their energy in rigid velocities.
+
+The classes are Aiken's, as the paper prints them: mild below 1e2, strong 1e3 to 1e5, extreme 1e6 to 1e8, pathological
+above 1e9. They leave gaps; here the lower class goes on up to the next bound.
+
+Takes a system with one slope and one damping an element; gives Eigenvalues.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.system.piecewise import PiecewiseSystem
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+StiffnessClass = Literal["mild", "strong", "extreme", "pathological"]
+
+BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong"), (1e9, "extreme"))
+"""Padmanabhan et al. 1995, sec. 6, gaps closed: each class lies below its bound; the last has none."""
+
+
+@dataclass(frozen=True)
+class Eigenvalues:
+    """Eigenvalues of one state matrix [1/s], by ascending magnitude.
+
+    Attributes:
+        elastic: of all motion that is not rigid.
+        rigid: those of rigid motions, a pair each: zero, and a drag rate.
+    """
+
+    elastic: Complex
+    rigid: Complex
+
+    @property
+    def r_lambda(self) -> float:
+        """Largest over smallest magnitude; NaN if all motion is rigid."""
+        size = np.abs(self.elastic)
+        return float(size[-1] / size[0]) if size.size else float("nan")
+
+    @property
+    def fastest(self) -> float:
+        """Largest magnitude of all [1/s]."""
+        return float(np.abs(np.concatenate([self.elastic, self.rigid])).max())
+
+    @property
+    def stiffness_class(self) -> StiffnessClass:
+        """Class of R_lambda."""
+        return stiffness_class(self.r_lambda)
+
+
+def stiffness_class(r_lambda: float) -> StiffnessClass:
+    """Return the class of a ratio of eigenvalues."""
+    return next((name for bound, name in BOUNDS if r_lambda < bound), "pathological")
+
+
+def rigid_motions(system: PiecewiseSystem, stiffness: Array) -> int:
+    """Return how many rigid motions there are with the slopes (m,) given."""
+    return len(_tied(system, stiffness).references)
+
+
+def _tied(system: PiecewiseSystem, stiffness: Array) -> RelativeCoordinates:
+    return relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
+
+
+def eigenvalues(system: PiecewiseSystem, stiffness: Array, damping: Array) -> Eigenvalues:
+    """Eigenvalues with the slope (m,) and the damping (m,) of every element given.
+
+    They are found in energy coordinates, y = (B x, sqrt(J) v) with B^T B the stiffness of independent deflections x:
+    zeros of rigid angles do not occur there, and the matrix is skew-symmetric but for damping.
+    """
+    coordinates, root = _tied(system, stiffness), np.sqrt(system.inertia)
+    combination = np.sqrt(stiffness[stiffness > 0.0])[:, None] * coordinates.combination
+    factor = np.linalg.qr(combination, mode="r")
+    gyroscopic = factor @ coordinates.basis / root
+    loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
+    count = len(factor)
+    matrix = np.zeros((count + system.size, count + system.size))
+    matrix[:count, count:] = gyroscopic
+    matrix[count:, :count] = -gyroscopic.T
+    matrix[count:, count:] = -loss / np.outer(root, root)
+    values, vectors = np.linalg.eig(matrix)
+    rigid = np.linalg.qr(root[:, None] * coordinates.angle_from_reference)[0]
+    share = np.sum(np.abs(rigid.T @ vectors[count:]) ** 2, axis=0)
+    apart = np.zeros(values.size, dtype=np.bool_)
+    apart[np.argsort(-share, kind="stable")[: rigid.shape[1]]] = True
+    zeros = np.zeros(rigid.shape[1])
+    return Eigenvalues(_ascending(values[~apart]), _ascending(np.concatenate([zeros, values[apart]])))
+
+
+def _ascending(values: Array | Complex) -> Complex:
+    """Sort by magnitude, pairs by imaginary part."""
+    every: Complex = np.asarray(values, dtype=np.complex128)
+    order = np.lexsort((np.imag(every), np.asarray(np.round(np.abs(every), 12))))
+    return np.asarray(every[order], dtype=np.complex128)

@@ -1,0 +1,271 @@
+"""Static equilibrium and modes of a model, with its names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.analysis.linear import modes as modal
+from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
+from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.model import Model, check_model
+from gearrattle.result import Result
+from gearrattle.system import equilibrium as statics
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Equilibrium(Result):
+    """Static equilibrium under the mean loads.
+
+    Attributes:
+        model: the driveline.
+        angle: (n,) [rad]; the last inertia of every free train at zero.
+        deflection: by element name [rad or m].
+        region: by name of every element with a corner.
+        acceleration: (n,) uniform acceleration of trains whose mean torques do not balance [rad/s^2].
+        notes: what the user must know.
+    """
+
+    kind: ClassVar[str] = "equilibrium"
+    model: Model = field(repr=False, compare=False)
+    angle: Array
+    deflection: dict[str, float]
+    region: dict[str, int]
+    acceleration: Array
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Modes(Result):
+    """Natural modes, where their energy is, and what excites them.
+
+    A share in ``kinetic_energy`` reads two ways: down its column, where the mode moves; along its row, how the energy
+    of a blow on that inertia spreads over the modes. So does one in ``strain_energy``: along its row, how the energy
+    of a sudden step of transmission error in that element spreads. Of modes of one frequency only sums of shares mean
+    anything, as any combination of them is a mode too.
+
+    Attributes:
+        model: the driveline.
+        frequencies: (n,) [rad/s], ascending; 0 for rigid motion.
+        damping_ratios: (n,); NaN for rigid motion.
+        shapes: (n inertias, n modes), largest entry of each mode 1.
+        inertia_names: (n,).
+        element_names: (m,) couplings, then meshes.
+        modal_inertia: (n,) phi^T J phi of these shapes [kg m^2].
+        strain_energy: (m elements, n modes) k_k (w_k phi)^2 / (phi^T K phi); a column adds up to 1, and is NaN for
+            rigid motion, which stores none.
+        kinetic_energy: (n inertias, n modes) J_i phi_i^2 / (phi^T J phi); columns and rows add up to 1.
+        participation: (n inertias, n modes) phi_i^2 / (phi^T J phi), the modal constant of the acceleration of an
+            inertia by a unit torque on it (Ewins, Modal Testing, 2nd ed. 2000, sec. 2.4); a row adds up to 1 / J_i
+            [1/(kg m^2)].
+        sources: (p,) what shakes the driveline: inertias with torque harmonics, meshes with transmission errors.
+        excitation: (p, n modes) the share of a source's energy that goes into each mode: the row of
+            ``kinetic_energy`` or ``strain_energy``, 0 for a transmission error in rigid motion.
+        notes: what the modes leave out: friction and the clipping of contact damping.
+    """
+
+    kind: ClassVar[str] = "modes"
+    model: Model = field(repr=False, compare=False)
+    frequencies: Array
+    damping_ratios: Array
+    shapes: Array
+    inertia_names: tuple[str, ...]
+    element_names: tuple[str, ...]
+    modal_inertia: Array
+    strain_energy: Array
+    kinetic_energy: Array
+    participation: Array
+    sources: tuple[str, ...]
+    excitation: Array
+    notes: tuple[str, ...] = ()
+
+    def works_in(self, mode: int, least: float = 0.05) -> dict[str, float]:
+        """Elements with at least this share of a mode's strain energy, largest first; none for rigid motion.
+
+        Args:
+            mode: its column.
+            least: smallest share told; the largest is told anyway.
+        """
+        return _largest(self.element_names, self.strain_energy[:, mode], least)
+
+    def excited_by(self, mode: int, least: float = 0.001) -> dict[str, float]:
+        """Sources of which at least this share of energy goes into a mode, largest first.
+
+        Args:
+            mode: its column.
+            least: smallest share told.
+        """
+        shares = self.excitation[:, mode]
+        return {name: share for name, share in _largest(self.sources, shares, least).items() if share >= least}
+
+    def repeated(self) -> tuple[tuple[int, ...], ...]:
+        """Groups of modes, by column, that share one frequency to nine digits; rigid motions are none."""
+        groups: list[list[int]] = []
+        for mode in np.flatnonzero(self.frequencies > 0.0).tolist():
+            near = groups and self.frequencies[mode] <= self.frequencies[groups[-1][-1]] * (1.0 + 1e-9)
+            if near:
+                groups[-1].append(mode)
+            else:
+                groups.append([mode])
+        return tuple(tuple(group) for group in groups if len(group) > 1)
+
+    def moves(self, mode: int, least: float = 0.05) -> dict[str, float]:
+        """Inertias with at least this share of a mode's kinetic energy, largest first.
+
+        Args:
+            mode: its column.
+            least: smallest share told; the largest is told anyway.
+        """
+        return _largest(self.inertia_names, self.kinetic_energy[:, mode], least)
+
+
+def _largest(names: tuple[str, ...], shares: Array, least: float) -> dict[str, float]:
+    """Names and shares from the largest down to the least one told."""
+    order = [k for k in np.argsort(-shares, kind="stable").tolist() if np.isfinite(shares[k])]
+    return {names[k]: float(shares[k]) for j, k in enumerate(order) if j == 0 or shares[k] >= least}
+
+
+def equilibrium(model: Model) -> Equilibrium:
+    """Static equilibrium under the mean loads, transmission errors at zero.
+
+    Args:
+        model: the driveline.
+
+    Returns:
+        Angles, deflections and regions by name, and what must be noted.
+
+    Raises:
+        ModelError: an element of zero last slope cannot carry its load; it is named.
+    """
+    check_model(model)
+    return named_equilibrium(assemble(model))[0]
+
+
+def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
+    """The same with names, and as the mathematics has it."""
+    model, system, names = driveline.model, driveline.system, driveline.layout.element_names
+    try:
+        rest = statics.equilibrium(system)
+    except statics.Runaway as runaway:
+        which = ", ".join(names[k] for k in runaway.elements)
+        problem = Problem(
+            f"elements {which}",
+            "a mean load",
+            "the last stage has no stiffness and cannot carry it: no static equilibrium",
+            'balance the mean torques, give the last stage a stiffness, or start from initial = "zero"',
+        )
+        raise ModelError(problem) from None
+    notes = []
+    moving = np.flatnonzero(rest.acceleration)
+    if moving.size:
+        largest = rest.acceleration[moving[np.argmax(np.abs(rest.acceleration[moving]))]]
+        notes.append(
+            f"the mean torques do not balance: the train with {free_names(model)[moving[0]]} accelerates uniformly "
+            f"(up to {largest:.6g} rad/s^2); the equilibrium is that of the accelerated train."
+        )
+    notes += [f"{names[k]}: the free gap carries no load and is taken at its middle." for k in rest.middled]
+    notes += left_out(model)
+    region = {names[k]: rest.pieces[k] + system.laws[k].first_label for k in system.clearances}
+    deflection = dict(zip(names, rest.deflection.tolist(), strict=True))
+    held = np.zeros(len(model.motions))
+    angle, acceleration = (whole(model, values, held) for values in (rest.angle, rest.acceleration))
+    return Equilibrium(model, angle, deflection, region, acceleration, tuple(notes)), rest
+
+
+def modes(
+    model: Model,
+    contact_ratio: Mapping[str, float] | None = None,
+    region: Mapping[str, int] | None = None,
+    *,
+    with_damping: bool = False,
+) -> Modes:
+    """Undamped natural frequencies, damping ratios, shapes, and the elements, inertias and loads of every mode.
+
+    Args:
+        model: the driveline.
+        contact_ratio: Gamma by element name: the slope becomes Gamma K, K the slope of the last drive stage (sec. 6 of
+            Padmanabhan et al. 1995).
+        region: region label by element name; elements in neither mapping are in their last drive stage.
+        with_damping: whether Gamma multiplies the damping too; in the paper it multiplies stiffness only.
+
+    Raises:
+        ModelError: a name no element has, a ratio outside 0 ... 1, a region the element does not have.
+    """
+    check_model(model)
+    driveline = assemble(model)
+    data = modal.modes(driveline.system, *slopes(driveline, contact_ratio, region, with_damping=with_damping))
+    sources, excitation = _excitation(model, data)
+    return Modes(
+        model=model,
+        frequencies=data.frequencies,
+        damping_ratios=data.damping_ratios,
+        shapes=data.shapes,
+        inertia_names=free_names(model),
+        element_names=driveline.layout.element_names,
+        modal_inertia=data.modal_inertia,
+        strain_energy=data.strain_energy,
+        kinetic_energy=data.kinetic_energy,
+        participation=data.kinetic_energy / driveline.system.inertia[:, None],
+        sources=sources,
+        excitation=excitation,
+        notes=left_out(model),
+    )
+
+
+def torque_source(name: str) -> str:
+    """What a harmonic torque on this inertia is called among the sources."""
+    return f"torque on {name}"
+
+
+def _excitation(model: Model, data: modal.ModalData) -> tuple[tuple[str, ...], Array]:
+    """Sources in file order, and the share of each one's energy by mode."""
+    loaded = {t.on for t in model.torques if t.signal is not None or any(h.amplitude for h in t.harmonics)}
+    shares = {torque_source(name): data.kinetic_energy[i] for i, name in enumerate(free_names(model)) if name in loaded}
+    for k, element in enumerate(model.elements):
+        if any(h.amplitude for h in element.errors):
+            shares[element.error_words] = np.nan_to_num(data.strain_energy[k])
+    return tuple(shares), np.array(list(shares.values())).reshape(-1, len(free_names(model)))
+
+
+def slopes(
+    driveline: Driveline,
+    contact_ratio: Mapping[str, float] | None,
+    region: Mapping[str, int] | None,
+    *,
+    with_damping: bool = False,
+) -> tuple[Array, Array]:
+    """(m,) slope and (m,) damping of every element; arguments and errors as of ``modes``."""
+    names, system = driveline.layout.element_names, driveline.system
+    contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
+    problems = [
+        Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")
+        for kind, given in (("contact_ratio", contact_ratio), ("region", region))
+        for name in given
+        if name not in names
+    ]
+    problems += [
+        Problem(f"contact_ratio: {name}", f"{ratio}", "must lie between 0 and 1")
+        for name, ratio in contact_ratio.items()
+        if not 0 <= ratio <= 1
+    ]
+    stiffness, damping = np.empty(len(names)), np.empty(len(names))
+    for k, (name, law) in enumerate(zip(names, system.laws, strict=True)):
+        first, last = law.first_label, law.first_label + law.pieces - 1
+        label = region.get(name, last)
+        if not_whole({name: (label, first)}) or label > last:
+            problems.append(
+                Problem(f"region: {name}", str(label), f"must be a whole number, one of {first} ... {last}")
+            )
+            continue
+        piece = label - first
+        ratio = contact_ratio.get(name, 1.0)
+        stiffness[k], damping[k] = ratio * law.stiffness[piece], (ratio if with_damping else 1.0) * law.damping[piece]
+    if problems:
+        raise ModelError(problems)
+    return stiffness, damping

@@ -1,1 +1,0 @@
-"""The public functions that take a model: assembly, then mathematics, then results with names."""

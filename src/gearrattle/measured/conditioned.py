@@ -1,0 +1,151 @@
+"""One mapped channel, step by step: gaps, turns, pulses, other quantity; then another rate, trend, filter.
+
+The order is fixed, and every step that guesses says so in a note. Filters and trends come after resampling, so they see
+uniform samples; the filter comes last, so derivatives lose their noise.
+
+Takes ``Mapped`` of ``readers.mapping`` and the functions of ``signals``; gives arrays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.measured.readers.mapping import Mapped
+from gearrattle.measured.readers.tables import FAMILIES, TachoTable
+from gearrattle.recording import Array, Recording
+from gearrattle.signals.conditioning import bridged, detrended, evened, filtered, resample
+from gearrattle.signals.motion import derived, unwrapped
+from gearrattle.signals.tacho import PulseError, levels, pulse_angles, pulse_times, shaft
+from gearrattle.wording import counted, with_article
+
+_SI = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "shaft angle": "rad", "speed": "rad/s"}
+_FEWEST = 4
+
+
+class Conditioned(NamedTuple):
+    """A channel as it becomes: its own times, values, unit, and what was assumed."""
+
+    time: Array
+    values: Array
+    unit: str
+    notes: tuple[str, ...]
+
+
+def became(channel: Mapped) -> Conditioned:
+    """Bring a channel to the quantity that it becomes, at its own times.
+
+    Raises:
+        ModelError: samples that are no numbers, too few of them, pulses from which no angle follows.
+    """
+    row, notes = channel.table, []
+    if channel.time.size < _FEWEST:
+        rule = f"a channel needs {_FEWEST} samples or more"
+        raise channel.wrong("", counted(channel.time.size, "sample"), rule, "is this the whole record?")
+    channel, said = _whole(channel)
+    notes += said
+    time, values = channel.time, channel.values
+    if row.starts_over is not None:
+        values = unwrapped(values, row.starts_over)
+    measured = row.measured or row.quantity
+    if measured == "pulses" and row.quantity != "pulses" and row.tacho is not None:
+        time, values, said = _turned(channel, row.tacho)
+        return Conditioned(time, values, _SI[row.quantity], (*notes, *said))
+    if measured == row.quantity:
+        return Conditioned(time, values, channel.unit, tuple(notes))
+    family = next(family for family in FAMILIES if {measured, row.quantity} <= set(family))
+    times = family.index(row.quantity) - family.index(measured)
+    if times < 0:
+        notes.append(f"{row.name}: integrated from {with_article(measured)}; 0 at its first sample")
+    return Conditioned(time, derived(time, values, times), _SI[row.quantity], tuple(notes))
+
+
+def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
+    """Refuse or bridge samples that are no numbers."""
+    bad = ~np.isfinite(channel.values)
+    if not bad.any():
+        return channel, []
+    at, count = int(np.argmax(bad)), int(bad.sum())
+    found = f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at}; {count} in all)"
+    if channel.table.gaps != "bridge":
+        raise channel.wrong("", found, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
+    if bad[0] or bad[-1] or count > bad.size - _FEWEST:
+        raise channel.wrong("gaps", found, "only what lies between numbers can be bridged", "cut with start and end")
+    values, longest = bridged(channel.time, channel.values)
+    missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
+    note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
+    return replace(channel, values=values), [note]
+
+
+def _turned(channel: Mapped, tacho: TachoTable) -> tuple[Array, Array, list[str]]:
+    """Turn pulses into the angle or the speed of their shaft, between the first pulse and the last."""
+    row, notes = channel.table, []
+    threshold, hysteresis = levels(channel.values)
+    if tacho.threshold is None or tacho.hysteresis is None:
+        threshold = threshold if tacho.threshold is None else tacho.threshold
+        hysteresis = hysteresis if tacho.hysteresis is None else tacho.hysteresis
+        notes.append(f"{row.name}: a pulse begins at {threshold:.6g}, hysteresis {hysteresis:.6g}")
+    else:
+        threshold, hysteresis = tacho.threshold, tacho.hysteresis
+    times = pulse_times(channel.time, channel.values, threshold, hysteresis, tacho.edge == "rising")
+    if times.size < _FEWEST:
+        low, high = float(channel.values.min()), float(channel.values.max())
+        rule = f"needs {_FEWEST} pulses or more; the signal lies between {low:.6g} and {high:.6g}"
+        remedy = "choose threshold and hysteresis within the signal"
+        raise channel.wrong("tacho", f"{counted(times.size, 'pulse')} at the threshold {threshold:.6g}", rule, remedy)
+    try:
+        angles = pulse_angles(times, tacho.pulses_per_turn, tacho.missing)
+    except PulseError as error:
+        raise channel.wrong("tacho", "", error.rule, error.remedy) from None
+    inside = channel.time[(channel.time >= times[0]) & (channel.time <= times[-1])]
+    angle, speed = shaft(times, angles, inside)
+    return inside, speed if row.quantity in ("speed", "velocity") else angle, notes
+
+
+def brought(channel: Mapped, own: Conditioned, grid: Array, rate: float) -> tuple[Array, tuple[str, ...]]:
+    """Bring a channel to the times of the recording.
+
+    Args:
+        channel: for messages.
+        own: what it became.
+        grid: (M,) times within its own [s].
+        rate: of the grid [Hz].
+    """
+    interval, values, even = uniform(own)
+    note = f"{channel.table.name}: not sampled uniformly; a cubic spline, {1.0 / interval:.6g} Hz, stands for it"
+    return resample(values, interval, float(own.time[0]), grid, rate), () if even else (note,)
+
+
+def uniform(own: Conditioned) -> tuple[float, Array, bool]:
+    """Return interval and values of uniform samples from the first time on, and whether they were so already."""
+    interval = Recording(own.time, (), "").interval
+    if interval is not None:
+        return interval, own.values, True
+    return *evened(own.time, own.values), False
+
+
+def finished(channel: Mapped, time: Array, values: Array, interval: float | None) -> Array:
+    """Take away the trend and filter.
+
+    Raises:
+        ModelError: the samples are not uniform, too few, or the cutoff is beyond half their rate.
+    """
+    row = channel.table
+    if row.detrend is not None:
+        values = detrended(time, values, 0 if row.detrend == "mean" else 1)
+    if row.filter is None:
+        return values
+    if interval is None:
+        rule = "a filter needs uniform samples, and these are not"
+        raise channel.wrong("filter", "", rule, 'resample: rate = "10 kHz" at the top of the mapping')
+    half = 0.5 / interval
+    if row.filter.cutoff[-1] >= half:
+        found, rule = f"{row.filter.cutoff[-1]:.6g} Hz", f"must lie below half the sampling rate, {half:.6g} Hz"
+        raise channel.wrong("filter.cutoff", found, rule, "lower it, or raise rate")
+    try:
+        return filtered(values, 1.0 / interval, row.filter.kind, row.filter.cutoff, row.filter.order)
+    except ValueError as error:
+        words = " ".join(str(error).split())
+        raise channel.wrong("filter", counted(values.size, "sample"), f"too few for this filter: {words}") from None

@@ -1,0 +1,194 @@
+"""``look``: what a measured file holds, and a mapping file to begin with.
+
+Takes readers' columns; gives a table of channels and the text of a ``measurement.toml``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import json_value
+from gearrattle.measured.readers import Column, Request, read_raw
+from gearrattle.measured.readers.quantities import guess
+from gearrattle.recording import QUANTITIES, Array, Recording
+from gearrattle.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PREVIEW = 3
+"""Samples of each channel that are shown."""
+_HEADER = """\
+# Which channels are read, and what is done to them: the how-to "Read measured data" has every key.
+schema = 1
+file = {file}
+"""
+_CHANNEL = """
+[[channel]]
+name = {name}
+source = {source}
+quantity = {quantity}{guessed}
+{of}
+unit = {unit}
+"""
+_UNKNOWN = """
+# Its unit does not say what this one measures. Remove the # signs, and choose the quantity:
+# {quantities}
+# [[channel]]
+# name = {name}
+# source = {source}
+# quantity = "torque"
+# unit = "N*m"                 # of scale x the stored number + offset
+# scale = 1.0
+"""
+_ROTATION = {
+    "velocity": '; "speed" if the mean rotation is included',
+    "angle": '; "shaft angle" if the mean rotation is included',
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Contents(Result):
+    """What a measured file holds.
+
+    Attributes:
+        source: the file's name.
+        format: name of its format.
+        table: a row a channel: ``channel``, ``unit`` (as in the file), ``quantity`` and ``subject`` (empty where
+            neither file nor unit says it), ``samples``, ``rate`` [Hz] (mean; NaN for one sample), ``uniform``,
+            ``begin`` and ``end`` [s], ``smallest`` and ``largest`` (of the finite samples), ``not_numbers`` (count),
+            ``first`` (the first three samples).
+        notes: what was assumed.
+    """
+
+    kind: ClassVar[str] = "contents"
+    source: str
+    format: str
+    table: pd.DataFrame
+    notes: tuple[str, ...]
+    _request: Request
+
+    def mapping(self, folder: str | os.PathLike[str] = ".") -> str:
+        """Return a mapping file for ``read``: every channel whose quantity is known, at the highest rate.
+
+        Args:
+            folder: where the mapping will stand; the file is named relative to it.
+        """
+        request = self._request
+        rows: list[dict[str, Any]] = [{str(key): row[key] for key in row} for row in self.table.to_dict("records")]
+        file = os.path.relpath(self.source, folder)
+        text = _HEADER.format(file=_quoted(Path(file).as_posix()))
+        if request.time:
+            text += f"time = {_quoted(request.time)}\n"
+        if request.interval is not None:
+            text += f'sampled = "{1.0 / request.interval!r} Hz"\n'
+        known = [row for row in rows if row["quantity"]]
+        if len({(row["samples"], row["begin"], row["end"]) for row in known}) > 1:
+            rate = max(row["rate"] for row in known)
+            text += f'rate = "{rate:.9g} Hz"{"":<10}# the channels have different times: all are brought to this rate\n'
+        names: list[str] = []
+        for row in rows:
+            names.append(_label(row["channel"], names))
+            text += _entry(names[-1], row)
+        return text
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the contents in JSON types; numbers that are not finite are null."""
+        rows = [{key: json_value(value) for key, value in row.items()} for row in self.table.to_dict("records")]
+        return {"source": self.source, "format": self.format, "channels": rows, "notes": list(self.notes)}
+
+
+def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | None = None) -> Contents:
+    """List the channels of a measured file.
+
+    Args:
+        source: CSV, MAT, HDF5, ASAM MDF, UFF, WAV, or a saved run.
+        time: name of the column of times, where the file does not tell.
+        sampled: rate of a file without times [Hz].
+
+    Raises:
+        ModelError: no such file, another format, damage, no times.
+
+    Examples:
+        >>> import gearrattle as gr
+        >>> _ = open("rig.csv", "w").write("t [s],n [rpm]\\n0,800\\n0.001,801\\n0.002,803\\n")
+        >>> contents = gr.look("rig.csv")
+        >>> contents.table.loc[0, ["channel", "unit", "quantity", "rate"]].tolist()
+        ['n', 'rpm', 'velocity', 1000.0]
+    """
+    import pandas as pd
+
+    if sampled is not None and not (np.isfinite(sampled) and sampled > 0.0):
+        raise ModelError(Problem("sampled", f"{sampled}", "must be a positive rate in Hz"))
+    request = Request(time=time, interval=None if sampled is None else 1.0 / sampled)
+    raw = read_raw(source, request)
+    table = pd.DataFrame([_row(column) for column in raw.columns])
+    return Contents(raw.source, raw.format, table, raw.notes, request)
+
+
+def _row(column: Column) -> dict[str, Any]:
+    """Return what is known of one channel."""
+    times = column.time
+    assert times is not None
+    numbers = column.values[np.isfinite(column.values)]
+    span = float(times[-1] - times[0])
+    return {
+        "channel": column.name,
+        "unit": column.unit,
+        "quantity": column.quantity if column.quantity in QUANTITIES else guess(column.unit),
+        "subject": column.subject,
+        "samples": column.values.size,
+        "rate": (times.size - 1) / span if span > 0.0 else float("nan"),
+        "uniform": Recording(times, (), "").interval is not None,
+        "begin": float(times[0]),
+        "end": float(times[-1]),
+        "smallest": _extreme(numbers, "min"),
+        "largest": _extreme(numbers, "max"),
+        "not_numbers": column.values.size - numbers.size,
+        "first": column.values[:PREVIEW].tolist(),
+    }
+
+
+def _extreme(numbers: Array, which: str) -> float:
+    """Return the smallest or largest number; NaN if there is none."""
+    return float(getattr(numbers, which)()) if numbers.size else float("nan")
+
+
+def _entry(name: str, row: dict[str, Any]) -> str:
+    """Return the lines of one channel."""
+    if not row["quantity"]:
+        return _UNKNOWN.format(name=_quoted(name), source=_quoted(row["channel"]), quantities=", ".join(QUANTITIES))
+    stated = bool(row["subject"])
+    entry = _CHANNEL.format(
+        name=_quoted(name),
+        source=_quoted(row["channel"]),
+        quantity=_quoted(row["quantity"]),
+        guessed="" if stated else f"        # by its unit{_ROTATION.get(row['quantity'], '')}",
+        of=f"of = {_quoted(row['subject'])}" if stated else '# of = "..."                 # the inertia or element',
+        unit=_quoted(row["unit"]),
+    )
+    if not row["unit"]:
+        entry = entry.replace('unit = ""', '# unit = "..."               # the file does not say it')
+    if row["not_numbers"]:
+        entry += f'gaps = "bridge"              # {row["not_numbers"]} of its samples are no numbers\n'
+    return entry
+
+
+def _label(name: str, taken: list[str]) -> str:
+    """Return a name of letters, digits, _ and - that no other channel has."""
+    label = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_") or "channel"
+    numbered = (f"{label}_{number}" for number in range(2, len(taken) + 3))
+    return label if label not in taken else next(other for other in numbered if other not in taken)
+
+
+def _quoted(text: str) -> str:
+    """Return a basic string of TOML."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,166 @@
+"""Measured files in, recordings out as files: a shelf of formats.
+
+A format is told by what the file begins with, by its ending only where content says nothing. Whatever is wrong with a
+file comes out as one ``ModelError`` with its place: a format's library may complain in any way it likes.
+
+Takes paths; gives ``Raw`` columns to the mapping and to ``calls``, and writes recordings.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, opened
+from gearrattle.measured.readers import csv, hdf5, mat, mdf4, run, uff, wav
+from gearrattle.measured.readers.base import HEAD, Column, Raw, Reader, Request, refuse_doubles
+from gearrattle.model.file import unreadable
+from gearrattle.model.table import did_you_mean, listed
+from gearrattle.recording import Recording
+from gearrattle.wording import counted
+from gearrattle.writing import whole
+
+READERS: dict[str, Reader] = {
+    reader.NAME: reader for reader in (cast(Reader, module) for module in (run, hdf5, mat, mdf4, wav, uff, csv))
+}
+"""Every format by its name, in the order in which a file is offered to them."""
+
+EVERYTHING = Request()
+
+__all__ = ["READERS", "Column", "Raw", "Reader", "Request", "format_of", "read_raw", "write"]
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Return the format of a file, by its content.
+
+    Args:
+        path: the file.
+
+    Raises:
+        ModelError: there is no such file, it is empty, or no format known.
+    """
+    place = Path(path)
+    name = str(path)
+    try:
+        if place.is_dir():
+            raise ModelError(Problem(name, "a folder", "must be a file"))
+        with opened(place) as stream:
+            head = stream.read(HEAD)
+    except FileNotFoundError:
+        raise ModelError(Problem(name, "", "no such file", _neighbour(place))) from None
+    except (OSError, ValueError) as error:
+        raise ModelError(unreadable(name, error)) from None
+    if not head:
+        raise ModelError(Problem(name, "", "the file is empty", "copy or export it again"))
+    for reader in READERS.values():
+        if reader.knows(place, head):
+            return reader.NAME
+    if place.suffix.lower() == ".mat" and not head.startswith(b"MATLAB") and head[:1] in (b"\0", b"\x01", b"\x02"):
+        return mat.NAME  # version 4 has no other mark than its ending
+    ending = next((r.NAME for r in READERS.values() if place.suffix.lower() in r.SUFFIXES), "")
+    rule = f"its content is none of {listed(READERS)}"
+    remedy = (
+        f"it ends like {ending}: damaged, or another format under that name" if ending else "export it as one of these"
+    )
+    raise ModelError(Problem(name, "", rule, remedy))
+
+
+def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format: str = "") -> Raw:
+    """Read the columns of a file as they stand.
+
+    Args:
+        path: the file.
+        request: what is wanted of it.
+        format: one of ``READERS``; empty: told by the content.
+
+    Raises:
+        ModelError: no such file, another or an unknown format, damage, no signals, two columns of
+            one name, times that do not ascend.
+    """
+    told = format_of(path)
+    reader = READERS[format or told]
+    place = Path(path)
+    try:
+        raw = reader.read(place, request)
+    except (ModelError, MemoryError):
+        raise
+    except Refused as error:
+        raise ModelError(unreadable(str(path), error)) from None
+    except Exception as error:  # a library complains as it likes; the user gets one kind of answer
+        rule = f"cannot be read as {reader.NAME}: damaged, truncated, or another format"
+        remedy = "copy or export it again" if told == reader.NAME else f"its content looks like {told}"
+        words = " ".join(str(error).split())[:120] or type(error).__name__
+        raise ModelError(Problem(str(path), words, rule, remedy)) from None
+    refuse_doubles(raw.columns, raw.source, request)
+    if request.names is None and min(column.values.size for column in raw.columns) < 2:
+        raise ModelError(Problem(raw.source, "", "holds names, and no samples", "is this the whole record?"))
+    for column in raw.columns:
+        _check_times(column, raw.source)
+    return raw
+
+
+def write(recording: Recording, path: str | os.PathLike[str], format: str = "") -> None:
+    """Write a recording as a file, whole or not at all.
+
+    Args:
+        recording: its channels, in SI.
+        path: the file; one that exists is replaced.
+        format: csv, mat, hdf5, mdf4, uff or wav; empty: by the file's ending.
+
+    Raises:
+        ModelError: an ending of no format, or a recording that the format cannot hold.
+        OSError: the machine refused; nothing half-written is left.
+    """
+    target = Path(path)
+    able = {name: reader for name, reader in READERS.items() if name != run.NAME}
+    endings = {suffix: reader for reader in reversed(able.values()) for suffix in reader.SUFFIXES}
+    endings |= {reader.SUFFIXES[0]: reader for reader in able.values()}
+    endings.pop(".nc")
+    if format and format not in able:
+        raise ModelError(Problem("format", format, f"must be one of {listed(able)}", did_you_mean(format, able)))
+    if not format and target.suffix.lower() not in endings:
+        rule = f"the ending tells the format: {listed(reader.SUFFIXES[0] for reader in able.values())}"
+        raise ModelError(Problem(str(path), target.suffix or "no ending", rule, "or give format"))
+    reader = able[format] if format else endings[target.suffix.lower()]
+    if not recording.channels or recording.time.size < 2:
+        rule = "a recording to be written needs a channel, and two samples"
+        raise ModelError(
+            Problem(
+                str(path),
+                f"{counted(len(recording.channels), 'channel')}, {counted(recording.time.size, 'sample')}",
+                rule,
+            )
+        )
+    try:
+        with whole(target) as path_while_written:
+            reader.write(recording, path_while_written)
+    except ModelError as error:
+        raise type(error)([Problem(str(path), p.value, p.rule, p.remedy) for p in error.problems]) from None
+
+
+def _check_times(column: Column, source: str) -> None:
+    """Refuse times that are no numbers or do not ascend."""
+    time = column.time
+    assert time is not None
+    place = f"{source}: times of {column.name}"
+    if not np.isfinite(time).all():
+        at = int(np.argmin(np.isfinite(time)))
+        raise ModelError(Problem(place, f"{time[at]} at sample {at}", "must be finite numbers", "cut the record"))
+    wrong = np.diff(time) <= 0.0
+    if wrong.any():
+        at = int(np.argmax(wrong)) + 1
+        rule = f"must ascend; sample {at - 1} is at {time[at - 1]:.9g} s"
+        raise ModelError(Problem(place, f"{time[at]:.9g} s at sample {at}", rule, "sort the record, or drop doubles"))
+
+
+def _neighbour(path: Path) -> str:
+    """Suggest a file of a similar name in the same folder."""
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return f"the folder {path.parent} does not exist or cannot be read"
+    return did_you_mean(path.name, names[:100])

@@ -1,0 +1,100 @@
+"""CSV whose header names the units: ``t [s], n_engine [rpm]``, or a line of names and one of units.
+
+Lines that begin with # are comments; ``write`` uses them to say what each column is (``# n = velocity of flywheel``),
+and this reader to know it again. Names of a saved run, such as ``angle.flywheel``, say their quantity and subject
+themselves. Numbers are written so that they are read back to the last bit.
+
+Takes a path; gives columns with times.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import opened_text
+from gearrattle.measured.readers.base import Column, Raw, Request, is_time, unfit, with_times
+from gearrattle.model.csv_columns import read_all
+from gearrattle.model.csv_layout import RecordError, defused, encoding_of, numbered
+from gearrattle.recording import QUANTITIES, Recording
+
+NAME = "csv"
+SUFFIXES = (".csv", ".txt", ".tsv", ".asc")
+_SAID = re.compile(rf"# (.+) = ({'|'.join(QUANTITIES)})(?: of (.+))?")
+_OF_A_RUN = re.compile(r"(angle|velocity|acceleration|deflection|force)\.([A-Za-z0-9_-]+)")
+_SI = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "speed": "rad/s"}
+_FORBIDDEN = set(",;\t[]\n\r#\"'")
+
+
+def knows(_path: Path, head: bytes) -> bool:
+    """Tell a text with several columns."""
+    encoding = encoding_of(head)
+    if encoding is None:
+        return False
+    text = head.decode(encoding, errors="ignore")
+    return any(mark in line for _, line in numbered(iter(text.splitlines())) for mark in ",;\t")
+
+
+def read(path: Path, request: Request) -> Raw:
+    """Return its columns of numbers."""
+
+    def use(name: str, unit: str) -> bool:
+        if not name:
+            return False  # nothing but separators at the end of every line
+        if request.names is None or name in request.names:
+            return True
+        return name == request.time if request.time else is_time(name, unit)
+
+    try:
+        layout, values = read_all(path, use)
+    except RecordError as error:
+        raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
+    said, read_ones = _said(path, layout.encoding), iter(values.T)
+    columns = []
+    for name, unit in layout.heads:
+        if not name:
+            continue
+        array = next(read_ones) if use(name, unit or "") else np.empty(0)
+        quantity, subject = said.get(name) or _of_a_run(name)
+        columns.append(Column(name, unit or _SI.get(quantity, ""), array, None, quantity, subject))
+    return Raw(with_times(columns, path, request), str(path), NAME, layout.notes)
+
+
+def _of_a_run(name: str) -> tuple[str, str]:
+    """Return quantity and subject of a column of a saved run; two empty texts for other names."""
+    match = _OF_A_RUN.fullmatch(name)
+    return (match[1], match[2]) if match else ("", "")
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write ``time [s]`` and one column a channel."""
+    names = [channel.name for channel in recording.channels]
+    wrong = next((name for name in names if _FORBIDDEN & set(name) or name != name.strip() or name == "time"), None)
+    if wrong is not None:
+        rule = "the name of a column holds no commas, semicolons, tabs, brackets, quotes or #, and is not time"
+        raise unfit(path, wrong, rule, "rename the channel")
+    with open(path, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write(f"# {' '.join(recording.source.split())}\n")
+        for channel in recording.channels:
+            if channel.quantity:
+                of = f" of {channel.subject}" if channel.subject else ""
+                stream.write(f"# {channel.name} = {channel.quantity}{of}\n")
+        stream.write(", ".join(["time [s]", *(f"{defused(c.name)} [{c.unit}]" for c in recording.channels)]) + "\n")
+        table = np.column_stack([recording.time, *(channel.values for channel in recording.channels)])
+        for row in table.tolist():
+            stream.write(",".join(map(repr, row)) + "\n")
+
+
+def _said(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
+    """Return quantity and subject by column, from the comments at the beginning."""
+    found: dict[str, tuple[str, str]] = {}
+    with opened_text(path, encoding, "replace") as stream:
+        for line in stream:
+            if not line.startswith("#"):
+                break
+            if match := _SAID.fullmatch(line.rstrip("\n")):
+                found[match[1]] = (match[2], match[3] or "")
+    return found

@@ -1,0 +1,163 @@
+"""From a ``measurement.toml``, or the same tables from Python, to the columns it names, in SI and with their places.
+
+    schema = 1
+    file = "record.mat"
+    rate = "10 kHz"
+
+    [[channel]]
+    name = "n_engine"
+    quantity = "velocity"
+    of = "flywheel"
+    unit = "rpm"
+
+Nothing is processed here: what is to be done stands in the tables, and ``calls`` has it done.
+
+Takes a path or tables; gives a ``Measurement``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.readers import READERS, Column, Raw, Request, read_raw
+from gearrattle.measured.readers.quantities import factor
+from gearrattle.measured.readers.tables import ChannelTable, MeasurementTables
+from gearrattle.model.file import check_reachable, read_tables, read_text
+from gearrattle.model.problems import Positions, model_error, place
+from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.model.units import UnitError
+from gearrattle.recording import Array
+
+KIND = "mapping file"
+
+
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """A channel before anything was done to it.
+
+    Attributes:
+        table: what it is and what is to be done.
+        time: (N,) ascending [s].
+        values: (N,) in SI of what was measured; NaN where the file has no number.
+        unit: SI unit of what was measured.
+        place: where messages say it is.
+    """
+
+    table: ChannelTable
+    time: Array
+    values: Array
+    unit: str
+    place: str
+
+    def wrong(self, key: str, found: str, rule: str, remedy: str = "") -> ModelError:
+        """Return the refusal of one of its keys, or of the whole channel."""
+        return ModelError(Problem(f"{self.place}.{key}" if key else self.place, found, rule, remedy))
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a mapping names.
+
+    Attributes:
+        tables: of the mapping.
+        channels: in its order.
+        source: the record's name.
+        notes: what the user must know.
+        place: what messages call the mapping.
+    """
+
+    tables: MeasurementTables
+    channels: tuple[Mapped, ...]
+    source: str
+    notes: tuple[str, ...]
+    place: str
+
+
+def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurement:
+    """Read a mapping and the columns it names.
+
+    Args:
+        source: path of a TOML file, or its tables; paths in it are relative to the file or the working directory.
+
+    Raises:
+        ModelError: every problem of the mapping with its place, then those of the record.
+    """
+    if isinstance(source, Mapping):
+        plain, positions, folder = source, Positions(), Path()
+    else:
+        name = os.fspath(source)
+        plain, positions = read_tables(read_text(name, KIND), name, KIND)
+        folder = Path(name).parent
+    try:
+        tables = MeasurementTables.model_validate(plain)
+    except ValidationError as error:
+        raise model_error(error, plain, positions) from None
+    if tables.format is not None and tables.format not in READERS:
+        rule, remedy = f"must be one of {listed(READERS)}", did_you_mean(tables.format, READERS)
+        raise ModelError(Problem(place(("format",), {}, positions), shown(tables.format), rule, remedy))
+    if positions.name:  # tables from Python name what their author may read
+        for file in dict.fromkeys((tables.file, *(row.file for row in tables.channels if row.file is not None))):
+            check_reachable(file, folder)
+    records = {file: _record(tables, file, folder) for file in dict.fromkeys(row.file for row in tables.channels)}
+    channels: list[Mapped] = []
+    problems: list[Problem] = []
+    notes: list[str] = []
+    for index, row in enumerate(tables.channels):
+        where = place(("channel", index), {("channel", index): row.name}, positions)
+        try:
+            mapped, said = _mapped(row, records[row.file], where)
+            channels.append(mapped)
+            notes += said
+        except ModelError as error:
+            problems += error.problems
+    if problems:
+        raise ModelError(problems)
+    notes = [note for raw in records.values() for note in raw.notes] + notes
+    return Measurement(tables, tuple(channels), tables.file, tuple(notes), positions.name or "mapping")
+
+
+def _record(tables: MeasurementTables, file: str | None, folder: Path) -> Raw:
+    """Read one of the files; how times are told is said of the first."""
+    names = tuple(row.source or row.name for row in tables.channels if row.file == file)
+    if file is not None:
+        return read_raw(folder / file, Request(names=names))
+    interval = None if tables.sampled is None else 1.0 / tables.sampled
+    request = Request(tables.time, tables.time_unit, interval, names)
+    return read_raw(folder / tables.file, request, tables.format or "")
+
+
+def _mapped(row: ChannelTable, raw: Raw, where: str) -> tuple[Mapped, list[str]]:
+    """Find a channel's column and bring it to SI."""
+    name = row.source or row.name
+    column = next((column for column in raw.columns if column.name == name), None)
+    if column is None:
+        names = [c.name for c in raw.columns]
+        rule = f"no column of {raw.source} has this name; there are {listed(map(shown, names))}"
+        key = "name" if row.source is None else "source"
+        remedy = did_you_mean(name, names[:100]) or 'source = "..." tells what the file calls it'
+        raise ModelError(Problem(f"{where}.{key}", shown(name), rule, remedy))
+    measured = row.measured or row.quantity
+    notes = []
+    if row.unit is not None and column.unit and row.unit.strip() != column.unit.strip():
+        notes.append(f"{row.name}: taken to be in {row.unit}; the file says {column.unit}")
+    try:
+        by, unit = factor(column.unit if row.unit is None else row.unit, measured)
+    except UnitError as error:
+        raise ModelError(
+            Problem(f"{where}.unit", shown(column.unit), f"{raw.source}: {error.rule}", error.remedy)
+        ) from None
+    values = (row.scale * column.values + row.offset) * by
+    return Mapped(row, _times(column), np.asarray(values), unit, where), notes
+
+
+def _times(column: Column) -> Array:
+    assert column.time is not None
+    return column.time

@@ -1,0 +1,193 @@
+"""``simulate``: a model in, a run out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.analysis.statics import named_equilibrium
+from gearrattle.assembly import (
+    Driveline,
+    assemble,
+    check_length,
+    component_notes,
+    free_of,
+    moved,
+    period_of,
+    places,
+    whole_trajectory,
+)
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Initial, Model, check_model
+from gearrattle.results import Run
+from gearrattle.simulation.limits import check_memory, check_rates, check_tables
+from gearrattle.simulation.settings import settled
+from gearrattle.trajectory import Layout, Trajectory
+
+if TYPE_CHECKING:
+    from gearrattle.solvers import Task
+
+Array = NDArray[np.float64]
+
+
+def simulate(
+    model: Model,
+    algorithm: str | None = None,
+    *,
+    cycles: int | None = None,
+    samples_per_cycle: int | None = None,
+    discard: int | None = None,
+    tolerance: float | None = None,
+    step: float | str | None = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
+    audit: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Integrate a model in time.
+
+    Every setting left at None comes from the file, then from the defaults.
+
+    Args:
+        model: the driveline.
+        algorithm: "exact" (event-driven, certified); "rk4", "rk2" (fixed step); "adams", "gear", "gear-events"
+            (SUNDIALS), "dop853", "radau" (SciPy).
+        cycles: length of the run, in periods T of all orders together.
+        samples_per_cycle: output samples a period; the grid is t = k T / samples_per_cycle, both ends included.
+        discard: periods criteria leave out at the start.
+        tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
+        step: fixed-step algorithms: the step [s] or a string with a unit.
+        initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+        audit: whether to audit the energy (exact only; takes about as long as the run itself).
+        progress: called with the fraction done, now and then; what it raises ends the run.
+
+    Raises:
+        ModelError: bad settings, or no static equilibrium.
+        ConvergenceError: the algorithm failed; carries time, state and what to try.
+    """
+    check_model(model)
+    from gearrattle.solvers.simulate import simulate as integrate
+
+    arguments = {
+        "algorithm": algorithm,
+        "cycles": cycles,
+        "samples_per_cycle": samples_per_cycle,
+        "discard": discard,
+        "tolerance": tolerance,
+        "step": step,
+        "initial": initial,
+    }
+    plan = prepare(model, arguments, audit)
+    check_memory(plan.task.system, plan.task.cycles, plan.task.samples_per_cycle, "simulation.cycles")
+    trajectory = integrate(plan.task, plan.layout, plan.algorithm, plan.discard, progress)
+    return plan.run(trajectory)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A simulation about to begin.
+
+    Attributes:
+        model: the model with every setting filled in.
+        task: what to integrate.
+        layout: names and constants of the driveline.
+        algorithm: a key of ``SOLVERS``.
+        discard: cycles criteria leave out.
+        notes: what must be noted before anything has moved.
+    """
+
+    model: Model
+    task: Task
+    layout: Layout
+    algorithm: str
+    discard: int
+    notes: tuple[str, ...]
+
+    def run(self, trajectory: Trajectory) -> Run:
+        """The run a trajectory of this plan makes."""
+        every = whole_trajectory(self.model, trajectory)
+        return Run(replace(every, notes=(*self.notes, *trajectory.notes)), self.model)
+
+
+def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
+    """Settle every setting, assemble the system and find the start.
+
+    Args:
+        model: the driveline.
+        arguments: settings of the call by their names in the file; None where the call is silent.
+        audit: whether to audit the energy.
+
+    Raises:
+        ModelError: bad settings, or no static equilibrium.
+    """
+    from gearrattle.solvers import Task
+
+    used = settled(model, arguments)
+    settings = used.simulation
+    assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in
+    assert settings.samples_per_cycle is not None and settings.discard is not None  # noqa: PT018
+    driveline = assemble(model if model.excitation.sweep is None else used)  # signals end with the run
+    check_length(model, settings.cycles * period_of(model).period)
+    check_takes(driveline, settings.algorithm)
+    check_rates(driveline)
+    if settings.algorithm == "exact":
+        check_tables(driveline.system)
+    angle, velocity, notes = _start(settings.initial, driveline)
+    grid = (settings.cycles, settings.samples_per_cycle)
+    task = Task(driveline.system, angle, velocity, *grid, settings.tolerance, settings.step, audit)
+    notes = (*period_of(model).notes, *component_notes(model), *_sweep_notes(model), *notes)
+    return Plan(used, task, driveline.layout, settings.algorithm, settings.discard, notes)
+
+
+def check_takes(driveline: Driveline, algorithm: str) -> None:
+    """Refuse a model that only ``exact`` takes to another algorithm.
+
+    Raises:
+        ModelError: friction, clipped contact damping, a torque over time or a sweep.
+    """
+    if algorithm != "exact" and (reason := needs_exact(driveline)):
+        remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
+        raise ModelError(Problem("algorithm", algorithm, reason, remedy if driveline.system.companions else ""))
+
+
+def needs_exact(driveline: Driveline) -> str:
+    """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
+    if driveline.system.companions:
+        name = driveline.layout.companion_names[0]
+        return f"friction, clipped contact damping and alternation need exact; the model has {name}"
+    return "" if driveline.system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
+
+
+def _sweep_notes(model: Model) -> tuple[str, ...]:
+    """What a sweep of the speed means for whoever counts in cycles."""
+    sweep = model.excitation.sweep
+    if sweep is None:
+        return ()
+    span = f"the speed goes from {sweep.begin:.6g} to {sweep.end:.6g} rad/s over {sweep.over:.6g} s"
+    return (f"{span}: cycles, order lines and rates per cycle refer to the first speed.",)
+
+
+def _start(initial: str | Initial | None, driveline: Driveline) -> tuple[Array, Array, tuple[str, ...]]:
+    """Angles, velocities and notes of the initial state."""
+    system = driveline.system
+    if isinstance(initial, Initial):
+        free = free_of(driveline.model)
+        return np.array(initial.angle, dtype=float)[free], np.array(initial.velocity, dtype=float)[free], ()
+    if initial == "zero":
+        return np.zeros(system.size), np.zeros(system.size), ()
+    named, rest = named_equilibrium(driveline)
+    return rest.angle, _carried_along(driveline), named.notes
+
+
+def _carried_along(driveline: Driveline) -> Array:
+    """Velocities with which everything turns with the inertias of prescribed motion, no element deflecting."""
+    model, system = driveline.model, driveline.system
+    if not model.motions:
+        return np.zeros(system.size)
+    rows = driveline.layout.rows
+    size = np.linalg.norm(rows, axis=1)[:, None]
+    forced = rows[:, places(model)] @ moved(model, np.zeros(1), 1)[0]
+    return np.asarray(np.linalg.lstsq(system.rows / size, -forced / size[:, 0], rcond=None)[0])

@@ -1,0 +1,68 @@
+"""Every fixed step against its method's stability region."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.analysis.stiffness import RegionStiffness
+from gearrattle.assembly import assemble
+from gearrattle.model import Model
+from gearrattle.simulation.simulate import needs_exact, prepare
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """What a fixed-step algorithm's step makes of the fastest mode.
+
+    Attributes:
+        algorithm: its name.
+        step: the step a run of the model would take [s].
+        product: step times the largest eigenvalue of all regions, in magnitude.
+        growth: largest factor by which a step multiplies a mode; above 1 the run invents motion.
+        labels: region of that mode.
+        largest_step: largest step that makes no mode grow in any region [s].
+    """
+
+    algorithm: str
+    step: float
+    product: float
+    growth: float
+    labels: dict[str, int]
+    largest_step: float
+
+
+def step_limits(
+    model: Model, regions: Sequence[RegionStiffness], step: float | str | None = None
+) -> tuple[StepLimit, ...]:
+    """One entry for every fixed-step algorithm; none for a driveline that only ``exact`` takes.
+
+    Args:
+        model: the driveline.
+        regions: its regions with their eigenvalues.
+        step: [s], or a string with a unit; None: the file's, else the algorithm's own.
+
+    Raises:
+        ModelError: bad settings, or no static equilibrium.
+    """
+    from gearrattle.solvers import SOLVERS
+    from gearrattle.solvers.one_step import FixedStep
+    from gearrattle.solvers.stability import largest_stable_step
+
+    if needs_exact(assemble(model)):
+        return ()
+    values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]
+    every = np.hstack(values)
+    found = []
+    for name, solver in SOLVERS.items():
+        if not isinstance(solver, FixedStep):
+            continue
+        taken = solver.step_of(prepare(model, {"algorithm": name, "step": step}, False).task)
+        growth = [float(solver.tableau.growth(taken * each).max()) for each in values]
+        worst = int(np.argmax(growth))
+        limit = largest_stable_step(solver.tableau, every)
+        fastest = float(np.abs(every).max())
+        found.append(StepLimit(name, taken, taken * fastest, growth[worst], regions[worst].labels, limit))
+    return tuple(found)

@@ -1,0 +1,213 @@
+"""``stream``: a motion of any length, chunk by chunk, in the memory of one chunk.
+
+Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
+run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
+order). Chunks are judged as they pass (``quantities.gather``), so the verdict on a million cycles needs none of them.
+With a *store* every finished chunk becomes a file beside the state of the march (``store``): whatever ends the program,
+a later one goes on after the last whole chunk.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self
+
+from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.model import Model, check_model
+from gearrattle.quantities import Gathered, Verdict, gather, tell
+from gearrattle.results import Run
+from gearrattle.simulation.limits import check_memory
+from gearrattle.simulation.simulate import Plan, prepare
+from gearrattle.simulation.store import Store
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    from gearrattle.solvers import Extensible
+
+MOST_SAMPLES = 100_000
+MOST_CYCLES = 5000
+"""A chunk has about so many samples, and at most so many cycles, unless the caller says otherwise."""
+
+
+def stream(
+    model: Model,
+    algorithm: str | None = None,
+    *,
+    cycles: int | None = None,
+    chunk: int | None = None,
+    samples_per_cycle: int | None = None,
+    discard: int | None = None,
+    tolerance: float | None = None,
+    step: float | str | None = None,
+    initial: str | Mapping[str, Sequence[float]] | None = None,
+    audit: bool = False,
+    progress: Callable[[float], None] | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+) -> Stream:
+    """Integrate a model over many cycles, chunk by chunk.
+
+    Settings left at None come from the file, then from the defaults. A chunk is computed when it is asked for.
+
+    Args:
+        model: the driveline.
+        algorithm: one that can go on where it ended: "exact".
+        cycles: length of the whole motion, in periods T of all orders together.
+        chunk: periods a chunk; the default makes chunks of about 100 000 samples, 5000 periods at most.
+        samples_per_cycle: output samples a period; 1 stores one state a period.
+        discard: periods criteria leave out at the start.
+        tolerance: exact: bound on a crossing's residual relative to the element's largest corner.
+        step: fixed-step algorithms: the step [s] or a string with a unit.
+        initial: "static", "zero" or {"angle": [...], "velocity": [...]} [rad, rad/s].
+        audit: whether to audit the energy of every chunk (half a millisecond a cycle: far longer than the motion).
+        progress: called with the fraction of the whole motion done; what it raises ends the call, not the motion: ask
+            for the next chunk to go on.
+        store: folder that keeps every chunk as a file; None keeps nothing.
+        resume: go on with what the store holds (from the beginning where it holds nothing).
+
+    Returns:
+        An iterator of runs, one a chunk.
+
+    Raises:
+        ModelError: bad settings, no static equilibrium, an algorithm without chunks; a store that holds a run already
+            (and ``resume`` is not set), or the run of another model, other settings or other versions.
+    """
+    check_model(model)
+    arguments = {
+        "algorithm": algorithm,
+        "cycles": cycles,
+        "samples_per_cycle": samples_per_cycle,
+        "discard": discard,
+        "tolerance": tolerance,
+        "step": step,
+        "initial": initial,
+    }
+    plan = prepare(model, arguments, audit)
+    if resume and store is None:
+        raise ModelError(Problem("resume", "", "needs a store to go on with", "name the folder: store = ..."))
+    chunk = _length(chunk, plan)
+    check_memory(plan.task.system, min(chunk, plan.task.cycles), plan.task.samples_per_cycle, "chunk")
+    march = _begun(plan, chunk)
+    kept = None if store is None else Store.open(store, plan.model, {"chunk": chunk, "audit": audit}, resume=resume)
+    return Stream(plan, march, chunk, progress, kept)
+
+
+def _length(chunk: int | None, plan: Plan) -> int:
+    """Periods a chunk.
+
+    Raises:
+        ModelError: not a whole number, or less than one.
+    """
+    if chunk is None:
+        return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
+    if problems := not_whole({"chunk": (chunk, 1)}):
+        raise ModelError(problems)
+    return chunk
+
+
+def _begun(plan: Plan, chunk: int) -> Extensible:
+    """The march, ready for the first chunk.
+
+    Raises:
+        ModelError: the algorithm cannot go on where it ended.
+    """
+    from gearrattle.solvers import SOLVERS, Extensible
+
+    task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
+    march = SOLVERS[plan.algorithm](task)
+    if not isinstance(march, Extensible):
+        rule = "cannot go on where it ended with this driveline, so it has no chunks"
+        raise ModelError(Problem("simulation.algorithm", plan.algorithm, rule, "use simulate for a shorter run"))
+    return march
+
+
+class Stream:
+    """A long motion under way: iterate over it for the runs of its chunks, in order, each of them once.
+
+    The time of a run is that of the whole motion; its ``discard`` is how much of it the criteria leave out.
+
+    Attributes:
+        model: the model with every setting filled in.
+        cycles: length of the whole motion, in periods.
+        done: periods computed so far, those of a resumed store included.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        march: Extensible,
+        chunk: int,
+        progress: Callable[[float], None] | None,
+        store: Store | None,
+    ) -> None:
+        self.model, self.cycles, self.done = plan.model, plan.task.cycles, 0
+        self._plan, self._march, self._chunk = plan, march, chunk
+        self._progress, self._store = progress, store
+        self._gathered: Gathered | None = None
+        self._ready = True  # the march has room for the next chunk
+        state = None if store is None else store.state
+        if state is not None:
+            self.done, self._gathered = state.done, Gathered.unpacked(state.gathered, plan.layout, plan.algorithm)
+            if self.done < self.cycles:
+                march.restore(state.march, self._next)
+
+    @property
+    def _next(self) -> int:
+        """Periods of the next chunk."""
+        return min(self._chunk, self.cycles - self.done)
+
+    def __iter__(self) -> Self:
+        """Return the stream itself."""
+        return self
+
+    def __next__(self) -> Run:
+        """Compute, judge and store the next chunk."""
+        from gearrattle.solvers.simulate import finish
+
+        if self.done >= self.cycles:
+            if self._store is not None:
+                self._store.release()
+            raise StopIteration
+        plan, cycles = self._plan, self._next
+        if not self._ready:
+            self._march.extend(cycles)
+            self._ready = True
+        discard = min(max(plan.discard - self.done, 0), cycles)
+        run = plan.run(
+            finish(
+                self._march,
+                replace(plan.task, cycles=cycles),
+                plan.layout,
+                plan.algorithm,
+                discard=discard,
+                progress=None if self._progress is None else self._report,
+                begin=time.perf_counter(),
+                first_cycle=self.done,
+            )
+        )
+        gathered = self._gathered if discard == cycles else gather(run.trajectory, self._gathered)
+        if self._store is not None:
+            packed = {} if gathered is None else gathered.packed()
+            self._store.keep(run, self._march.snapshot(), packed, self.done + cycles)
+        self._gathered, self._ready, self.done = gathered, False, self.done + cycles
+        return run
+
+    def _report(self, fraction: float) -> None:
+        assert self._progress is not None
+        self._progress((self.done + fraction * self._next) / self.cycles)
+
+    def verdict(self) -> Verdict:
+        """Judge all chunks so far as one motion.
+
+        Raises:
+            ModelError: no cycle after the discarded ones has been computed yet.
+        """
+        if self._gathered is None:
+            remedy = "ask for more chunks first, or discard fewer cycles"
+            raise ModelError(
+                Problem("discard", f"{counted(self.done, 'cycle')} so far", "nothing is left to judge", remedy)
+            )
+        return tell(self._gathered, units=self.model.units)

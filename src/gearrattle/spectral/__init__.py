@@ -1,0 +1,1 @@
+"""Spectra, densities and order maps of runs, recordings and sampled signals, as labelled data."""

@@ -1,0 +1,242 @@
+"""``psd``, ``cross_psd``, ``coherence``: densities of runs and recordings by Welch's averages, with their limits.
+
+Takes runs and recordings; gives labelled data over frequency.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import units
+from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.result import KIND
+from gearrattle.signals.confidence import (
+    LEVEL,
+    coherence_limits,
+    coherence_threshold,
+    density_factors,
+    response_radius,
+)
+from gearrattle.signals.cross_spectra import WINDOWS, CrossSpectra, Segments, cross_spectra, cut, power_density
+from gearrattle.spectral.sampled import Sampled, Source, quantity, sampled
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PARTS = 8
+_SHORTEST = 8
+
+
+def psd(
+    source: Source,
+    channel: str,
+    *,
+    resolution: str | float | None = None,
+    overlap: float = 0.5,
+    window: str = "hann",
+    level: float = LEVEL,
+) -> xr.Dataset:
+    """Power spectral density of a signal, with the limits that enclose it.
+
+    Args:
+        source: a run, from the end of its discarded cycles on, or a recording of uniform samples.
+        channel: "acceleration.hub", or the name of a recording's channel.
+        resolution: width of a bin, "2 Hz" or a plain number [Hz]; None: an eighth of the record a segment.
+        overlap: share of a segment that the next has as well, 0 to below 1.
+        window: "hann", "flattop" or "boxcar".
+        level: probability that the limits of a bin enclose its density, for Gaussian noise flat across the bin.
+
+    Returns:
+        density, low, high (frequency) [unit^2/Hz], one-sided; attributes: averages, segments, resolution, notes.
+
+    Raises:
+        ModelError: no such channel, samples that are not uniform, too short a record.
+    """
+    signal = sampled(source, channel)
+    segments = segments_of(signal, resolution, overlap, window, _PARTS)
+    _probable(level)
+    frequency, density = power_density(signal.values, signal.rate, segments)
+    factors = np.array([density_factors(segments.averages, level)]).repeat(frequency.size, axis=0)
+    single = [0, -1] if segments.length % 2 == 0 else [0]
+    factors[single] = density_factors(0.5 * segments.averages, level)
+    unit = density_unit(signal)
+    return _labelled(
+        signal,
+        frequency,
+        {"density": (density, unit), "low": (density * factors[:, 0], unit), "high": (density * factors[:, 1], unit)},
+        {KIND: "density", **described(signal, segments), "level": level},
+    )
+
+
+def cross_psd(
+    source: Source,
+    channel: str,
+    reference: str,
+    *,
+    resolution: str | float | None = None,
+    overlap: float = 0.5,
+    window: str = "hann",
+    level: float = LEVEL,
+) -> xr.Dataset:
+    """Cross spectral density of two signals, the transfer function between them and its limits.
+
+    Args:
+        source: a run or a recording.
+        channel: the answer, y.
+        reference: the cause, x, of the same source.
+        resolution, overlap, window: as in ``psd``.
+        level: probability that the circle of each bin encloses its transfer function.
+
+    Returns:
+        cross, response (frequency), complex: S_xy, whose argument is the phase of y before x, and H = S_xy / S_xx;
+        radius: of the circle about H [its unit]; phase_limit: half the range of its phase [rad], pi where the
+        circle encloses zero.
+
+    Raises:
+        ModelError: as ``psd``.
+    """
+    y, x, segments, found = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
+    _probable(level)
+    radius = response_radius(found.coherence, segments.averages, level)
+    limit = np.where(radius < 1.0, np.arcsin(np.minimum(radius, 1.0)), np.pi)
+    limit = np.where(np.isfinite(found.coherence), limit, np.nan)
+    ratio = "1" if y.dimensionless else f"({y.unit})/({x.unit})"
+    product = "1" if y.dimensionless else f"({x.unit})*({y.unit})/Hz"
+    reach = radius * np.abs(found.response)
+    values = {
+        "cross": (found.cross, product),
+        "response": (found.response, ratio),
+        "radius": (reach, ratio),
+        "phase_limit": (limit, "rad"),
+    }
+    told = {KIND: "cross density", **described(y, segments), "reference": x.name, "level": level}
+    return _labelled(y, found.frequency, values, told)
+
+
+def coherence(
+    source: Source,
+    channel: str,
+    reference: str,
+    *,
+    resolution: str | float | None = None,
+    overlap: float = 0.5,
+    window: str = "hann",
+    level: float = LEVEL,
+) -> xr.Dataset:
+    """Coherence of two signals, with its limits and with what chance alone gives.
+
+    Args:
+        source: a run or a recording.
+        channel: one signal.
+        reference: the other, of the same source.
+        resolution, overlap, window: as in ``psd``.
+        level: probability that the limits enclose the coherence of Gaussian signals, and that independent ones stay
+            below the threshold.
+
+    Returns:
+        coherence, low, high (frequency); attributes: threshold, averages, segments, resolution, notes.
+
+    Raises:
+        ModelError: as ``psd``; fewer than two segments, of which every coherence is 1.
+    """
+    y, x, segments, found = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
+    _probable(level)
+    if segments.count < 2:
+        rule = "of one segment every coherence is 1"
+        raise ModelError(Problem(y.place, "1 segment", rule, "coarsen the resolution, or take a longer record"))
+    value = found.coherence
+    low, high = coherence_limits(value, segments.averages, level)
+    told = {
+        KIND: "coherence",
+        "reference": x.name,
+        "level": level,
+        "threshold": coherence_threshold(segments.averages, level),
+    }
+    values = {"coherence": (value, "1"), "low": (low, "1"), "high": (high, "1")}
+    return _labelled(y, found.frequency, values, {**described(y, segments), **told, "units": "1"})
+
+
+def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
+    """Return how a signal is cut.
+
+    Args:
+        signal: the signal.
+        resolution: width of a bin [Hz]; None: a part of the record.
+        overlap, window: as in ``psd``.
+        parts: of the record in a segment where nothing else is said.
+
+    Raises:
+        ModelError: an unknown window, an overlap out of range, a segment longer than the record or of no samples.
+    """
+    if window not in WINDOWS:
+        rule = f"must be one of {listed(WINDOWS)}"
+        raise ModelError(Problem("window", shown(window), rule, did_you_mean(window, WINDOWS)))
+    if not 0.0 <= overlap < 1.0:
+        raise ModelError(Problem("overlap", shown(overlap), "must lie from 0 to below 1", "0.5 suits a Hann window"))
+    count = signal.values.size
+    if resolution is None:
+        return cut(count, max(_SHORTEST, count // parts), overlap, window)
+    width = quantity("resolution", resolution, units.FREQUENCY, signal.dimensionless)
+    length = round(signal.rate / width)
+    if length > count:
+        rule = f"needs {1.0 / width:.6g} s of a record, and {signal.place} has {count * signal.interval:.6g} s"
+        raise ModelError(Problem("resolution", f"{width:.6g} Hz", rule, "coarsen it, or take a longer record"))
+    if length < _SHORTEST:
+        rule = f"leaves {counted(length, 'sample')} a segment at {signal.rate:.6g} Hz; {_SHORTEST} are needed"
+        raise ModelError(Problem("resolution", f"{width:.6g} Hz", rule, "refine it"))
+    return cut(count, length, overlap, window)
+
+
+def described(signal: Sampled, segments: Segments) -> dict[str, Any]:
+    """Return the attributes that every spectrum has."""
+    return {
+        "source": signal.source,
+        "channel": signal.name,
+        "units": signal.unit,
+        "window": f"{counted(segments.length, 'sample')}, {segments.step} apart, mean removed",
+        "segments": segments.count,
+        "averages": segments.averages,
+        "resolution": signal.rate / segments.length,
+        "notes": "\n".join(signal.notes),
+    }
+
+
+def frequency_unit(signal: Sampled) -> str:
+    """Return the unit of a signal's frequencies: cycles a unit of its time."""
+    return "1" if signal.dimensionless else "Hz"
+
+
+def density_unit(signal: Sampled) -> str:
+    """Return the unit of a signal's density."""
+    if signal.dimensionless:
+        return "1"
+    return "1/Hz" if signal.unit == "1" else f"({signal.unit})^2/Hz"
+
+
+def _pair(
+    source: Source, channel: str, reference: str, *, resolution: str | float | None, overlap: float, window: str
+) -> tuple[Sampled, Sampled, Segments, CrossSpectra]:
+    """Return both signals, how they are cut, and their densities."""
+    y, x = sampled(source, channel), sampled(source, reference)
+    segments = segments_of(y, resolution, overlap, window, _PARTS)
+    return y, x, segments, cross_spectra(x.values, y.values, y.rate, segments)
+
+
+def _probable(level: float) -> None:
+    if not 0.0 < level < 1.0:
+        raise ModelError(Problem("level", shown(level), "must lie between 0 and 1", "such as 0.95"))
+
+
+def _labelled(
+    signal: Sampled, frequency: Any, values: dict[str, tuple[Any, str]], attributes: dict[str, Any]
+) -> xr.Dataset:
+    """Return arrays over frequency with their units."""
+    import xarray as xr
+
+    variables = {name: ("frequency", each, {"units": unit}) for name, (each, unit) in values.items()}
+    told = {"units": frequency_unit(signal)}
+    return xr.Dataset(variables, {"frequency": ("frequency", frequency, told)}, attributes)

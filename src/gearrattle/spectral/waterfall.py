@@ -1,0 +1,126 @@
+"""``waterfall``: spectra side by side along time or a change of speed, of runs and recordings.
+
+Takes runs and recordings; gives labelled data over time or speed, and frequency or order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model import units
+from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.result import KIND
+from gearrattle.signals.order_tracking import TURN
+from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders
+from gearrattle.signals.waterfall import waterfall as spectra
+from gearrattle.spectral.densities import density_unit, described, frequency_unit, segments_of
+from gearrattle.spectral.orders import row_coordinates
+from gearrattle.spectral.sampled import Sampled, Source, quantity, required, sampled, shaft_of
+from gearrattle.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PARTS = 40
+_MOST = 50_000_000  # values of a map
+_SCALINGS = ("amplitude", "density")
+
+
+def waterfall(
+    source: Source,
+    channel: str,
+    *,
+    speed: str | float | None = None,
+    resolution: str | float | None = None,
+    overlap: float = 0.5,
+    window: str = "hann",
+    scaling: str = "amplitude",
+    highest: str | float | None = None,
+    speed_step: str | float | None = None,
+    orders: Sequence[float] | None = None,
+) -> xr.DataArray:
+    """Spectra of segments side by side.
+
+    Args:
+        source: a run, from the end of its discarded cycles on, or a recording of uniform samples.
+        channel: "acceleration.hub", or the name of a recording's channel.
+        speed: as in ``order_map``; where nobody says it, rows have times only.
+        resolution: width of a bin, "2 Hz" or a plain number [Hz]; None: a fortieth of the record a segment.
+        overlap: share of a segment that the next has as well, 0 to below 1.
+        window: "hann", "flattop" or "boxcar".
+        scaling: "amplitude" of lines [unit], or "density" [unit^2/Hz].
+        highest: frequency up to which they are kept, "2 kHz" or a plain number [Hz]; None: half the rate.
+        speed_step: rows whose speed rounds to the same step, "25 rpm" or a plain number [rad/s], are gathered: mean
+            square amplitudes, mean densities.
+        orders: read along these orders instead of over frequency; NaN beyond the highest frequency.
+
+    Returns:
+        (time, frequency) or, gathered, (speed, frequency), or order instead of frequency, with units.
+
+    Raises:
+        ModelError: as ``psd``; steps of speed or orders without a speed.
+    """
+    if scaling not in _SCALINGS:
+        rule = f"must be one of {listed(_SCALINGS)}"
+        raise ModelError(Problem("scaling", shown(scaling), rule, did_you_mean(scaling, _SCALINGS)))
+    signal = sampled(source, channel)
+    segments = segments_of(signal, resolution, overlap, window, _PARTS)
+    needed = orders is not None or speed_step is not None
+    shaft = required(source, signal, speed) if needed else shaft_of(source, signal, speed)
+    top = 0.5 * signal.rate
+    if highest is not None:
+        top = quantity("highest", highest, units.FREQUENCY, signal.dimensionless)
+    size = segments.count * segments.length * min(1.0, top * signal.interval)
+    if size > _MOST:
+        rule = f"{size:.3g} values make a map larger than {_MOST:.3g}"
+        raise ModelError(Problem(signal.place, counted(segments.count, "row"), rule, "lower highest or the overlap"))
+    density = scaling == "density"
+    turning = None if shaft is None else shaft.speed
+    rows = spectra(signal.values, signal.rate, segments, turning, density=density, highest=top)
+    attributes = {
+        KIND: "waterfall",
+        **described(signal, segments),
+        "shaft": "" if shaft is None else shaft.name,
+        "scaling": scaling,
+    }
+    attributes["units"] = density_unit(signal) if density else signal.unit
+    if speed_step is not None:
+        step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
+        rows, attributes["speed_step"] = by_steps(rows, step, density), step
+    if orders is not None:
+        rows = _along(rows, orders)
+    return _labelled(signal, rows, attributes, gathered=speed_step is not None, tracked=orders is not None)
+
+
+def _along(rows: Waterfall, orders: Sequence[float]) -> Waterfall:
+    """Read rows along orders, or refuse orders that no row shows."""
+    wanted = np.asarray(orders, dtype=np.float64)
+    if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted) & (wanted >= 0.0)):
+        raise ModelError(Problem("orders", shown(np.shape(wanted)), "must be a list of numbers from 0 on"))
+    most = float(rows.axis[-1] * TURN / rows.speed.min())
+    if wanted.min() > most:
+        rule = f"no order above {most:.6g} lies below {rows.axis[-1]:.6g} Hz at any speed"
+        raise ModelError(Problem("orders", f"{wanted.min():g} and above", rule, "raise highest, or sample faster"))
+    return over_orders(rows, wanted)
+
+
+def _labelled(
+    signal: Sampled, rows: Waterfall, attributes: dict[str, Any], *, gathered: bool, tracked: bool
+) -> xr.DataArray:
+    """Return rows with their coordinates."""
+    import xarray as xr
+
+    over, along = "speed" if gathered else "time", "order" if tracked else "frequency"
+    known = row_coordinates(signal, over, rows.time, rows.speed)
+    coordinates: dict[str, Any] = {over: known[over]}
+    if not gathered and np.isfinite(rows.speed).all():
+        coordinates["speed"] = known["speed"]
+    if gathered:
+        coordinates["segments"] = (over, rows.counts, {"units": "1"})
+    coordinates[along] = (along, rows.axis, {"units": "1" if tracked else frequency_unit(signal)})
+    name = str(attributes["scaling"])
+    return xr.DataArray(rows.values, coordinates, (over, along), name=name, attrs=attributes)

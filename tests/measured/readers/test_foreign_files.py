@@ -1,0 +1,227 @@
+"""Files written by the formats' own libraries, not by ours."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat, wavfile
+
+import gearrattle as gr
+from gearrattle.errors import ModelError
+from gearrattle.measured.readers import read_raw
+
+T = np.arange(400) * 1e-3
+X, Y = np.sin(40.0 * T), np.cos(30.0 * T) + 2.0
+
+
+def channel(name: str, quantity: str = "velocity", unit: str = "rpm", **more: Any) -> dict[str, Any]:
+    """Return a row of a mapping."""
+    return {"name": name, "quantity": quantity, "unit": unit, **more}
+
+
+def test_mat_vectors_matrices_and_structures(tmp_path: Path) -> None:
+    path = tmp_path / "x.mat"
+    savemat(
+        path,
+        {"t": T[:, None], "n": X, "both": np.stack([X, Y], 1), "rig": {"inner": {"T": Y}}, "word": "abc", "one": 3.0},
+    )
+    raw = read_raw(path)
+    assert {c.name for c in raw.columns} == {"n", "both[0]", "both[1]", "rig.inner.T"}
+    assert raw.notes == ("no signals, left out: word, one",)
+    rows = [channel("n"), channel("T", "torque", "kN*m", source="rig.inner.T", of="hub")]
+    found = gr.read({"file": str(path), "channel": rows})
+    np.testing.assert_allclose(found["n"].values, X * np.pi / 30.0, rtol=1e-15)
+    np.testing.assert_allclose(found["T"].values, 1e3 * Y, rtol=1e-15)
+    np.testing.assert_array_equal(found.time, T)
+
+
+def test_mat_without_times_is_told_its_rate(tmp_path: Path) -> None:
+    path = tmp_path / "x.mat"
+    savemat(path, {"n": X})
+    with pytest.raises(ModelError, match=r'no column of as many times.*sampled = "10 kHz"'):
+        gr.read({"file": str(path), "channel": [channel("n")]})
+    found = gr.read({"file": str(path), "sampled": "1 kHz", "channel": [channel("n")]})
+    np.testing.assert_allclose(found.time, T, rtol=1e-15)
+
+
+def test_mat_of_version_4(tmp_path: Path) -> None:
+    path = tmp_path / "x.mat"
+    savemat(path, {"t": T, "n": X}, format="4")
+    np.testing.assert_array_equal(read_raw(path).columns[0].values, X)
+
+
+def test_mat_7_3_and_hdf5_by_group_scale_and_name(tmp_path: Path) -> None:
+    """MATLAB puts a user block before the signature; each group may have its own times."""
+    path = tmp_path / "x.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for group, step in (("fast", 1), ("slow", 4)):
+            file[f"{group}/time"] = T[::step][None, :]
+            file[f"{group}/n"] = X[::step][None, :]
+            file[f"{group}/n"].attrs["MATLAB_class"] = np.bytes_("double")
+            file[f"{group}/n"].attrs["unit"] = "rpm"
+    with open(path, "r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(512, b" "))
+    raw = read_raw(path)
+    assert raw.format == "hdf5"
+    by_name = {c.name: c for c in raw.columns}
+    np.testing.assert_array_equal(by_name["slow/n"].time, T[::4])
+    np.testing.assert_array_equal(by_name["fast/n"].time, T)
+    assert by_name["slow/n"].unit == "rpm"
+    with pytest.raises(ModelError, match=r"different times.*a mapping that brings them to one rate"):
+        gr.read(path)
+
+
+def test_two_groups_of_equal_length_keep_their_own_times(tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as file:
+        for group, shift in (("a", 0.0), ("b", 5.0)):
+            file[f"{group}/t"] = T + shift
+            file[f"{group}/n"] = X
+    first = {c.name: c.time[0] for c in read_raw(path).columns if c.time is not None}
+    assert first == {"a/n": 0.0, "b/n": 5.0}
+
+
+@pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32", "float64"])
+def test_wav_of_scipy(kind: str, tmp_path: Path) -> None:
+    """Whole numbers are parts of full scale."""
+    path = tmp_path / "x.wav"
+    full = {"int16": 2.0**15, "int32": 2.0**31, "uint8": 2.0**7}.get(kind, 1.0)
+    stored = 0.9 * np.stack([X, X[::-1]], 1) * full + (128.0 if kind == "uint8" else 0.0)
+    wavfile.write(path, 8000, stored.astype(kind))
+    raw = read_raw(path)
+    assert [c.name for c in raw.columns] == ["1", "2"]
+    np.testing.assert_allclose(raw.columns[0].values, 0.9 * X, atol=1.01 / full if full > 1.0 else 1e-7)
+    assert raw.columns[0].time is not None
+    assert raw.columns[0].time[8] == 1e-3
+
+
+def test_wav_of_libsndfile_in_24_bits(tmp_path: Path) -> None:
+    soundfile = pytest.importorskip("soundfile")
+    path = tmp_path / "x.wav"
+    soundfile.write(path, 0.5 * X, 44100, subtype="PCM_24")
+    found = gr.read({"file": str(path), "channel": [channel("mic", "sound pressure", "Pa", source="1", scale=20.0)]})
+    np.testing.assert_allclose(found["mic"].values, 10.0 * X, atol=20.0 * 2.0**-23)
+    assert found.interval == pytest.approx(1.0 / 44100.0, rel=1e-12)
+
+
+def test_mdf_of_asammdf_with_two_groups(tmp_path: Path) -> None:
+    """Different times, a raw value with a linear conversion, an invalid sample, a text."""
+    asammdf = pytest.importorskip("asammdf")
+    path = tmp_path / "x.mf4"
+    raw = asammdf.Signal(np.arange(100, dtype="i2"), T[:100], name="T", unit="Nm", conversion={"a": 0.5, "b": -3.0})
+    invalid = np.zeros(400, dtype=bool)
+    invalid[7] = True
+    speed = asammdf.Signal(X, T, name="n", unit="1/min", invalidation_bits=invalid)
+    word = asammdf.Signal(np.array([b"on"] * 400), T, name="state", encoding="utf-8")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([raw])
+        file.append([speed, word])
+        file.save(path, compression=2)
+    columns = {c.name: c for c in read_raw(path).columns}
+    np.testing.assert_array_equal(columns["T"].values, 0.5 * np.arange(100) - 3.0)
+    assert (columns["T"].unit, columns["n"].unit, set(columns)) == ("Nm", "1/min", {"T", "n"})
+    assert np.flatnonzero(np.isnan(columns["n"].values)).tolist() == [7]
+    rows = [{"name": "T", "quantity": "torque"}, {"name": "n", "quantity": "speed", "gaps": "bridge"}]
+    found = gr.read({"file": str(path), "rate": "500 Hz", "channel": rows})
+    assert found.time[-1] == pytest.approx(0.098)  # where the shorter group ends, 0.099, by the grid
+    assert found["T"].values[10] == pytest.approx(0.5 * 20 - 3.0, rel=1e-6)
+    assert any("1 sample without a number" in note for note in found.notes)
+    assert logging.getLogger("asammdf").level == logging.CRITICAL
+
+
+def _set_58(kind: int, values: Any, **more: Any) -> dict[str, Any]:
+    return {
+        "type": 58, "func_type": 1, "rsp_node": 4, "rsp_dir": 2, "ref_node": 1, "ref_dir": 1, "data": values, "x": T,
+        "id1": "n_engine", "rsp_ent_name": "hub", "ref_ent_name": "rig", "abscissa_spacing": 1, "ord_data_type": kind,
+        "abscissa_min": 0.0, "abscissa_inc": 1e-3, "abscissa_spec_data_type": 17, "ordinate_axis_units_lab": "rpm",
+        "orddenom_spec_data_type": 0, "ordinate_spec_data_type": 11, "z_axis_axis_units_lab": "NONE",
+        **more,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize(("kind", "error"), [(2, 1e-6), (4, 1e-12)])
+def test_uff_of_pyuff(binary: int, kind: int, error: float, tmp_path: Path) -> None:
+    """Text and bytes, single and double; a spectrum beside the history is left out."""
+    pyuff = pytest.importorskip("pyuff")
+    path = tmp_path / "x.uff"
+    spectrum = _set_58(6, X + 1j * Y, func_type=4, abscissa_spec_data_type=18, binary=0, id1="frf")
+    pyuff.UFF(str(path)).write_sets([_set_58(kind, X, binary=binary), spectrum], "add")
+    raw = read_raw(path)
+    (column,) = raw.columns
+    assert (column.name, column.unit) == ("n_engine", "rpm")
+    np.testing.assert_allclose(column.values, X, atol=error)
+    np.testing.assert_allclose(column.time, T, atol=1e-9)
+    assert raw.notes == ("dataset 2 left out: function of type 4, not of time",)
+
+
+def test_uff_of_uneven_times(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    path = tmp_path / "x.uff"
+    uneven = T + 2e-4 * np.sin(50.0 * T)
+    pyuff.UFF(str(path)).write_sets(_set_58(2, X, binary=0, x=uneven, abscissa_spacing=0), "add")
+    (column,) = read_raw(path).columns
+    np.testing.assert_allclose(column.time, uneven, atol=1e-6)
+    np.testing.assert_allclose(column.values, X, atol=1e-6)
+
+
+@pytest.mark.parametrize(("order", "mark"), [("<", 1), (">", 2)])
+@pytest.mark.parametrize(("kind", "form"), [(2, "f4,f4"), (4, "f4,f8")])
+def test_uff_of_uneven_times_in_bytes_of_either_order(
+    order: str, mark: int, kind: int, form: str, tmp_path: Path
+) -> None:
+    """By the letter of the format, as pyuff 2.5 miscounts these bytes: pairs of a short time and a value."""
+    path = tmp_path / "x.uff"
+    pairs = np.empty(T.size, ",".join(order + part for part in form.split(",")))
+    pairs["f0"], pairs["f1"] = T, X
+    data = pairs.tobytes()
+    axis = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {'rpm':20s}"
+    lines = [
+        "    -1",
+        f"    58b{mark:6d}{2:6d}{11:12d}{len(data):12d}{0:6d}{0:6d}{0:12d}{0:12d}",
+        *["n"] * 1, *["NONE"] * 4,
+        f"{1:5d}{0:10d}{0:5d}{0:10d} {'hub':10s}{1:10d}{6:4d} {'NONE':10s}{0:10d}{0:4d}",
+        f"{kind:10d}{T.size:10d}{0:10d}{0:13.5E}{0:13.5E}{0:13.5E}",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':20s} {'s':20s}", axis, axis, axis,
+    ]  # fmt: skip
+    path.write_bytes("\r\n".join(lines).encode() + b"\r\n" + data + b"    -1\r\n")
+    (column,) = read_raw(path).columns
+    np.testing.assert_array_equal(column.time, pairs["f0"].astype(float))
+    np.testing.assert_array_equal(column.values, pairs["f1"].astype(float))
+
+
+def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    from tests.measured.readers.rig import rig
+
+    before = rig()
+    gr.write(before, tmp_path / "x.uff")
+    sets = pyuff.UFF(str(tmp_path / "x.uff")).read_sets()
+    assert [s["id1"].strip() for s in sets] == list(before.names)
+    for found, told in zip(sets, before.channels, strict=True):
+        np.testing.assert_array_equal(found["data"], told.values)
+        assert found["ordinate_axis_units_lab"].strip() == told.unit
+        np.testing.assert_allclose(found["x"], before.time, atol=1e-5 * (before.time[-1] - 0.25))
+
+
+def test_two_histories_of_one_name_are_told_apart_by_their_nodes(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    path = tmp_path / "x.uff"
+    pyuff.UFF(str(path)).write_sets([_set_58(4, X, binary=1), _set_58(4, Y, binary=1, rsp_node=5)], "add")
+    assert [c.name for c in read_raw(path).columns] == ["n_engine @ hub:4:2", "n_engine @ hub:5:2"]
+
+
+def test_csv_with_words_beside_the_numbers(tmp_path: Path) -> None:
+    """A mapping reads the columns that it names; a column of words does not matter."""
+    path = tmp_path / "x.csv"
+    path.write_text("# rig 3\nt [ms]; gear; n [1/min]\n" + "".join(f"{k}; second; {k * k}\n" for k in range(9)))
+    found = gr.read({"file": str(path), "channel": [{"name": "n", "quantity": "speed"}]})
+    np.testing.assert_allclose(found.time, np.arange(9) * 1e-3)
+    np.testing.assert_allclose(found["n"].values, np.arange(9.0) ** 2 * np.pi / 30.0)
+    with pytest.raises(ModelError, match=r'x.csv:3: gear: found "second"'):
+        gr.read(path)
