@@ -212,7 +212,7 @@ def npz_bomb(folder: Path) -> Path:
 
 
 READ = "gearrattle.read(path)"
-FIGURES = "from gearrattle.plots.stored import read_charts; from pathlib import Path; read_charts(Path(path))"
+FIGURES = "from gearrattle.report.plots.stored import read_charts; from pathlib import Path; read_charts(Path(path))"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the largest resident size is read from /proc")

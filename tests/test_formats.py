@@ -219,7 +219,7 @@ def test_matrices_name_their_format(ending: str, tmp_path: Path) -> None:
 WRITERS = {
     "simulation/store.py": "stream",
     "report/reductions.py": "matrices",
-    "plots/stored.py": "charts",
+    "report/plots/stored.py": "charts",
     "measured/readers/hdf5.py": "recording",
     "measured/readers/mat.py": "recording",
     "report/numbers.py": "result",

@@ -51,6 +51,8 @@ from .reductions.reduction import Reduction as Reduction
 from .report.figures import Figures as Figures
 from .report.figures import figures as figures
 from .report.saved import save as save
+from .report.sound.listen import Sound as Sound
+from .report.sound.listen import listen as listen
 from .result import Result as Result
 from .results import Run as Run
 from .results import open_run as open_run
@@ -58,8 +60,6 @@ from .simulation.simulate import simulate as simulate
 from .simulation.store import open_stream as open_stream
 from .simulation.stream import Stream as Stream
 from .simulation.stream import stream as stream
-from .sound.listen import Sound as Sound
-from .sound.listen import listen as listen
 from .spectral.densities import coherence as coherence
 from .spectral.densities import cross_psd as cross_psd
 from .spectral.densities import psd as psd

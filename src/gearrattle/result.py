@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from gearrattle.plots.chart import Chart
+    from gearrattle.report.plots.chart import Chart
     from gearrattle.report.tables import Table
 
 KIND = "result"

@@ -73,7 +73,7 @@ def test_heavy_libraries_load_late(start: str) -> None:
 
 def test_a_simulation_on_a_terminal_loads_no_figures() -> None:
     """Nothing is drawn, judged or saved: a motion's answer is its cost and its crossings."""
-    unneeded = ("gearrattle.plots", "gearrattle.quantities", "gearrattle.pipeline", "xarray", "h5py")
+    unneeded = ("gearrattle.report.plots", "gearrattle.quantities", "gearrattle.pipeline", "xarray", "h5py")
     code = (
         "import sys\nfrom gearrattle.cli import main\n"
         "assert main(['simulate', 'examples/paper/case3.toml', '--cycles', '2']) == 0\n"

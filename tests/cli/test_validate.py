@@ -9,8 +9,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.plots.interactive import plotly_figure
-from gearrattle.plots.validation import validation_charts
+from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.validation import validation_charts
 from tests.validation import made
 
 

@@ -27,11 +27,11 @@ from gearrattle.assembly import assemble
 from gearrattle.errors import ConvergenceError
 from gearrattle.identification.data_file import read_data
 from gearrattle.identification.measured import State
-from gearrattle.plots.chart import Band, Bars, Chart, Line, Panel, Rule
-from gearrattle.plots.stored import packed_charts, read_charts
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.drawn import charts_of
-from gearrattle.sound.path import sound_path
+from gearrattle.report.plots.chart import Band, Bars, Chart, Line, Panel, Rule
+from gearrattle.report.plots.stored import packed_charts, read_charts
+from gearrattle.report.sound.path import sound_path
 from gearrattle.studies.file import read_study
 
 ROOT = Path(__file__).parents[2]

@@ -14,8 +14,8 @@ import pytest
 import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.files import opened_hdf5
-from gearrattle.plots.stored import read_charts
-from gearrattle.sound.path import sound_path
+from gearrattle.report.plots.stored import read_charts
+from gearrattle.report.sound.path import sound_path
 from tests.fuzz.targets import TARGETS, recording
 
 

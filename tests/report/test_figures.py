@@ -12,17 +12,17 @@ import pytest
 from matplotlib.figure import Figure
 
 import gearrattle as gr
-from gearrattle.plots.shelf import charts
 from gearrattle.report import drawn
 from gearrattle.report.drawn import charts_of
+from gearrattle.report.plots.shelf import charts
 from tests import synthetic
-from tests.plots.test_typeset import (
+from tests.report.plots.test_typeset import (
     test_figure_has_the_chart_s_panels_labels_and_limits as panels_and_limits,
 )
-from tests.plots.test_typeset import (
+from tests.report.plots.test_typeset import (
     test_lines_bars_and_maps_are_the_chart_s_data as data_of,
 )
-from tests.plots.test_typeset import (
+from tests.report.plots.test_typeset import (
     test_words_stand_apart_and_on_the_paper as words_apart,
 )
 

@@ -8,8 +8,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.pipeline import Findings, judged
-from gearrattle.plots.shelf import charts
 from gearrattle.report.live_figures import plotly_script
+from gearrattle.report.plots.shelf import charts
 from tests.compositions.kinds import KINDS
 
 BODIES, MOST = 64, 12

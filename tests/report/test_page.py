@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearrattle.plots.chart import Chart, Line, Panel
 from gearrattle.report.page import Page, Picture, Section, notes_section
+from gearrattle.report.plots.chart import Chart, Line, Panel
 from gearrattle.report.tables import Table
 from gearrattle.report.written_page import fill_page
 from tests.architecture.places import SOURCE

@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from gearrattle.plots.shelf import FIGURES, charts
 from gearrattle.report.model_tables import cost_table, model_tables
+from gearrattle.report.plots.shelf import FIGURES, charts
 from gearrattle.report.summary import findings_content
 from gearrattle.report.trust import trust
 from gearrattle.report.verdict_tables import criteria_tables, parts_table, tiles

@@ -16,9 +16,9 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.plots.chart import Chart
 from gearrattle.report.kinds import PRESENTATIONS, kind_of, presentation_class, presentation_of
 from gearrattle.report.numbers import Arrays, write_netcdf
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.plots.convergence import probability_convergence
-from gearrattle.plots.scatter import histograms, probability_bars, tornado
-from gearrattle.plots.sensitivities import sobol_bars, swing_bars
+from gearrattle.report.plots.convergence import probability_convergence
+from gearrattle.report.plots.scatter import histograms, probability_bars, tornado
+from gearrattle.report.plots.sensitivities import sobol_bars, swing_bars
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.grid import charts, summary_of

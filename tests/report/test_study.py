@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearrattle.plots.maps import number_maps, probability_map, regime_map
-from gearrattle.plots.scatter import probability_bars, tornado
-from gearrattle.plots.sweeps import output_sweep, probability_sweep
+from gearrattle.report.plots.maps import number_maps, probability_map, regime_map
+from gearrattle.report.plots.scatter import probability_bars, tornado
+from gearrattle.report.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.grid import charts, summary_of
 

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.plots.basins import basin_map, keys_of
-from gearrattle.plots.palette import PAPER
+from gearrattle.report.plots.basins import basin_map, keys_of
+from gearrattle.report.plots.palette import PAPER
 from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.basins import attractor_table, summary_of
 from tests.report.test_study import Balance

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import gearrattle as gr
-from gearrattle.plots.bifurcation import diagram
+from gearrattle.report.plots.bifurcation import diagram
 from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages import page_of
 from gearrattle.report.study_pages.bifurcation import charts, coexistence_table, stretch_table, summary_of

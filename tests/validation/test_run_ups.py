@@ -11,10 +11,10 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from gearrattle.plots.interactive import plotly_figure
-from gearrattle.plots.run_up_validation import run_up_charts
-from gearrattle.plots.static import draw
 from gearrattle.recording import Channel, Recording
+from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.run_up_validation import run_up_charts
+from gearrattle.report.plots.static import draw
 
 RPM = np.pi / 30.0
 MODEL = """

@@ -64,7 +64,7 @@ def figures(
         Points an inch of PNG and TIFF, and of maps inside the others.
     """
     from gearrattle.cli.background import watched
-    from gearrattle.plots.typeset.files import checked_dpi, known_formats
+    from gearrattle.report.plots.typeset.files import checked_dpi, known_formats
     from gearrattle.writing import Staging
 
     with _as_options():
@@ -96,7 +96,7 @@ def look_of(look: Look) -> Any:
     Raises:
         ModelError: an option that is out of range.
     """
-    from gearrattle.plots.typeset import Style
+    from gearrattle.report.plots.typeset import Style
 
     return Style(look.width, look.font, look.size, look.style)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.model import Model
     from gearrattle.recording import Recording
-    from gearrattle.report.sound import SoundPage
+    from gearrattle.report.sound.page import SoundPage
     from gearrattle.results import Run
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
@@ -66,7 +66,7 @@ def listen(
     import gearrattle
     from gearrattle.cli.emit import emit
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.report.sound import SoundPage
+    from gearrattle.report.sound.page import SoundPage
 
     if not motions:
         raise ModelError(
@@ -88,8 +88,8 @@ def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run 
     import gearrattle
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.sound.listen import audible
-    from gearrattle.sound.path import sound_path
+    from gearrattle.report.sound.listen import audible
+    from gearrattle.report.sound.path import sound_path
 
     sound_path(hearing.path, _RATE, hearing.scale)
     opened: dict[str, Model | Run | Recording] = {}

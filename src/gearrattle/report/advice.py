@@ -9,9 +9,9 @@ import math
 from typing import Any
 
 from gearrattle.advice import Advice
-from gearrattle.plots.numerals import numeral
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import record_columns, texts
 from gearrattle.report.tables import Table

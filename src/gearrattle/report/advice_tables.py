@@ -9,7 +9,7 @@ import math
 
 from gearrattle.advice import Score
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 
 

@@ -15,7 +15,6 @@ from gearrattle.comparison.peers import MANY
 from gearrattle.comparison.precision import WorkPrecision
 from gearrattle.comparison.rows import Comparison, Row
 from gearrattle.comparison.table import COLUMNS, table_of
-from gearrattle.plots.comparison import growth_of_errors, work_precision_chart
 from gearrattle.report.comparison_tables import (
     coherence_table,
     cost_table,
@@ -28,6 +27,7 @@ from gearrattle.report.comparison_tables import (
 )
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.comparison import growth_of_errors, work_precision_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset
 from gearrattle.report.tables import Table

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from gearrattle.comparison.rows import Comparison, Row
-from gearrattle.plots.numerals import grouped, numeral
+from gearrattle.report.plots.numerals import grouped, numeral
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 

@@ -12,7 +12,7 @@ import numpy as np
 from gearrattle.assembly import free_names
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import engineering, numeral
+from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
 from gearrattle.system.energy import EnergyAudit
 

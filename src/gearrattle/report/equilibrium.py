@@ -11,9 +11,9 @@ import numpy as np
 
 from gearrattle.analysis.statics import Equilibrium
 from gearrattle.assembly import free_names
-from gearrattle.plots.numerals import engineering
 from gearrattle.report.linear_tables import region_in_words
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.numerals import engineering
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.typeset import Style, matplotlib_figure
-from gearrattle.plots.typeset.files import DPI, checked_dpi, known_formats, saved
 from gearrattle.report.drawn import charts_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.typeset import Style, matplotlib_figure
+from gearrattle.report.plots.typeset.files import DPI, checked_dpi, known_formats, saved
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

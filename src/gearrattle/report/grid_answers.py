@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.axis_names import measure_of, paths_of
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.axis_names import measure_of, paths_of
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.study_tables import boundary_table, code_counts, count_table, lacking_values, probability_table
 from gearrattle.report.tables import Table, shortened
 from gearrattle.studies.boundary import CROSSING, regime_boundary

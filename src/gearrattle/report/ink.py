@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.static import draw
-from gearrattle.plots.stored import packed_charts
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.stored import packed_charts
 
 CHARTS = "charts.npz"
 """File in figures/ that keeps the charts themselves."""

@@ -35,7 +35,7 @@ PRESENTATIONS: Mapping[str, str] = {
     "torque over angle": "gearrattle.report.torque_angle:TorqueAnglePage",
     "gas torque": "gearrattle.report.gas_torque:GasTorquePage",
     "contents": "gearrattle.report.contents:ContentsPage",
-    "sound": "gearrattle.report.sound:SoundPage",
+    "sound": "gearrattle.report.sound.page:SoundPage",
     "reproduction": "gearrattle.reproduction.page:ReproductionPage",
     "study": "gearrattle.report.study:StudyReport",
     "sensitivities": "gearrattle.report.of_studies:SensitivitiesPage",

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import engineering, numeral
+from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.interactive import plotly_figure
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.interactive import plotly_figure
 
 _HERE = Path(__file__).parent
 

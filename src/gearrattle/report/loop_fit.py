@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from gearrattle.identification.loop_result import LoopFit
-from gearrattle.plots.loop import loop_chart
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.loop import loop_chart
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table

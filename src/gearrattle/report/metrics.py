@@ -9,11 +9,11 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.metrics import metrics_chart
 from gearrattle.quantities import Row
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.metrics import metrics_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset
 from gearrattle.report.tables import Table

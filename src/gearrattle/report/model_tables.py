@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import engineering, grouped, numeral, quantity
+from gearrattle.report.plots.numerals import engineering, grouped, numeral, quantity
 from gearrattle.report.provenance import versions
 from gearrattle.report.summary import switches
 from gearrattle.report.tables import Table

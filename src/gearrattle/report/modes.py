@@ -13,8 +13,6 @@ import numpy as np
 from gearrattle.analysis.campbell import Campbell, Crossing, campbell
 from gearrattle.analysis.statics import Modes
 from gearrattle.assembly import assemble
-from gearrattle.plots.campbell import campbell_chart
-from gearrattle.plots.mode_shapes import mode_sketch
 from gearrattle.report.modes_tables import (
     crossings_table,
     energies_in_words,
@@ -27,6 +25,8 @@ from gearrattle.report.modes_tables import (
 )
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Picture, Section, notes_section
+from gearrattle.report.plots.campbell import campbell_chart
+from gearrattle.report.plots.mode_shapes import mode_sketch
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.summary import modes_dict
 from gearrattle.report.tables import Table

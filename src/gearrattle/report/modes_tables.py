@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 from gearrattle.analysis.campbell import Campbell, Crossing
 from gearrattle.analysis.statics import Modes
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.trajectory import Array
 from gearrattle.wording import counted

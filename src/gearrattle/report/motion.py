@@ -25,7 +25,7 @@ from gearrattle.wording import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearrattle.plots.chart import Chart
+    from gearrattle.report.plots.chart import Chart
     from gearrattle.report.run_report import RunReport
 
 

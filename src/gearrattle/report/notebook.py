@@ -13,8 +13,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from gearrattle.plots.static import draw
 from gearrattle.report.kinds import presentation_of
+from gearrattle.report.plots.static import draw
 from gearrattle.report.tables import shortened
 from gearrattle.report.templates import templates
 

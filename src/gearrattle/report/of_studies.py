@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.scatter import bars_of_probability, tornado_chart, tornado_panels
-from gearrattle.plots.sensitivities import sobol_chart, sobol_panels, swing_chart, swing_panels
 from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.scatter import bars_of_probability, tornado_chart, tornado_panels
+from gearrattle.report.plots.sensitivities import sobol_chart, sobol_panels, swing_chart, swing_panels
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.sensitivity_tables import output_tables
 from gearrattle.report.study_tables import changes_table, probabilities_table

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.order_maps import cuts_chart, map_chart, raised
 from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.order_maps import cuts_chart, map_chart, raised
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:
-    from gearrattle.plots.chart import Chart
+    from gearrattle.report.plots.chart import Chart
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearrattle.model import Model
-    from gearrattle.plots.chart import Chart
+    from gearrattle.report.plots.chart import Chart
 
 R = TypeVar("R")
 
@@ -129,9 +129,9 @@ class Presentation(Generic[R]):
             self._write_figure(path)
 
     def _write_figure(self, path: Path) -> None:
-        from gearrattle.plots.static import draw
-        from gearrattle.plots.typeset import matplotlib_figure
-        from gearrattle.plots.typeset.files import saved
+        from gearrattle.report.plots.static import draw
+        from gearrattle.report.plots.typeset import matplotlib_figure
+        from gearrattle.report.plots.typeset.files import saved
 
         (chart,) = self.charts()
         if path.suffix == ".svg":

@@ -16,9 +16,6 @@ from markupsafe import Markup
 
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.shelf import charts
-from gearrattle.plots.sketch import sketch
 from gearrattle.quantities import Verdict
 from gearrattle.report.advice_tables import scores_sentence, scores_table
 from gearrattle.report.energy_table import energy_table
@@ -27,6 +24,9 @@ from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Page, Section, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.shelf import charts
+from gearrattle.report.plots.sketch import sketch
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset
 from gearrattle.report.summary import findings_content

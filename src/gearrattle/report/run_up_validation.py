@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.plots.numerals import numeral
-from gearrattle.plots.run_up_validation import run_up_charts
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.run_up_validation import run_up_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import stacked, texts
 from gearrattle.report.tables import Table

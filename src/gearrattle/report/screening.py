@@ -9,9 +9,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.screening import screening_map
 from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.screening import screening_map
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.screening_tables import (
     gears_of,

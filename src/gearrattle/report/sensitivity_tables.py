@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import Measure, measure_of
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.axis_names import Measure, measure_of
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.designs import ONE_AT_A_TIME, PAIRS, SALTELLI
 from gearrattle.studies.layout import axes_in, outputs_in, scattered

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.densities import cross_chart as cross_density_chart
-from gearrattle.plots.densities import density_chart, natural_rules, response_chart, spectra_charts
-from gearrattle.plots.order_maps import coherence_chart, raised
 from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.densities import cross_chart as cross_density_chart
+from gearrattle.report.plots.densities import density_chart, natural_rules, response_chart, spectra_charts
+from gearrattle.report.plots.order_maps import coherence_chart, raised
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.spectra_tables import coherence_table, cross_table, peaks_table, setting_of, summary_of
 from gearrattle.report.tables import Table

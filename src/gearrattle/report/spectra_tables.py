@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.plots.order_maps import raised
+from gearrattle.report.plots.order_maps import raised
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
 

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.plots.axis_names import measure_of
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.numerals import unbroken
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.axis_names import measure_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import unbroken
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.saved import SUMMARY, summary, write_json
 from gearrattle.report.study_pages import page_of

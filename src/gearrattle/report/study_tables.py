@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.plots.axis_names import labels_of, measure_of, paths_of, title_of
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.axis_names import labels_of, measure_of, paths_of, title_of
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.studies.boundary import CROSSING, regime_boundary
 from gearrattle.studies.cases import DONE, OUTCOMES

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from gearrattle.analysis.torque_angle import TorqueAngle
-from gearrattle.plots.chart import Chart, Key, Line, Panel
-from gearrattle.plots.numerals import engineering, numeral
-from gearrattle.plots.palette import ACCENT, CENTRE
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel
+from gearrattle.report.plots.numerals import engineering, numeral
+from gearrattle.report.plots.palette import ACCENT, CENTRE
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.tables import Table
 

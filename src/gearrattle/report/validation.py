@@ -8,9 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.plots.validation import validation_charts
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.validation import validation_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset, stacked, texts
 from gearrattle.report.tables import Table

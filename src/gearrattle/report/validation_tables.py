@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from gearrattle.plots.numerals import numeral
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 from gearrattle.validation import Explained, Level, Pair, Validation
 

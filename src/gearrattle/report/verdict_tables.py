@@ -14,8 +14,8 @@ from itertools import groupby
 from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
-from gearrattle.plots.numerals import engineering, numeral, quantity
 from gearrattle.quantities import CRITERIA, Entry, Part, Row, Verdict
+from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import centre, region_shares, steady
 

@@ -5,7 +5,7 @@ Takes numbers; gives text.
 
 from __future__ import annotations
 
-from gearrattle.plots.numerals import grouped, numeral
+from gearrattle.report.plots.numerals import grouped, numeral
 
 
 def counted(number: int) -> str:

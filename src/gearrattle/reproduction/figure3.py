@@ -18,9 +18,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gearrattle.model import Model
-from gearrattle.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.plots.comparison import COLOURS
-from gearrattle.plots.palette import INK
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.palette import INK
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.cases import HALF_GAP, J

@@ -22,8 +22,8 @@ import numpy as np
 
 from gearrattle.analysis.contact_ratios.describing import Describing, under_sine
 from gearrattle.model import Model
-from gearrattle.plots.chart import Chart, Key, Line, Panel
-from gearrattle.plots.comparison import COLOURS
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel
+from gearrattle.report.plots.comparison import COLOURS
 from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row

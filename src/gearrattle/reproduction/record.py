@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
-from gearrattle.plots.chart import Chart
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 from gearrattle.result import Result
 

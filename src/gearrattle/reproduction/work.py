@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from gearrattle.comparison.pointwise import pointwise
-from gearrattle.plots.chart import Chart, Key, Line, Panel
-from gearrattle.plots.comparison import COLOURS
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel
+from gearrattle.report.plots.comparison import COLOURS
 from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.coherence import KINDS
 from gearrattle.reproduction.digits import counted

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from gearrattle.plots.chart import Chart
 from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 
 if TYPE_CHECKING:

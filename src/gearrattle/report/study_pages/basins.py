@@ -11,11 +11,11 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.model.path_labels import INITIAL
-from gearrattle.plots.axis_names import measure_of
-from gearrattle.plots.basins import basin_map, keys_of, name_of
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.numerals import numeral
 from gearrattle.report.page import Section
+from gearrattle.report.plots.axis_names import measure_of
+from gearrattle.report.plots.basins import basin_map, keys_of, name_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table, shortened

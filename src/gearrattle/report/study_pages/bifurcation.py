@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.axis_names import Measure, measure_of, paths_of
-from gearrattle.plots.bifurcation import diagram
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.numerals import numeral
 from gearrattle.report.page import Section
+from gearrattle.report.plots.axis_names import Measure, measure_of, paths_of
+from gearrattle.report.plots.bifurcation import diagram
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table
 from gearrattle.report.tables import Table, shortened

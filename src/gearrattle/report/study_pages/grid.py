@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearrattle.plots.axis_names import measure_of
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.convergence import probability_convergence
-from gearrattle.plots.maps import number_maps, probability_map, regime_map
-from gearrattle.plots.scatter import histograms, probability_bars, tornado
-from gearrattle.plots.sensitivities import sobol_bars, swing_bars
-from gearrattle.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.grid_answers import answer, content
 from gearrattle.report.page import Section
+from gearrattle.report.plots.axis_names import measure_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.convergence import probability_convergence
+from gearrattle.report.plots.maps import number_maps, probability_map, regime_map
+from gearrattle.report.plots.scatter import histograms, probability_bars, tornado
+from gearrattle.report.plots.sensitivities import sobol_bars, swing_bars
+from gearrattle.report.plots.sweeps import output_sweep, probability_sweep
 from gearrattle.report.sensitivity_tables import sensitivity_tables
 from gearrattle.report.study_pages.base import StudyPage, joined
 from gearrattle.report.study_tables import (

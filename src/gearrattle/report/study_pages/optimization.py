@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.plots.axis_names import measure_of
-from gearrattle.plots.chart import Chart
-from gearrattle.plots.fronts import front_chart, growth_chart, parallel_chart
-from gearrattle.plots.numerals import numeral, quantity
 from gearrattle.report.page import Section
+from gearrattle.report.plots.axis_names import measure_of
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.fronts import front_chart, growth_chart, parallel_chart
+from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table

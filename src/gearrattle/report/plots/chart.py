@@ -1,0 +1,218 @@
+"""What a figure is, before anyone draws it.
+
+A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars and cells, shaded bands and thin rules. Charts
+are plain frozen data, so the same figure is drawn twice without being written twice: interactively (``interactive``)
+and as ink (``static``), and a test can look into it.
+
+Takes plain arrays; gives nouns to the two renderers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gearrattle.report.plots.palette import ACCENT, CENTRE, MUTED
+from gearrattle.trajectory import Array
+
+Mark = Literal["line", "points"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve or one cloud of points.
+
+    Attributes:
+        x, y: (N,) coordinates in the units of the panel's axes; NaN lifts the pen.
+        name: what it is, for the legend and for hovering.
+        colour: ``"#rrggbb"``.
+        mark: joined by a line or drawn as points.
+        width: line width, or point diameter [px].
+        opacity: 0 to 1.
+        legend: whether the legend names it.
+    """
+
+    x: Array
+    y: Array
+    name: str
+    colour: str = ACCENT
+    mark: Mark = "line"
+    width: float = 1.3
+    opacity: float = 1.0
+    legend: bool = False
+
+
+@dataclass(frozen=True)
+class Bars:
+    """A histogram: heights over bins, bottom to top.
+
+    Attributes:
+        edges: (N + 1,) ascending bin edges.
+        heights: (N,) heights.
+        base: (N,) where the bars stand; zero if not given.
+        name, colour, legend: as for a line.
+    """
+
+    edges: Array
+    heights: Array
+    name: str
+    colour: str = ACCENT
+    base: Array | None = None
+    legend: bool = False
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Filled rectangles of one colour: the cells of a map that mean the same, bars that lie.
+
+    Attributes:
+        left, right, low, high: (N,) their edges, in the units of the axes.
+        name, colour: as for a line.
+    """
+
+    left: Array
+    right: Array
+    low: Array
+    high: Array
+    name: str
+    colour: str = ACCENT
+
+
+@dataclass(frozen=True)
+class Heat:
+    """A map of numbers over equal cells, in shades from ``low`` to ``high`` (``palette.shade``).
+
+    Attributes:
+        x_range, y_range: outer edges of the map, in the units of the axes.
+        values: (rows, columns), the first row lowest; NaN leaves a cell empty.
+        low, high: what the ends of the shades stand for; beyond them the end's shade is drawn.
+        name: what the numbers are, with their unit, for hovering.
+    """
+
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+    values: Array
+    low: float
+    high: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Band:
+    """A shaded strip across a panel, between ``low`` and ``high`` on the axis ``along``; None reaches the edge."""
+
+    low: float | None
+    high: float | None
+    colour: str
+    along: Literal["x", "y"] = "y"
+    opacity: float = 0.08
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A thin straight line across a panel at ``at`` on the axis ``along``, with an optional small label."""
+
+    at: float
+    along: Literal["x", "y"] = "y"
+    colour: str = CENTRE
+    dashed: bool = True
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Label:
+    """A few words beside a point of a panel.
+
+    Attributes:
+        x, y: the point, in the units of the axes.
+        words: plain text.
+        colour: ``"#rrggbb"``.
+        side: whether the words begin right of the point, or stand above it and end there.
+    """
+
+    x: float
+    y: float
+    words: str
+    colour: str = MUTED
+    side: Literal["above", "right"] = "right"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes.
+
+    Attributes:
+        title: what is drawn, e.g. the name of the body.
+        unit: unit of the upright axis, printed after the title.
+        x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
+        heat, lines, bars, cells, bands, rules, labels: what it holds, drawn from the heat, bands and cells to lines and
+            labels.
+        x_range, y_range: limits; None fits the data.
+        x_log, y_log: whether the level, the upright axis is logarithmic.
+        x_ticks, y_ticks: where the axes are labelled, and how; empty: at round values.
+        note: words to print in an empty panel.
+    """
+
+    title: str
+    unit: str = ""
+    x_title: str = ""
+    lines: tuple[Line, ...] = ()
+    bars: tuple[Bars, ...] = ()
+    bands: tuple[Band, ...] = ()
+    rules: tuple[Rule, ...] = ()
+    labels: tuple[Label, ...] = ()
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+    y_log: bool = False
+    x_log: bool = False
+    cells: tuple[Cells, ...] = ()
+    x_ticks: tuple[tuple[float, str], ...] = ()
+    y_ticks: tuple[tuple[float, str], ...] = ()
+    note: str = ""
+    heat: Heat | None = None
+
+
+@dataclass(frozen=True)
+class Key:
+    """One entry of a chart's legend: a coloured swatch and a word."""
+
+    name: str
+    colour: str = MUTED
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A figure.
+
+    Attributes:
+        key: short name, used for file names and anchors.
+        title: heading.
+        caption: one or two sentences that say how to read it; also its text for screen readers.
+        panels: in reading order, row by row.
+        columns: number of columns of the grid.
+        panel_height: height of one panel [px].
+        share_x: whether all panels show the same level axis (zooming one then zooms all).
+        legend: swatches explained above the figure.
+        group: charts with the same group share one place in the report and are chosen by a tab.
+        tab: the word on that tab.
+    """
+
+    key: str
+    title: str
+    caption: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+    panel_height: int = 132
+    share_x: bool = True
+    legend: tuple[Key, ...] = field(default=())
+    group: str = ""
+    tab: str = ""
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the grid."""
+        return -(-len(self.panels) // self.columns)
+
+    def is_bottom(self, index: int) -> bool:
+        """Whether no panel lies below panel ``index``."""
+        return index + self.columns >= len(self.panels)

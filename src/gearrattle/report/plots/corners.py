@@ -1,0 +1,73 @@
+"""How a clearance looks in every figure: its corners, the shading of its two sides, its units.
+
+A clearance is in contact beyond its corners: blue on the drive side, vermilion on the coast side.
+
+Takes Findings and a Layout; gives bands, rules and units to the figures.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots.chart import Band, Key, Rule
+from gearrattle.report.plots.palette import COAST, DRIVE
+from gearrattle.signals import centre
+from gearrattle.trajectory import Array, Layout
+
+SIDES = (Key("drive side", DRIVE), Key("coast side", COAST))
+"""Legend of every figure that tells the two sides apart."""
+
+
+def shading(layout: Layout, clearance: int, factor: float) -> tuple[tuple[Band, ...], tuple[Rule, ...]]:
+    """Return the shading of one clearance's contact sides, and a rule at each of its corners.
+
+    Args:
+        layout: names and constants of the driveline.
+        clearance: index into ``layout.clearance``.
+        factor: multiplies deflections for display.
+    """
+    corners = layout.corners[clearance]
+    first = int(layout.region_of_first_piece[clearance])
+    inner = centre(layout, clearance)
+    bands = []
+    for position, corner in enumerate(corners):
+        above = first + position + 1
+        if above > max(inner):
+            bands.append(Band(float(corner) * factor, None, DRIVE))
+        if above - 1 < min(inner):
+            bands.append(Band(None, float(corner) * factor, COAST))
+    return tuple(bands), tuple(Rule(float(corner) * factor) for corner in corners)
+
+
+def reach(values: Array, corners: Array) -> tuple[float, float]:
+    """Return axis limits that show all values and the corners worth seeing with them.
+
+    The nearest corner always is; another one only if it lies within one span of the values, for a far one would
+    squeeze the motion into a line.
+
+    Args:
+        values: (N,) deflections.
+        corners: (c,) corner positions in the same unit.
+    """
+    low, high = float(values.min()), float(values.max())
+    away = np.maximum(np.maximum(low - corners, corners - high), 0.0)
+    shown = corners[away <= max(high - low, float(away.min()))]
+    low, high = min(low, float(shown.min())), max(high, float(shown.max()))
+    margin = 0.08 * (high - low or 1.0)
+    return low - margin, high + margin
+
+
+def units(findings: Findings, clearance: int) -> dict[str, str]:
+    """Return the units of one clearance's ``deflection``, ``rate``, ``force`` and ``energy``; empty if dimensionless.
+
+    Args:
+        findings: what the pipeline found.
+        clearance: index into ``layout.clearance``.
+    """
+    layout = findings.motion.trajectory.layout
+    if findings.model.units != "SI":
+        return {"deflection": "", "rate": "", "force": "", "energy": ""}
+    if layout.is_mesh[layout.clearance[clearance]]:
+        return {"deflection": "m", "rate": "m/s", "force": "N", "energy": "J"}
+    return {"deflection": "rad", "rate": "rad/s", "force": "N m", "energy": "J"}

@@ -1,0 +1,146 @@
+"""Figures of an optimisation: the front among all designs, how it grew, and its members across all values.
+
+Takes the Dataset of ``optimize``; gives Charts.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearrattle.report.plots.axis_names import measure_of
+from gearrattle.report.plots.chart import Chart, Key, Label, Line, Panel, Rule
+from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
+from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_PAIRS, _MOST_LINES = 6, 60
+_FEASIBLE, _OTHER = "#8fb8d6", CENTRE
+
+
+def front_chart(data: xr.Dataset) -> Chart | None:
+    """Draw every pair of objectives: all designs, those that are feasible, and the front; None for one objective."""
+    names = [str(name) for name in data["objective"].values]
+    if len(names) < 2 or not data.sizes["design"]:
+        return None
+    values, front = data["value"].values, data["front"].values == 1
+    feasible = (data["violation"].values == 0.0) & ~front
+    groups = (("misses a limit", ~feasible & ~front, _OTHER, 4.0), ("feasible", feasible, _FEASIBLE, 4.5),
+              ("front", front, ACCENT, 7.0))  # fmt: skip
+    panels = []
+    for i, j in itertools.islice(itertools.combinations(range(len(names)), 2), _MOST_PAIRS):
+        lines = [
+            Line(values[which, i], values[which, j], name, colour, "points", size)
+            for name, which, colour, size in groups
+            if np.isfinite(values[which][:, [i, j]]).all(axis=1).any()
+        ]
+        lines += _marked(data, values[:, i], values[:, j])
+        shown = values[feasible | front] if (feasible | front).any() else values
+        panels.append(
+            Panel(
+                f"{names[j]}{_unit(data, j)}", "", f"{names[i]}{_unit(data, i)}", tuple(lines),
+                x_range=_room(shown[:, i]), y_range=_room(shown[:, j]),
+            )
+        )  # fmt: skip
+    caption = "All designs by their objectives; on the front stands what no feasible design beats in everything."
+    legend = (Key("front", ACCENT), Key("feasible", _FEASIBLE), Key("misses a limit", _OTHER),
+              Key("nearest to the ideal", COAST), Key("the model itself", INK))  # fmt: skip
+    return Chart(
+        "front", "The front", caption, tuple(panels), columns=min(2, len(panels)), panel_height=300, share_x=False,
+        legend=legend,
+    )  # fmt: skip
+
+
+def growth_chart(data: xr.Dataset) -> Chart | None:
+    """Draw the best value of every objective, and the hypervolume, over the generations."""
+    count = data.sizes["generation"]
+    if count < 2 or not np.isfinite(data["best"].values).any():
+        return None
+    x = np.arange(count, dtype=np.float64)
+    panels = []
+    for i, name in enumerate(map(str, data["objective"].values)):
+        best = data["best"].values[:, i]
+        panels.append(_stepped(f"best {name}{_unit(data, i)}", x, best))
+    if len(panels) > 1:
+        panels.append(_stepped("hypervolume, share of the box", x, data["hypervolume"].values))
+    caption = "What had been found up to every generation; flat at the end means that more of them would hardly help."
+    return Chart("growth", "How the search went on", caption, tuple(panels), columns=min(2, len(panels)),
+                 panel_height=170, share_x=True)  # fmt: skip
+
+
+def parallel_chart(data: xr.Dataset) -> Chart | None:
+    """Draw the front's members across variables and objectives, every axis from its least to its largest value."""
+    members = np.flatnonzero(data["front"].values == 1)
+    if len(members) < 2:
+        return None
+    paths = [str(path) for path in data.attrs["variables"]]
+    low, high = np.array(data.attrs["low"], dtype=float), np.array(data.attrs["high"], dtype=float)
+    measures = [measure_of(data, path) for path in paths]
+    columns = [
+        (m.factor * data[path].values[members], (m.factor * low[i], m.factor * high[i]))
+        for i, (path, m) in enumerate(zip(paths, measures, strict=True))
+    ]
+    found = data["value"].values[members]
+    columns += [(column, (float(column.min()), float(column.max()))) for column in found.T]
+    shares = np.column_stack([(c - a) / (b - a) if b > a else np.full(len(c), 0.5) for c, (a, b) in columns])
+    x = np.arange(shares.shape[1], dtype=np.float64)
+    rank = np.argsort(np.argsort(found[:, 0]))
+    lines = [
+        Line(x, row, f"design {members[i]}", COLOURS[0] if rank[i] < len(members) / 2 else COLOURS[1], width=0.9,
+             opacity=0.6)
+        for i, row in enumerate(shares[:_MOST_LINES])
+    ]  # fmt: skip
+    best = int(data.attrs["best"])
+    lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", INK, width=2.4))
+    names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(found.shape[1]))]
+    labels = [Label(float(at), 1.06, numeral(b, 3)) for at, (_, (_, b)) in zip(x, columns, strict=True)]
+    labels += [Label(float(at), -0.09, numeral(a, 3)) for at, (_, (a, _)) in zip(x, columns, strict=True)]
+    rules = tuple(Rule(float(at), "x", CENTRE, dashed=False) for at in x)
+    panel = Panel(
+        "Members of the front", lines=tuple(lines), labels=tuple(labels), rules=rules,
+        x_range=(-0.2, float(x[-1]) + 0.6), y_range=(-0.16, 1.14), y_ticks=((-9.0, ""),),
+        x_ticks=tuple(zip(x.tolist(), names, strict=True)),
+    )  # fmt: skip
+    objectives = [str(name) for name in data["objective"].values]
+    words = [*(m.title for m in measures), *(f"{name}{_unit(data, i)}" for i, name in enumerate(objectives))]
+    told = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))
+    caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {told}."
+    legend = (Key(f"low {objectives[0]}", COLOURS[0]), Key(f"high {objectives[0]}", COLOURS[1]),
+              Key("nearest to the ideal", INK))  # fmt: skip
+    return Chart("parallel", "What the front has in common", caption, (panel,), panel_height=300, legend=legend)
+
+
+def _marked(data: xr.Dataset, x: Array, y: Array) -> list[Line]:
+    """The model itself, if it is the first design, and the design nearest to the ideal."""
+    found = []
+    if bool(data.attrs.get("own", 0)) and np.isfinite([x[0], y[0]]).all():
+        found.append(Line(x[:1], y[:1], "the model itself", INK, "points", 9.0))
+    best = int(data.attrs["best"])
+    if best >= 0:
+        found.append(Line(x[best : best + 1], y[best : best + 1], "nearest to the ideal", COAST, "points", 10.0))
+    return found
+
+
+def _stepped(title: str, x: Array, y: Array) -> Panel:
+    line = Line(x, y, title, DRIVE, width=1.8)
+    return Panel(title, "", "generation", (line,), x_range=(0.0, float(x[-1])), y_range=_room(y))
+
+
+def _room(values: Array) -> tuple[float, float]:
+    there = values[np.isfinite(values)]
+    if not there.size:
+        return 0.0, 1.0
+    low, high = float(there.min()), float(there.max())
+    room = 0.06 * (high - low) or 0.5 * (abs(high) or 1.0)
+    return low - room, high + room
+
+
+def _unit(data: xr.Dataset, i: int) -> str:
+    unit = str(data.attrs["units"][i])
+    return f" [{unit}]" if unit else ""

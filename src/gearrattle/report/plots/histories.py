@@ -1,0 +1,58 @@
+"""Time histories of the bodies: acceleration, speed and angle over the last cycles.
+
+One panel a body, all on the same cycles, so that an impact can be followed along the driveline. Angles and speeds are
+fluctuations about uniform rotation.
+"""
+
+from __future__ import annotations
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots.chart import Chart, Line, Panel
+from gearrattle.report.plots.chosen import chosen_bodies
+from gearrattle.report.plots.view import coarse, detail, history, scale
+from gearrattle.trajectory import Array
+
+_CAPTION = (
+    "{what} of every body over the last {count} simulated, in cycles of the common period T. "
+    "All panels share the cycle axis: zoom one and the others follow."
+)
+
+
+def accelerations(findings: Findings) -> Chart:
+    """Draw the angular acceleration of every body."""
+    values = findings.motion.trajectory.acceleration
+    return _chart(findings, "acceleration", "Angular acceleration", "rad/s²", values)
+
+
+def speeds(findings: Findings) -> Chart:
+    """Draw the speed fluctuation of every body."""
+    return _chart(findings, "speed", "Speed fluctuation", "rad/s", findings.motion.trajectory.velocity)
+
+
+def angles(findings: Findings) -> Chart:
+    """Draw the angle of every body."""
+    return _chart(findings, "angle", "Angle", "rad", findings.motion.trajectory.angle)
+
+
+def _chart(findings: Findings, key: str, what: str, unit: str, values: Array) -> Chart:
+    trajectory = findings.motion.trajectory
+    window = detail(trajectory)
+    chosen, left_out = chosen_bodies(findings)
+    panels = []
+    for i in chosen:
+        name = trajectory.layout.inertia_names[i]
+        x, y = history(trajectory, values[:, i], window)
+        in_unit = scale(y, unit if findings.model.units == "SI" else "")
+        line = Line(x, y * in_unit.factor, name, mark="points" if coarse(trajectory) else "line")
+        limits = (window.start / trajectory.layout.period, window.end / trajectory.layout.period)
+        panels.append(Panel(name, in_unit.unit, "time / T  [cycles]", lines=(line,), x_range=limits))
+    count = f"{window.cycles} cycles" if window.cycles > 1 else "cycle"
+    return Chart(
+        key=key,
+        title="Time histories",
+        caption=_CAPTION.format(what=what, count=count) + left_out,
+        panels=tuple(panels),
+        panel_height=104,
+        group="histories",
+        tab=what,
+    )

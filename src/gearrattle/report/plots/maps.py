@@ -1,0 +1,261 @@
+"""Maps of a study: codes, probabilities or numbers over two axes; codes of every part over one.
+
+Cells of one meaning have one colour; a dark line parts quiet from rattling. Where a study has more than two axes the
+largest over the others is drawn.
+
+Takes the Dataset of a study; gives Charts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.report.plots.axis_names import cell_ticks, labels_of, title_of, words_of_axis
+from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.palette import INK, REGIMES
+from gearrattle.studies.layout import (
+    axes_in,
+    chosen_codes,
+    numbers_of,
+    outputs_in,
+    subject_names,
+    subject_of,
+    units_of,
+    values_of,
+    words_of,
+)
+from gearrattle.studies.plan import SAMPLE
+from gearrattle.studies.probability import rattle_probability
+from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Codes = NDArray[np.int64]
+NOTHING = Key("no value", "#e8dcc0")
+MOST_PANELS = 12
+_HEIGHT, _ROW = 260, 26
+_SHADES = 8
+_LEAST = 0.01
+_BELIEVE = (
+    " One loss of contact within the cycles kept makes a part rattle here and hardly changes a mean: where this map "
+    "and one of numbers disagree, believe this one on whether a part rattles, that one on how much."
+)
+_MEDIAN = (
+    " Median over the samples: that of a typical one. Where it is small and the probability of rattle is not, believe "
+    "the probability."
+)
+_RED = ("#f6e9ed", "#7d0a2c")
+_BLUE = ("#d3e3ef", "#083d60")
+
+
+def two_axes(data: xr.Dataset) -> tuple[str, str]:
+    """The two axes of most values, in the order of the study."""
+    longest = sorted(axes_in(data), key=lambda axis: -data.sizes[axis])[:2]
+    first, second = (axis for axis in axes_in(data) if axis in longest)
+    return first, second
+
+
+def regime_map(data: xr.Dataset) -> Chart | None:
+    """Draw codes over two axes, a panel a part; or over one, a row a part. None without codes, or with samples."""
+    output = chosen_codes(data)
+    if not output or SAMPLE in data.dims or not axes_in(data):
+        return None
+    words = words_of(data[output])
+    legend = (*(Key(word, REGIMES[word]) for word in words), NOTHING)
+    if len(axes_in(data)) == 1:
+        return _strip(data, output, legend)
+    x, y = two_axes(data)
+    panels = []
+    for name, codes in _by_subject(values_of(data, output), subject_of(data, output), x, y):
+        found = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
+        frame = _frame(data, x, y, name)
+        panels.append(_with(frame, cells_of(found, legend), edge_between(found > 0, found >= 0)))
+    if not panels:
+        return None
+    caption = (
+        f"{_name(output)} {_over(data, x, y)}; the dark line separates quiet from rattling, of a staged spring "
+        f"from changing stage.{_others(data, x, y)}{_BELIEVE if _has_numbers(data) else ''}"
+    )
+    return _chart("map", f"Map of the {output}", caption, panels, legend)
+
+
+def probability_map(data: xr.Dataset) -> Chart | None:
+    """Draw the share of samples above quiet over two axes, a panel a part; None for fewer axes, or no samples."""
+    output = chosen_codes(data)
+    if not output or SAMPLE not in data.dims or len(axes_in(data)) < 2:
+        return None
+    x, y = two_axes(data)
+    found = rattle_probability(data, output)["probability"]
+    panels, legend = _shaded(data, found, subject_of(data, output), np.linspace(0.0, 1.0, 11), _RED)
+    if not panels:
+        return None
+    caption = f"Share of samples in which a part rattles, {_over(data, x, y)}.{_others(data, x, y)}"
+    return _chart("probability-map", "Probability of rattle", caption, panels, legend)
+
+
+def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
+    """Draw an output of numbers over two axes: a chart a unit, a panel a subject that varies by a hundredth."""
+    if len(axes_in(data)) < 2:
+        return []
+    x, y = two_axes(data)
+    units, subject = units_of(data, output), subject_of(data, output)
+    values = numbers_of(values_of(data, output))
+    if SAMPLE in values.dims:
+        values = values.median(SAMPLE)
+    over = _MEDIAN if SAMPLE in data.dims else ""
+    found = []
+    for i, unit in enumerate(dict.fromkeys(units.values())):
+        names = [name for name, one in units.items() if one == unit and _tells(_of(values, subject, name).values)]
+        if names:
+            some = values.sel({subject: names}) if subject else values
+            bounds = np.linspace(float(np.nanmin(some.values)), float(np.nanmax(some.values)), _SHADES + 1)
+            panels, legend = _shaded(data, some, subject, bounds, _BLUE)
+            words = f"{_name(output)}{f', {unit}' if unit else ''}"
+            caption = f"{words}, {_over(data, x, y)}.{over}{_others(data, x, y)}"
+            key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + (f"-{i + 1}" if i else "")
+            title = f"Map of the {output}" + (f", {unit}" if len(set(units.values())) > 1 else "")
+            found.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
+    return found
+
+
+def _of(values: xr.DataArray, subject: str, name: str) -> xr.DataArray:
+    return values.sel({subject: name}) if subject else values
+
+
+def _left_out(units: Mapping[str, str], drawn: list[str], unit: str) -> str:
+    left = [name for name, one in units.items() if one == unit and name not in drawn]
+    return f" Not drawn, varying by less than a hundredth: {', '.join(left)}." if left else ""
+
+
+def _tells(values: Array) -> bool:
+    """Whether finite values differ by a hundredth of the largest or more: less is no map."""
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and np.ptp(finite) >= _LEAST * np.abs(finite).max() and np.ptp(finite) > 0.0)
+
+
+def _varies(values: Array) -> bool:
+    return len(np.unique(values[np.isfinite(values)])) > 1
+
+
+def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tuple[Key, ...]) -> Chart:
+    """Two panels a row; as high as wide enough."""
+    columns = min(2, len(panels))
+    left = len(panels) - MOST_PANELS
+    drawn = {cells.name for panel in panels for cells in panel.cells}
+    legend = tuple(key for key in legend if key is not NOTHING or key.name in drawn)
+    more = f" {left} more parts are not drawn." if left > 0 else ""
+    return Chart(
+        key, title, caption + more, tuple(panels[:MOST_PANELS]), columns=columns, panel_height=_HEIGHT, share_x=False,
+        legend=legend,
+    )  # fmt: skip
+
+
+def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
+    """Codes over one axis: a row a subject."""
+    (axis,) = axes_in(data)
+    subject = subject_of(data, output)
+    values = values_of(data, output).transpose(*([subject] if subject else []), axis).values
+    codes = np.atleast_2d(values).astype(np.int64)
+    names = subject_names(data, output) if subject else [output]
+    labels = labels_of(data, axis)
+    panel = Panel(
+        "Regime", "", title_of(data, axis), cells=cells_of(codes, legend), x_range=(-0.5, codes.shape[1] - 0.5),
+        y_range=(-0.5, len(names) - 0.5), x_ticks=cell_ticks(labels, 12),
+        y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
+    )  # fmt: skip
+    caption = f"{_name(output)} of every part over {words_of_axis(data, axis)}."
+    legend = legend if (codes < 0).any() else legend[:-1]
+    return Chart("map", f"Map of the {output}", caption, (panel,), panel_height=_ROW * len(names) + 14, legend=legend)
+
+
+def _shaded(
+    data: xr.Dataset, values: xr.DataArray, subject: str, bounds: Array, ends: tuple[str, str]
+) -> tuple[list[Panel], tuple[Key, ...]]:
+    """Panels of numbers in shades, and what each shade means."""
+    shades = [_between(*ends, share) for share in np.linspace(0.0, 1.0, len(bounds) - 1).tolist()]
+    pairs = zip(bounds[:-1].tolist(), bounds[1:].tolist(), shades, strict=True)
+    legend = (*(Key(f"{numeral(a, 3)}–{numeral(b, 3)}", shade) for a, b, shade in pairs), NOTHING)
+    panels, axes = [], two_axes(data)
+    for name, found in _by_subject(values, subject, *axes):
+        codes = np.clip(np.searchsorted(bounds, found, "right") - 1, 0, len(bounds) - 2)
+        panels.append(_with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(found), codes, -1), legend), ()))
+    return panels, legend
+
+
+def _by_subject(values: xr.DataArray, subject: str, x: str, y: str) -> list[tuple[str, Array]]:
+    """For every subject its numbers over (y, x), the largest over all other axes; those that vary come first."""
+    numbers = numbers_of(values)
+    others = [name for name in numbers.dims if name not in (x, y, subject)]
+    largest = numbers.max(others).transpose(*([subject] if subject else []), y, x)
+    each = largest.values if subject else largest.values[None, :, :]
+    names = [str(name) for name in values[subject].values] if subject else [str(values.name or "")]
+    found = list(zip(names, each, strict=True))
+    return sorted(found, key=lambda pair: not _varies(pair[1]))
+
+
+def _frame(data: xr.Dataset, x: str, y: str, name: str) -> Panel:
+    """A panel with axes of cells and nothing in it."""
+    across, up = labels_of(data, x), labels_of(data, y)
+    return Panel(
+        name, f"↑ {title_of(data, y)}", title_of(data, x), x_range=(-0.5, len(across) - 0.5),
+        y_range=(-0.5, len(up) - 0.5), x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10),
+    )  # fmt: skip
+
+
+def _with(frame: Panel, cells: tuple[Cells, ...], lines: tuple[Line, ...]) -> Panel:
+    return replace(frame, cells=cells, lines=lines)
+
+
+def cells_of(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
+    """Cells of every code (rows, columns), -1 the last of the legend; neighbours of a row joined."""
+    found = []
+    for code, key in zip([*range(len(legend) - 1), -1], legend, strict=True):
+        edges = np.diff(np.pad((codes == code).astype(np.int8), ((0, 0), (1, 1))), axis=1)
+        (row, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+        if row.size:
+            left, right, middle = (each.astype(np.float64) for each in (begin - 0.5, end - 0.5, row))
+            found.append(Cells(left, right, middle - 0.5, middle + 0.5, key.name, key.colour))
+    return tuple(found)
+
+
+def edge_between(rattles: NDArray[np.bool_], there: NDArray[np.bool_]) -> tuple[Line, ...]:
+    """The line between cells that rattle and cells that do not, pieces parted by NaN; none if there are none."""
+    beside = (rattles[:, 1:] != rattles[:, :-1]) & there[:, 1:] & there[:, :-1]
+    above = (rattles[1:] != rattles[:-1]) & there[1:] & there[:-1]
+    pieces = [(j + 0.5, i - 0.5, j + 0.5, i + 0.5) for i, j in np.argwhere(beside).tolist()]
+    pieces += [(j - 0.5, i + 0.5, j + 0.5, i + 0.5) for i, j in np.argwhere(above).tolist()]
+    x = np.array([v for x0, _, x1, _ in pieces for v in (x0, x1, np.nan)])
+    y = np.array([v for _, y0, _, y1 in pieces for v in (y0, y1, np.nan)])
+    return (Line(x, y, "quiet to rattling", INK, width=2.0),) if pieces else ()
+
+
+def _between(first: str, last: str, share: float) -> str:
+    a, b = ([int(colour[k : k + 2], 16) for k in (1, 3, 5)] for colour in (first, last))
+    return "#" + "".join(f"{round(p + share * (q - p)):02x}" for p, q in zip(a, b, strict=True))
+
+
+def _name(output: str) -> str:
+    return output[:1].upper() + output[1:]
+
+
+def _others(data: xr.Dataset, x: str, y: str) -> str:
+    others = [axis for axis in axes_in(data) if axis not in (x, y)]
+    names = ", ".join(words_of_axis(data, axis) for axis in others)
+    return f" The largest over {names} is drawn." if others else ""
+
+
+def _over(data: xr.Dataset, x: str, y: str) -> str:
+    """Which axis stands where."""
+    return f"over {words_of_axis(data, x)} (horizontal) and {words_of_axis(data, y)} (vertical)"
+
+
+def _has_numbers(data: xr.Dataset) -> bool:
+    """Whether maps of numbers are drawn beside the map of codes."""
+    return any(not words_of(data[name]) for name in outputs_in(data))

@@ -1,0 +1,165 @@
+"""Rattle metrics as figures: a panel for values of one kind, a colour and a place of its own for every subject.
+
+Orders and quantities stand side by side on the level axis, values on a logarithmic one, subjects of one group a little
+apart; colours are those of M. Okabe and K. Ito (2008). Shares of time are bars that fill the width.
+
+Takes rows of metrics, of a run or of a recording; gives a Chart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.pipeline import Findings
+from gearrattle.quantities import Row
+from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE
+
+_SPREAD = 0.5  # of the room between two groups
+_SIDES = (("coast-side share", COAST), ("free share", CENTRE), ("drive-side share", DRIVE))
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """Values that share a panel: by quantity and its label, or by all orders of a quantity."""
+
+    title: str
+    unit: str
+    labels: tuple[tuple[str, str], ...] = ()
+    by_order: str = ""
+    threshold: str = ""
+    log: bool = True
+
+
+_KINDS = (
+    _Kind("Separation ratio by order", "1", by_order="separation ratio at order ", threshold="lifts off"),
+    _Kind("Transmissibility by engine order", "1", by_order="transmissibility at order "),
+    _Kind("Peak-to-peak speed by engine order", "rad/s", by_order="peak-to-peak speed at order "),
+    _Kind("Speed irregularity", "1", (("irregularity", "all orders"),)),
+    _Kind("Separation ratio", "1", (
+        ("separation ratio", "by the peak"), ("largest separation ratio of an order", "of one order"),
+    ), threshold="lifts off"),
+    _Kind("Restitution", "1", (("mean restitution", "mean"),), log=False),
+    _Kind("Impact intensity", "N", (("mean impact intensity", "mean"),)),
+    _Kind("Impact intensity of couplings", "N m", (("mean impact intensity", "mean"),)),
+    _Kind("Energy lost in impacts", "W", (("impact loss rate", "by the log"), ("contact work rate", "by the audit"))),
+    _Kind("Rattle level", "dB", (("rattle level", "each"), ("rattle level of all meshes", "all")), log=False),
+    _Kind("Mesh force", "N", (
+        ("force standard deviation", "deviation"), ("force exceeded 5 % of the time", "5 % exceed"),
+    )),
+    _Kind("Mesh force, shape", "1", (("force crest factor", "crest"), ("force kurtosis", "kurtosis"))),
+    _Kind("Acceleration of loose gears", "rad/s^2", (
+        ("rms acceleration", "rms"), ("peak acceleration", "peak"),
+        ("rms acceleration above the engine orders", "rms above"),
+        ("peak acceleration above the engine orders", "peak above"),
+    )),
+    _Kind("Impacts by change of flank", "1/cycle", (
+        ("single-sided impacts per cycle", "same flank"), ("double-sided impacts per cycle", "other flank"),
+    ), log=False),
+)  # fmt: skip
+
+
+def rattle_metrics(findings: Findings) -> Chart | None:
+    """Draw every metric of the run; None where none has a value."""
+    return metrics_chart(findings.metrics)
+
+
+def metrics_chart(rows: Sequence[Row]) -> Chart | None:
+    """Draw rows of metrics; None where none has a value.
+
+    Args:
+        rows: of ``gearrattle.quantities.metrics.rows_of``.
+    """
+    subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
+    apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]
+    colours = {subject: apart[i % len(apart)] for i, subject in enumerate(subjects)}
+    panels: list[Panel] = []
+    for kind in _KINDS:
+        panel = _panel(kind, rows, colours)
+        if panel is not None and not any(_same(panel, other) for other in panels):
+            panels.append(panel)
+    shares = _shares(rows)
+    if shares is not None:
+        panels.append(shares)
+    if not panels:
+        return None
+    caption = (
+        "Rattle metrics over the steady part; each is defined in the table of metrics. Above: the engine's orders are "
+        "taken out. A separation ratio above 1 means that drag cannot hold the loose gear. Sides of contact: shares of "
+        "time, coast side left, free in the middle, drive side right."
+    )
+    drawn = {line.name for panel in panels for line in panel.lines}
+    legend = [Key(subject, colour) for subject, colour in colours.items() if subject in drawn]
+    sides = [Key("coast side", COAST), Key("free", CENTRE), Key("drive side", DRIVE)] if shares is not None else []
+    return Chart(
+        "rattle_metrics", "Rattle metrics", caption, tuple(panels), columns=2, panel_height=150, share_x=False,
+        legend=(*legend, *sides),
+    )  # fmt: skip
+
+
+def _same(panel: Panel, other: Panel) -> bool:
+    """Whether two panels hold the same values: without units kinds cannot be told by them."""
+    held = [[(line.name, line.y.tolist()) for line in each.lines] for each in (panel, other)]
+    return held[0] == held[1] and panel.x_ticks == other.x_ticks
+
+
+def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel | None:
+    """Draw the values of one kind as points, a group for every label; None where there are none."""
+    mine = [row for row in rows if row.unit in (kind.unit, "1") and np.isfinite(row.value)]
+    if kind.by_order:
+        found = {row.quantity for row in mine if row.quantity.startswith(kind.by_order)}
+        orders = sorted((float(quantity.removeprefix(kind.by_order)), quantity) for quantity in found)
+        labels = [(quantity, f"{order:g}") for order, quantity in orders]
+    else:
+        labels = [each for each in kind.labels if any(row.quantity == each[0] for row in mine)]
+    place = {quantity: float(i) for i, (quantity, _) in enumerate(labels)}
+    mine = [row for row in mine if row.quantity in place and (row.value > 0.0 or not kind.log)]
+    if not mine:
+        return None
+    names = list(dict.fromkeys(row.subject for row in mine))
+    lines = []
+    for i, name in enumerate(names):
+        shift = _SPREAD * ((i + 0.5) / len(names) - 0.5)
+        own = [row for row in mine if row.subject == name]
+        x, y = (np.array(values) for values in ([place[r.quantity] + shift for r in own], [r.value for r in own]))
+        lines.append(Line(x, y, name, colours[name], "points", 7.0))
+    unit = {row.unit for row in mine} - {"1"}
+    rules = (Rule(1.0, label=kind.threshold),) if kind.threshold else ()
+    values = np.array([row.value for row in mine] + ([1.0] if kind.threshold else []))
+    return Panel(
+        kind.title, next(iter(unit), "").replace("^2", "²"), "order" if kind.by_order else "", tuple(lines),
+        rules=rules, x_range=(-0.5, len(labels) - 0.5), y_range=_range(values, log=kind.log), y_log=kind.log,
+        x_ticks=tuple((place[quantity], label) for quantity, label in labels),
+    )  # fmt: skip
+
+
+def _range(values: np.ndarray[tuple[int], np.dtype[np.float64]], *, log: bool) -> tuple[float, float]:
+    """Return limits with room: whole decades of a logarithmic axis."""
+    low, high = float(values.min()), float(values.max())
+    if log:
+        bottom = 10.0 ** np.floor(np.log10(0.8 * low))
+        return float(bottom), float(max(10.0 ** np.ceil(np.log10(1.25 * high)), 10.0 * bottom))
+    room = 0.1 * (high - min(low, 0.0)) or 1.0
+    return min(low, 0.0) - room, high + room
+
+
+def _shares(rows: Sequence[Row]) -> Panel | None:
+    """Draw shares of time on either side and free as bars, a row a gap; None where there are none."""
+    shares = {(row.subject, row.quantity): row.value for row in rows if row.metric == "contact_sides"}
+    names = [name for name, quantity in shares if quantity == "free share"]
+    if not names:
+        return None
+    cells, left = [], np.zeros(len(names))
+    heights = np.arange(len(names), dtype=np.float64)
+    for quantity, colour in _SIDES:
+        right = left + 100.0 * np.array([shares[name, quantity] for name in names])
+        cells.append(Cells(left, right, heights - 0.35, heights + 0.35, quantity.removesuffix(" share"), colour))
+        left = right
+    return Panel(
+        "Sides of contact", "", "share of time, %", cells=tuple(cells), x_range=(0.0, 100.0),
+        y_range=(-0.5, len(names) - 0.5), y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
+    )  # fmt: skip

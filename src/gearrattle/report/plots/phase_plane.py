@@ -1,0 +1,90 @@
+"""Phase planes: deflection rate against deflection, one panel a clearance.
+
+A quiet clearance draws one small loop on one side; rattle draws straight passages through the gap. The rate follows
+from the bodies' speeds: delta' = R_a theta_a' - R_b theta_b' - e'(t), with R = 1 for couplings.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.assembly import deflection_rate as rate_of
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots.chart import Band, Chart, Line, Mark, Panel, Rule
+from gearrattle.report.plots.chosen import chosen_clearances
+from gearrattle.report.plots.corners import SIDES, reach, shading, units
+from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.view import coarse, scale
+from gearrattle.signals import last_cycles
+from gearrattle.trajectory import Array, Trajectory
+
+CYCLES = 8
+_POINTS = 6000
+
+
+def phase_plane(findings: Findings) -> Chart:
+    """Draw the phase plane of every clearance over the last cycles."""
+    trajectory = findings.motion.trajectory
+    layout = trajectory.layout
+    window = last_cycles(trajectory, CYCLES)
+    whole = max(1, _POINTS // trajectory.samples_per_cycle)
+    first = max(window.first, window.last - whole * trajectory.samples_per_cycle)
+    part = slice(first, window.last + 1, max(1, (window.last - first) // _POINTS))
+    chosen, left_out = chosen_clearances(findings)
+    panels = []
+    for k in chosen:
+        name = layout.clearance_names[k]
+        unit = units(findings, k)
+        delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
+        across = scale(np.concatenate([delta, layout.corners[k]]), unit["deflection"])
+        upright = scale(rate, unit["rate"])
+        bands, rules = shading(layout, k, across.factor)
+        mark: Mark = "points" if coarse(trajectory) else "line"
+        line = Line(
+            delta * across.factor, rate * upright.factor, name, INK, mark, 0.9 if mark == "line" else 4.0, opacity=0.75
+        )
+        title = f"deflection  [{across.unit}]" if across.unit else "deflection"
+        sideways = tuple(Band(b.low, b.high, b.colour, "x", b.opacity) for b in bands)
+        walls = tuple(Rule(r.at, "x") for r in rules)
+        panels.append(
+            Panel(
+                name,
+                f"rate  [{upright.unit}]" if upright.unit else "rate",
+                title,
+                (line,),
+                bands=sideways,
+                rules=walls,
+                x_range=reach(delta * across.factor, layout.corners[k] * across.factor),
+            )
+        )
+    caption = (
+        f"Deflection rate against deflection over the last {_count(window.last - first, trajectory)}. "
+        "Dotted: corners; shaded: in contact. Passages right across the white middle are rattle."
+        f"{left_out}"
+    )
+    return Chart(
+        key="phase_plane",
+        title="Phase plane",
+        caption=caption,
+        panels=tuple(panels),
+        columns=min(3, max(1, len(panels))),
+        panel_height=232,
+        share_x=False,
+        legend=SIDES,
+    )
+
+
+def _count(samples: int, trajectory: Trajectory) -> str:
+    cycles = samples // trajectory.samples_per_cycle
+    return "cycle" if cycles == 1 else f"{cycles} cycles"
+
+
+def deflection_rate(findings: Findings, clearance: int) -> Array:
+    """Return the deflection rate of one clearance at every sample, (Nt,) [rad/s or m/s].
+
+    Args:
+        findings: what the pipeline found.
+        clearance: index into ``layout.clearance``.
+    """
+    trajectory = findings.motion.trajectory
+    return rate_of(findings.model, trajectory, int(trajectory.layout.clearance[clearance]))

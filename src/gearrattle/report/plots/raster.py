@@ -1,0 +1,75 @@
+"""Maps of numbers as SVG: one picture of shades inside an SVG, and how rows of spectra become equal cells.
+
+A map of thousands of rows and bins has more cells than a page has points. Each point shows the *largest* of the cells
+it covers, as a line one bin wide must not vanish; a point that no cell covers shows the cell about it. The picture is a
+PNG of 256 shades.
+
+Takes a Heat and axes; gives text for ``static``. Takes spectra; gives a Heat's values.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from io import BytesIO
+
+import numpy as np
+
+from gearrattle.report.plots.axes import Axis
+from gearrattle.report.plots.chart import Heat
+from gearrattle.report.plots.palette import shade
+from gearrattle.trajectory import Array
+
+_SHADES = 255
+
+
+def raster(heat: Heat, x: Axis, y: Axis) -> str:
+    """Return an image element that fills the map's place."""
+    (left, right), (bottom, top) = x.at(np.array(heat.x_range)).tolist(), y.at(np.array(heat.y_range)).tolist()
+    address = "data:image/png;base64," + b64encode(_png(heat)).decode("ascii")
+    place = f'x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}"'
+    return f'<image {place} preserveAspectRatio="none" image-rendering="pixelated" href="{address}"/>'
+
+
+def _png(heat: Heat) -> bytes:
+    """Return a picture with one point a cell, the first row lowest; shade 0 is transparent."""
+    from PIL import Image
+
+    with np.errstate(invalid="ignore"):
+        share = np.clip((heat.values - heat.low) / (heat.high - heat.low), 0.0, 1.0)
+        codes = np.where(np.isfinite(heat.values), 1.0 + np.rint(share * (_SHADES - 1)), 0.0).astype(np.uint8)
+    height, width = codes.shape
+    picture = Image.frombytes("P", (width, height), codes[::-1].tobytes())
+    colours = ["#ffffff", *(shade(k / (_SHADES - 1)) for k in range(_SHADES))]
+    picture.putpalette(bytes.fromhex("".join(colour[1:] for colour in colours)))
+    content = BytesIO()
+    picture.save(content, "PNG", transparency=0, compress_level=9)
+    return content.getvalue()
+
+
+def largest_along(values: Array, places: Array, edges: Array) -> Array:
+    """Gather rows of values into equal cells by where they are, keeping the largest.
+
+    Args:
+        values: (n, m).
+        places: (n,) ascending.
+        edges: (c + 1,) ascending, equally far apart.
+
+    Returns:
+        (c, m); a cell without a row shows the row nearest to its middle, if that is not farther than half the larger
+        of the gaps beside the row; NaN elsewhere.
+    """
+    cell = np.clip(np.searchsorted(edges, places, side="right") - 1, 0, edges.size - 2)
+    inside = (places >= edges[0]) & (places <= edges[-1])
+    found = np.full((edges.size - 1, values.shape[1]), -np.inf)
+    np.maximum.at(found, cell[inside], np.where(np.isnan(values), -np.inf, values)[inside])
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    after = np.clip(np.searchsorted(places, middle), 1, max(places.size - 1, 1))
+    before = after - 1
+    after = np.minimum(after, places.size - 1)
+    nearest = np.where(np.abs(places[after] - middle) < np.abs(middle - places[before]), after, before)
+    empty = ~np.isin(np.arange(edges.size - 1), cell[inside])
+    gaps = np.diff(places) if places.size > 1 else np.full(1, edges[-1] - edges[0])
+    reach = 0.5 * np.maximum(np.append(gaps, gaps[-1]), np.insert(gaps, 0, gaps[0]))[: places.size]
+    near = empty & (np.abs(places[nearest] - middle) <= reach[nearest] * (1.0 + 1e-9))
+    found[near] = values[nearest[near]]
+    return np.where(np.isfinite(found), found, np.nan)

@@ -1,0 +1,136 @@
+"""The map of a screening: which loose gear rattles at which speed and load.
+
+A panel a gear. Blue cells hold, crimson ones lift off, darker further from the threshold; a dark line parts them.
+Where cases were simulated, dots mark those that rattle. Over speed alone, curves instead of cells.
+
+Takes the Dataset of ``gearrattle.screen``; gives a Chart.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gearrattle.report.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
+from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.maps import cells_of, edge_between
+from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.palette import INK
+from gearrattle.studies.screening import BY_PATH, LOAD
+from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STEPS = (1.0, 2.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
+"""Widths of a shade [dB]: on either side of 0 the least with which three shades reach the margins there."""
+SHADES = ("#08519c", "#4f93c6", "#c3dbee", "#f3c9d2", "#cf5573", "#7d0a2c")
+"""Blues that hold, crimsons that lift off; neighbours keep apart for every form of colour vision (tests)."""
+_BELIEVE = (
+    " Lift-off takes in mesh stiffness and transmission errors, the separation ratio neither: where the two maps "
+    "disagree, believe lift-off."
+)
+_BELIEVE_DOTS = f"{_BELIEVE} Where the dots of the simulation disagree with either, believe the dots."
+_DOTS = Key("rattles when simulated", INK)
+Measure = Literal["lift_ratio", "separation_ratio"]
+
+
+def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
+    """Draw a screening.
+
+    Args:
+        data: from ``gearrattle.screen``.
+        measure: by which ratio; "separation_ratio" is the classical one, of the engine's orders alone.
+    """
+    with np.errstate(divide="ignore"):
+        margin = 20.0 * np.log10(np.asarray(data[measure].values))
+    speeds, what = speeds_of(data)
+    word = "lift-off" if measure == "lift_ratio" else "separation"
+    title = f"Screening by {word}"
+    said = "deflection of the mesh" if measure == "lift_ratio" else "driver's acceleration at the engine's orders"
+    caption = f"Margin of every loose gear by the {said} in the linear driveline; above 0 dB it leaves its flank."
+    caption += _BELIEVE if "regime" not in data else _BELIEVE_DOTS
+    if np.isinf(margin).any():
+        caption += " A gear that rests within its gap is off its flank already: its margin is without bounds."
+    key = "screening" if measure == "lift_ratio" else "screening_separation"
+    if data.sizes["load"] == 1:
+        return _curves(data, margin[:, 0, :], speeds, what, (key, title, caption))
+    bounds = bounds_of(margin)
+    edges = (-np.inf, *bounds, np.inf)
+    legend = tuple(Key(_between(low, high), s) for low, high, s in zip(edges[:-1], edges[1:], SHADES, strict=True))
+    across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
+    panels = []
+    for k, gear in enumerate(data["gear"].values.tolist()):
+        found = margin[:, :, k].T
+        codes = np.where(np.isnan(found), -1, np.searchsorted(bounds, found, "right"))
+        lines = edge_between(found > 0.0, np.isfinite(found) | np.isinf(found))
+        panels.append(
+            Panel(
+                str(gear), f"↑ {load}", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
+                x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10), lines=(*lines, *_dots(data, k)),
+                cells=cells_of(codes, (*legend, Key("no value"))),
+            )
+        )  # fmt: skip
+    dots = (_DOTS,) if "regime" in data else ()
+    return Chart(
+        key, title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
+        legend=(*legend, *dots),
+    )  # fmt: skip
+
+
+def bounds_of(margin: Array) -> tuple[float, ...]:
+    """Where the shades of a map change [dB]: those below 0 reach to the least margin, those above to the largest."""
+    finite = margin[np.isfinite(margin)]
+    below, above = (
+        next((step for step in STEPS if 3.0 * step >= reach), STEPS[-1])
+        for reach in (float((-finite).max(initial=0.0)), float(finite.max(initial=0.0)))
+    )
+    return (-2.0 * below, -below, 0.0, above, 2.0 * above)
+
+
+def _curves(data: xr.Dataset, margin: Array, speeds: Array, what: str, words: tuple[str, str, str]) -> Chart:
+    """Margins over speed, a line a gear; dots where a simulation rattles."""
+    lines, legend = [], []
+    for k, gear in enumerate(data["gear"].values.tolist()):
+        key = Key(str(gear), COLOURS[k % len(COLOURS)])
+        legend.append(key)
+        y = np.where(np.isfinite(margin[:, k]), margin[:, k], np.nan)
+        lines.append(Line(speeds, y, key.name, key.colour, width=1.6))
+        lines.append(Line(speeds, y, key.name, key.colour, "points", 5.0))
+        if "regime" in data:
+            rattles = np.asarray(data["regime"].values)[:, 0, k] > 0
+            lines.append(Line(speeds[rattles], y[rattles], _DOTS.name, INK, "points", 2.5))
+    dots = (_DOTS,) if "regime" in data else ()
+    panel = Panel("Margin", "dB", what, tuple(lines), rules=(Rule(0.0, label="lifts off"),))
+    return Chart(*words, (panel,), panel_height=260, legend=(*legend, *dots))
+
+
+def loads_of(data: xr.Dataset) -> tuple[list[str], str]:
+    """Loads as people say them, and what they are: factors, values of a path, or numbers of several together."""
+    if data[LOAD].attrs.get("long_name") != BY_PATH:
+        return [numeral(float(v), 3) for v in data[LOAD].values], "load factor"
+    paths = paths_of(data, LOAD)
+    title = measure_of(data, paths[0]).title
+    return labels_of(data, LOAD), title if len(paths) == 1 else f"{title} (and {len(paths) - 1} more)"
+
+
+def speeds_of(data: xr.Dataset) -> tuple[Array, str]:
+    """Speeds as people say them, and the title of their axis."""
+    values = np.asarray(data["speed"].values, dtype=np.float64)
+    return (values * 30.0 / np.pi, "speed [rpm]") if data.attrs.get("units") == "SI" else (values, "speed")
+
+
+def _between(low: float, high: float) -> str:
+    if np.isinf(low):
+        return f"below {numeral(high)} dB"
+    return f"above {numeral(low)} dB" if np.isinf(high) else f"{numeral(low)} to {numeral(high)} dB"
+
+
+def _dots(data: xr.Dataset, gear: int) -> tuple[Line, ...]:
+    """A dot in every cell whose simulation rattles."""
+    if "regime" not in data:
+        return ()
+    speed, load = (each.astype(np.float64) for each in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0))
+    return (Line(speed, load, _DOTS.name, INK, "points", 5.0),)

@@ -1,0 +1,45 @@
+"""The figures of a run, in the order of the report.
+
+To add one: write a module with a function that takes Findings and gives a Chart (or None where it has nothing to show),
+and name it in the table.
+
+Takes Findings from the pipeline; gives Charts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.clearances import deflections, forces, overview
+from gearrattle.report.plots.histories import accelerations, angles, speeds
+from gearrattle.report.plots.impacts import impacts
+from gearrattle.report.plots.metrics import rattle_metrics
+from gearrattle.report.plots.phase_plane import phase_plane
+from gearrattle.report.plots.run_ups import run_up_orders, run_up_spectra
+from gearrattle.report.plots.spectra import spectra
+from gearrattle.report.plots.torque_angle import torque_angles
+
+FIGURES: tuple[Callable[[Findings], Chart | None], ...] = (
+    deflections,
+    overview,
+    forces,
+    accelerations,
+    speeds,
+    angles,
+    impacts,
+    phase_plane,
+    torque_angles,
+    spectra,
+    rattle_metrics,
+    run_up_spectra,
+    run_up_orders,
+)
+"""Every figure of the report, in reading order."""
+
+
+def charts(findings: Findings) -> list[Chart]:
+    """Return every figure that has something to show."""
+    made = (figure(findings) for figure in FIGURES)
+    return [chart for chart in made if chart is not None and chart.panels]

@@ -1,0 +1,91 @@
+"""The driveline at a glance: bodies, springs, gaps and gears, coloured by what rattles.
+
+An inline SVG of our own drawing. Bodies are discs seen from the side, taller for larger inertia. Whatever rattles
+carries the colour of its regime, its word and its rate, so that no meaning rests on colour alone.
+
+Takes Findings; gives SVG text to the report.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots import driveline
+from gearrattle.report.plots.numerals import numeral, quantity
+from gearrattle.report.plots.palette import MUTED, REGIMES
+
+if TYPE_CHECKING:
+    from gearrattle.model import Torque
+    from gearrattle.quantities import Part
+
+_FRAME = driveline.Frame(pitch_x=196, pitch_y=200, left=92, right=150, top=104, bottom=96)
+
+
+def sketch(findings: Findings) -> str:
+    """Draw the driveline.
+
+    Returns:
+        One ``<svg>`` element with its size in its viewBox, a title and a description for screen readers.
+    """
+    layout = findings.motion.trajectory.layout
+    scene = driveline.scene(layout, _FRAME)
+    width, height = scene.size
+    parts = {part.name: part for part in findings.verdict.parts}
+    drawn = []
+    for element, name in enumerate(layout.element_names):
+        part = parts.get(name)
+        colour = REGIMES[part.regime] if part and part.rattles else MUTED
+        drawn.append(driveline.element(scene, element, colour, _label(name, part)))
+    drawn += driveline.frames(scene)
+    drawn += [driveline.body(scene, body, _words(findings, body)) for body in scene.placement.bodies]
+    words = escape(f"{findings.model.name}: {findings.verdict.sentence}")
+    return (
+        f'<svg class="sketch" viewBox="0 0 {width} {height}" style="max-width:{width}px" role="img" '
+        f'aria-label="Driveline sketch"><title>Driveline sketch</title><desc>{words}</desc>{"".join(drawn)}</svg>'
+    )
+
+
+def _words(findings: Findings, body: int) -> list[str]:
+    """Name one body, its inertia and its loads."""
+    layout = findings.motion.trajectory.layout
+    name = layout.inertia_names[body]
+    inertia = quantity(float(layout.inertia[body]), _unit(findings, "kg m²"))
+    lines = [f'<tspan class="name">{escape(name)}</tspan>', f"J = {inertia}"]
+    return lines + [f'<tspan class="load">{words}</tspan>' for words in _loads(findings, name)]
+
+
+def _unit(findings: Findings, unit: str) -> str:
+    """Return the unit, or nothing in a dimensionless model."""
+    return unit if findings.model.units == "SI" else ""
+
+
+def _loads(findings: Findings, name: str) -> list[str]:
+    """Say what drives and what drags one body."""
+    words = [_torque(findings, torque) for torque in findings.model.torques if torque.on == name]
+    words += ["↻ a prescribed motion" for motion in findings.model.motions if motion.on == name]
+    inertia = next(i for i in findings.model.inertias if i.name == name)
+    if inertia.drag_torque:
+        words.append(f"drag {quantity(inertia.drag_torque, _unit(findings, 'N m'))}")
+    return words
+
+
+def _torque(findings: Findings, torque: Torque) -> str:
+    only_mean = not torque.harmonics and torque.signal is None
+    pieces = [quantity(torque.mean, _unit(findings, "N m"))] if torque.mean or only_mean else []
+    orders = [numeral(term.order) for term in torque.harmonics]
+    if orders:
+        listed = ", ".join(orders) if len(orders) <= 4 else f"{orders[0]} … {orders[-1]}"
+        pieces.append(f"order{'s' if len(orders) > 1 else ''} {listed}")
+    return "↻ " + ", ".join([*pieces, *(["a record"] if torque.signal is not None else [])])
+
+
+def _label(name: str, part: Part | None) -> list[str]:
+    lines = [f'<tspan class="name">{escape(name)}</tspan>']
+    if part is not None:
+        colour = REGIMES[part.regime] if part.rattles else MUTED
+        state = part.regime if part.rattles or part.regime == "quiet" else "changes stage"
+        words = [state, *([f"{numeral(part.impacts_per_cycle, 3)} per cycle"] * (part.regime != "quiet"))]
+        lines += [f'<tspan class="regime" fill="{colour}">{word}</tspan>' for word in words]
+    return lines

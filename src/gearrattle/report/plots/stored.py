@@ -1,0 +1,87 @@
+"""Charts as a file, so that figures can be drawn anew, at another width or as another format, without computing again.
+
+A NumPy archive (``.npz``: NumPy Enhancement Proposal 1, in a ZIP file): one entry of JSON that says what the charts
+are, in which ``{"array": k}`` stands for the k-th of the arrays beside it. Nothing in it is executed on reading.
+
+Takes Charts; gives bytes, and Charts again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.files import Refused, check_archive
+from gearrattle.formats import check_format, format_name
+from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule
+from gearrattle.trajectory import Array
+
+_NOUNS = {noun.__name__: noun for noun in (Band, Bars, Cells, Chart, Heat, Key, Label, Line, Panel, Rule)}
+
+
+def packed_charts(charts: Sequence[Chart]) -> bytes:
+    """Return charts as an archive; the same charts give the same bytes."""
+    arrays: list[Array] = []
+    told = {"format": format_name("charts"), "charts": [_told(chart, arrays) for chart in charts]}
+    words = np.frombuffer(json.dumps(told, ensure_ascii=False).encode("utf-8"), np.uint8)
+    content = BytesIO()
+    entries: dict[str, Any] = {"charts": words, **{str(k): each for k, each in enumerate(arrays)}}
+    np.savez_compressed(content, **entries)
+    return content.getvalue()
+
+
+def read_charts(path: Path) -> list[Chart]:
+    """Read what ``packed_charts`` wrote.
+
+    Raises:
+        ModelError: it is no such file, it is damaged, or a later version wrote it.
+        OSError: it cannot be read.
+    """
+    try:
+        check_archive(path)
+        with np.load(path, allow_pickle=False) as archive:
+            told = json.loads(archive["charts"].tobytes().decode("utf-8"))
+            arrays = {int(name): archive[name] for name in archive.files if name != "charts"}
+        name = told["format"]
+        check_format(f"gearrattle charts {name}" if isinstance(name, int) else name, path, "charts")
+        made = [_made(each, arrays) for each in told["charts"]]
+        if not all(isinstance(each, Chart) for each in made):
+            raise TypeError("not a chart")
+        return made
+    except Refused as error:
+        raise ModelError(Problem(str(path), "", error.rule, error.remedy)) from None
+    except (ModelError, MemoryError, FileNotFoundError, PermissionError):
+        raise
+    except Exception as error:  # what reads the parts of a damaged archive complains as it likes
+        rule = f"holds no charts, or is damaged ({type(error).__name__})"
+        raise ModelError(Problem(str(path), "", rule, "run the command that wrote the folder again")) from None
+
+
+def _told(value: Any, arrays: list[Array]) -> Any:
+    """Return something as JSON; arrays are put beside it."""
+    if is_dataclass(value):
+        return {"noun": type(value).__name__, **{f.name: _told(getattr(value, f.name), arrays) for f in fields(value)}}
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"array": len(arrays) - 1}
+    if isinstance(value, tuple | list):
+        return [_told(each, arrays) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _made(value: Any, arrays: dict[int, Array]) -> Any:
+    """Return what was told."""
+    if isinstance(value, list):
+        return tuple(_made(each, arrays) for each in value)
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        return arrays[value["array"]]
+    return _NOUNS[value["noun"]](**{name: _made(each, arrays) for name, each in value.items() if name != "noun"})

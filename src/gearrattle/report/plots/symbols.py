@@ -1,0 +1,86 @@
+"""The drawing symbols of a driveline sketch, as SVG.
+
+A zigzag is a spring, two upright bars a clearance, teeth facing teeth a gear mesh, hatching the ground.
+
+Takes positions [px] and colours; gives SVG text to ``sketch``.
+"""
+
+from __future__ import annotations
+
+from gearrattle.report.plots.palette import INK
+
+Point = tuple[float, float]
+
+LINE_HEIGHT = 15.0
+
+
+def text(x: float, y: float, lines: list[str], anchor: str) -> str:
+    """Write lines of (escaped) text below each other, the first on the base line ``y``."""
+    return "".join(
+        f'<text x="{x:g}" y="{y + LINE_HEIGHT * number:.1f}" text-anchor="{anchor}">{line}</text>'
+        for number, line in enumerate(lines)
+    )
+
+
+def disc(x: float, y: float, half_width: float, half_height: float) -> str:
+    """Draw a rotating body seen from the side."""
+    return (
+        f'<rect class="disc" x="{x - half_width:g}" y="{y - half_height:.1f}" width="{2 * half_width:g}" '
+        f'height="{2 * half_height:.1f}" rx="4"/>'
+    )
+
+
+def shaft(left: float, right: float, y: float) -> str:
+    """Draw the rigid shaft between two gears of one body."""
+    return f'<path class="link" style="stroke-width:5" stroke="{INK}" d="M{left:g} {y:g} H{right:g}"/>'
+
+
+def spring(left: float, right: float, y: float, colour: str, *, gap: bool) -> str:
+    """Draw a shaft line with a spring, and with a clearance after it where there is one."""
+    middle = 0.5 * (left + right)
+    start = middle - (28 if gap else 16)
+    zigzag = "".join(f" l4 {step} l4 {-step}" for step in (-7, 7, -7, 7))
+    if not gap:
+        return _path(f"M{left:g} {y:g} H{start:g}{zigzag} H{right:g}", colour)
+    bars = start + 42
+    line = f"M{left:g} {y:g} H{start:g}{zigzag} H{bars:g} M{bars + 14:g} {y:g} H{right:g}"
+    return _path(f"{line} M{bars:g} {y - 10:g} v20 M{bars + 14:g} {y - 10:g} v20", colour)
+
+
+def mesh(x: float, top: float, bottom: float, colour: str, *, gap: bool) -> str:
+    """Draw two gears in mesh, teeth from above and from below, apart where there is backlash."""
+    middle = 0.5 * (top + bottom)
+    apart = 2.5 if gap else 0.0
+    upper, lower = middle - 9 - apart, middle + 9 + apart
+    above = f"M{x:g} {top:.1f} V{upper:.1f} M{x - 18:g} {upper:.1f} h5 l3 12 h5 l3 -12 h4 l3 12 h5 l3 -12 h5"
+    below = f"M{x:g} {bottom:.1f} V{lower:.1f} M{x - 18:g} {lower:.1f} h13 l3 -12 h4 l3 12 h13"
+    return _path(f"{above} {below}", colour)
+
+
+def bow(a: Point, b: Point, depth: float, colour: str) -> tuple[str, Point]:
+    """Draw an element that runs beside another one, or between bodies far apart.
+
+    Returns:
+        The drawing, and its outermost point: ``depth`` below the middle, or beside it where one end is above the other.
+    """
+    aside = a[0] == b[0]
+    x, y = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
+    outermost = (x + depth, y) if aside else (x, y + depth)
+    control = (x + 2.0 * depth, y) if aside else (x, y + 2.0 * depth)
+    path = f"M{a[0]:g} {a[1]:g} Q{control[0]:g} {control[1]:g} {b[0]:g} {b[1]:g}"
+    return _path(path, colour), outermost
+
+
+def axle(a: Point, b: Point) -> str:
+    """Draw what carries a planet, between the middles of two discs: behind them, dashed."""
+    return f'<path class="link" stroke="{INK}" stroke-dasharray="5 4" d="M{a[0]:g} {a[1]:g} L{b[0]:g} {b[1]:g}"/>'
+
+
+def ground(x: float, y: float) -> str:
+    """Draw the fixed frame."""
+    hatch = "".join(f" M{x + 6:g} {y + step:g} l9 8" for step in range(-26, 22, 9))
+    return _path(f"M{x - 13:g} {y:g} h19 M{x + 6:g} {y - 26:g} v52{hatch}", INK)
+
+
+def _path(d: str, colour: str) -> str:
+    return f'<path class="link" stroke="{colour}" d="{d}"/>'

@@ -1,0 +1,63 @@
+"""Names of rows, put beside their panel.
+
+On the page, charts of bars that lie name their rows inside the panel, whose level axis reaches far to the left for them
+(``Label`` at the left limit, no upright ticks). In print, letters are larger against a panel, so names would lie on
+bars. Here they become words of the upright axis, words at the right end stand beyond the axis, and the level axis ends
+where the bars do.
+
+Takes a Panel; gives the Panel without those words, and the words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearrattle.report.plots.chart import Label, Panel
+
+_ROOM = 0.02
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A panel, and what stands at the right of its rows.
+
+    Attributes:
+        panel: to be drawn; the names are its upright ticks.
+        right: words beyond the level axis, by their heights.
+        wordy: whether the upright axis has words instead of numbers, so that a unit is not of that axis.
+    """
+
+    panel: Panel
+    right: tuple[Label, ...] = ()
+    wordy: bool = False
+
+
+def rows_of(panel: Panel) -> Rows:
+    """Take the names of rows out of a panel; another one stays as it is."""
+    if panel.x_range is None or panel.y_range is None:
+        return Rows(panel, wordy=_words(panel))
+    low, high = panel.x_range
+    below = all(not panel.y_range[0] <= at <= panel.y_range[1] or not word for at, word in panel.y_ticks)
+    names = [label for label in panel.labels if label.x == low]
+    if not panel.y_ticks or not below or not names:
+        return Rows(panel, wordy=_words(panel))
+    others = [label for label in panel.labels if label.x != low]
+    edge = max((float(np.nanmax(c.right, initial=-np.inf)) for c in panel.cells), default=-np.inf)
+    right = [label for label in others if label.x > edge]
+    ends = [float(np.nanmin(values, initial=np.inf)) for c in panel.cells for values in (c.left, c.right)]
+    ends += [float(np.nanmin(line.x, initial=np.inf)) for line in panel.lines]
+    ends += [rule.at for rule in panel.rules if rule.along == "x"] + [at for at, _ in panel.x_ticks]
+    last = min((label.x for label in right), default=high)
+    first = min([last - _ROOM * (last - low), *ends])
+    trimmed = replace(
+        panel, x_range=(first - _ROOM * (last - first), last), y_ticks=tuple((label.y, label.words) for label in names),
+        labels=tuple(label for label in others if label not in right),
+    )  # fmt: skip
+    return Rows(trimmed, tuple(label for label in right if label.words), wordy=True)
+
+
+def _words(panel: Panel) -> bool:
+    """Whether an upright axis carries words."""
+    return bool(panel.y_ticks) and not any(word and word[0] in "0123456789−-≤≥" for _, word in panel.y_ticks)

@@ -1,0 +1,191 @@
+"""Marks of a panel on matplotlib axes: heat, bands, cells, rules, bars, lines and words.
+
+What is drawn is the chart's own data. Only a curve of more samples than print can show is thinned (``thinning``): to
+four samples a column of a 600 dpi printer, of which the lowest and the highest of every bucket are kept. Maps, and
+what has thousands of pieces, become pictures inside a vector file.
+
+Takes panels, axes and looks; gives artists to the axes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearrattle.report.plots.chart import Band, Bars, Cells, Heat, Label, Line, Panel, Rule
+from gearrattle.report.plots.palette import FAINT, PAPER, SHADES
+from gearrattle.report.plots.thinning import thin
+from gearrattle.report.plots.typeset.beside import Rows
+from gearrattle.report.plots.typeset.looks import Looks, blended, stroke
+from gearrattle.trajectory import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+    from matplotlib.text import Annotation
+
+PRINTER = 600.0
+"""Finest printer counted with [dpi]."""
+_PIECES = 4000
+"""Points or cells of one colour from which they become a picture."""
+_SMALLEST_POINT = 1.4  # pt
+_BEYOND = 10.0
+
+
+def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[Annotation]:
+    """Draw all that a panel holds, from the heat up; limits and scales must have been set.
+
+    Args:
+        axes: where.
+        rows: the panel.
+        looks: of the chart's colours.
+        inches: width of the figure.
+
+    Returns:
+        The words inside the panel, in the order of their importance.
+    """
+    panel = rows.panel
+    if panel.heat is not None:
+        heat(axes, panel.heat, most=round(inches * PRINTER))
+    for band in panel.bands:
+        _band(axes, band)
+    for cells in panel.cells:
+        _cells(axes, cells, looks)
+    words = [drawn for rule in panel.rules if (drawn := _rule(axes, rule)) is not None]
+    for bars in panel.bars:
+        _bars(axes, bars, looks)
+    for order, line in enumerate(panel.lines):
+        _line(axes, line, looks, order, most=round(4.0 * inches * PRINTER))
+    beside: Any = {"shift": (3.0, 0.0), "place": ("left", "center"), "along": "yaxis"}
+    for label in rows.right:
+        _words(axes, label.words, (1.0, label.y), label.colour, **beside).set_in_layout(True)
+    return words + [_label(axes, label) for label in panel.labels]
+
+
+def heat(axes: Axes, found: Heat, *, most: int) -> AxesImage:
+    """Draw a map; where it has more cells than a printer points, each point shows the largest of its cells."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colours = LinearSegmentedColormap.from_list("shades", list(SHADES)).with_extremes(bad=PAPER)
+    values = pooled(pooled(found.values, most).T, most).T
+    return axes.imshow(
+        np.ma.masked_invalid(values), cmap=colours, vmin=found.low, vmax=found.high, origin="lower", aspect="auto",
+        extent=(*found.x_range, *found.y_range), interpolation="nearest", zorder=0.2, label=found.name,
+    )  # fmt: skip
+
+
+def pooled(values: Array, most: int) -> Array:
+    """Return at most ``most`` rows, each the largest of equally many of the given ones; NaN where all are missing."""
+    share = -(-values.shape[0] // most)
+    if share == 1:
+        return values
+    starts = np.arange(0, values.shape[0], share)
+    found = np.maximum.reduceat(np.where(np.isnan(values), -np.inf, values), starts, axis=0)
+    return np.where(np.isneginf(found), np.nan, found)
+
+
+def _band(axes: Axes, band: Band) -> None:
+    """Shade a strip in the colour it has on paper; one open to a side goes on far beyond the limits."""
+    low, high = axes.get_xlim() if band.along == "x" else axes.get_ylim()
+    log = (axes.get_xscale() if band.along == "x" else axes.get_yscale()) == "log"
+    ends = (low * 1e-9, high * 1e9) if log else (low - _BEYOND * (high - low), high + _BEYOND * (high - low))
+    first, last = ends[0] if band.low is None else band.low, ends[1] if band.high is None else band.high
+    span = axes.axvspan if band.along == "x" else axes.axhspan
+    span(first, last, facecolor=blended(band.colour, band.opacity), edgecolor="none", linewidth=0.0, zorder=0.3)
+
+
+def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
+    """Fill rectangles; a hairline of their own colour closes the seams that viewers leave between them."""
+    from matplotlib.collections import PolyCollection
+
+    corners = np.stack(
+        [np.stack([x, y], -1) for x, y in ((cells.left, cells.low), (cells.right, cells.low),
+                                           (cells.right, cells.high), (cells.left, cells.high))], axis=1
+    )  # fmt: skip
+    hatch = looks.hatches.get(cells.colour, "")
+    axes.add_collection(
+        PolyCollection(
+            list(corners), facecolors=cells.colour, edgecolors=PAPER if hatch else cells.colour,
+            linewidths=0.0 if hatch else 0.2, hatch=hatch or None, label=cells.name, zorder=1.2,
+            rasterized=len(corners) > _PIECES,
+        ),
+        autolim=False,
+    )  # fmt: skip
+
+
+def _rule(axes: Axes, rule: Rule) -> Annotation | None:
+    across = rule.along == "x"
+    style: Any = (0.0, (1.5, 1.5)) if rule.dashed else "solid"
+    line = axes.axvline if across else axes.axhline
+    line(rule.at, color=rule.colour, linewidth=0.6, linestyle=style, zorder=1.4)
+    if not rule.label:
+        return None
+    xy, words = ((rule.at, 1.0), "xaxis") if across else ((1.0, rule.at), "yaxis")
+    shift, ha = ((2.0, -1.0), "left") if across else ((-2.0, -1.0), "right")
+    return _words(axes, rule.label, xy, rule.colour, shift=shift, place=(ha, "top"), along=words)
+
+
+def _label(axes: Axes, label: Label) -> Annotation:
+    above = label.side == "above"
+    shift, place = ((-2.0, 2.0), ("right", "bottom")) if above else ((3.0, 0.0), ("left", "center"))
+    return _words(axes, label.words, (label.x, label.y), label.colour, shift=shift, place=place, along="data")
+
+
+def _words(
+    axes: Axes, words: str, xy: tuple[float, float], colour: str, *, shift: tuple[float, float],
+    place: tuple[str, str], along: str,
+) -> Annotation:  # fmt: skip
+    """Write beside a point, with a rim of paper about the letters."""
+    from matplotlib import rcParams
+    from matplotlib.patheffects import withStroke
+
+    where: Any = {"xaxis": axes.get_xaxis_transform(), "yaxis": axes.get_yaxis_transform(), "data": axes.transData}
+    written = axes.annotate(
+        words, xy, xytext=shift, xycoords=where[along], textcoords="offset points", color=colour, ha=place[0],
+        va=place[1], fontsize=rcParams["legend.fontsize"], annotation_clip=True, zorder=4.0, parse_math=False,
+        path_effects=[withStroke(linewidth=1.6, foreground=PAPER)],
+    )  # fmt: skip
+    written.set_in_layout(False)
+    return written
+
+
+def _bars(axes: Axes, bars: Bars, looks: Looks) -> None:
+    base = np.zeros(bars.heights.size) if bars.base is None else bars.base
+    hatch = looks.hatches.get(bars.colour, "")
+    axes.bar(
+        bars.edges[:-1], bars.heights, np.diff(bars.edges), base, align="edge", facecolor=bars.colour, edgecolor=PAPER,
+        linewidth=0.3, hatch=hatch or None, label=bars.name, zorder=1.6,
+    )  # fmt: skip
+
+
+def _line(axes: Axes, line: Line, looks: Looks, order: int, *, most: int) -> None:
+    """Draw a curve or a cloud, the later above the earlier."""
+    x, y = _kept(line, most)
+    common: dict[str, Any] = {
+        "color": line.colour, "alpha": None if line.opacity >= 1.0 else line.opacity, "label": line.name or "_",
+        "zorder": 2.0 + 1e-3 * order,
+    }  # fmt: skip
+    if line.mark == "line":
+        style: Any = looks.dashes.get(line.colour, (0.0, None))
+        axes.plot(x, y, linestyle=style, linewidth=stroke(line.width), solid_joinstyle="round", **common)
+        return
+    size = max(_SMALLEST_POINT, stroke(line.width))
+    axes.plot(
+        x, y, linestyle="none", marker=looks.markers.get(line.colour, "o"), markersize=size, markeredgewidth=0.0,
+        rasterized=x.size > _PIECES, **common,
+    )  # fmt: skip
+
+
+def _kept(line: Line, most: int) -> tuple[Array, Array]:
+    """Return a line's samples, thinned if they are more than print can show."""
+    if line.mark == "points" or line.x.size <= most or not np.all(np.isfinite(line.y)):
+        return line.x, line.y
+    chosen = thin(line.y, most)
+    return line.x[chosen], line.y[chosen]
+
+
+def grid(axes: Axes, panel: Panel) -> None:
+    """Draw level grid lines, below everything; none over a map."""
+    if panel.heat is None and not panel.cells:
+        axes.grid(visible=True, axis="y", which="major", color=FAINT, linewidth=0.4)

@@ -1,0 +1,262 @@
+"""Figures of a validation: sigma with its interval, error budgets, mean cycles, orders, spectra and their ratios.
+
+Takes a Validation; gives Charts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gearrattle.report.plots.chart import Cells, Chart, Key, Label, Line, Panel, Rule
+from gearrattle.report.plots.numerals import numeral, prefixed
+from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, INK, MUTED
+from gearrattle.trajectory import Array
+from gearrattle.validation import Level, Pair, Validation
+
+MOST = 8
+MEASURED, SIMULATED = INK, DRIVE
+_ROW = 26
+_BOTH = (Key("measured", MEASURED), Key("simulated", SIMULATED))
+
+
+def validation_charts(found: Validation) -> list[Chart]:
+    """Return every figure that has something to show, in reading order."""
+    made = [sigma_chart(found), budget_chart(found), _grid(found, _CYCLES, _cycle), _grid(found, _ORDERS, _orders)]
+    made += [_grid(found, _SPECTRA, _spectrum), _grid(found, _BANDS, _bands)]
+    return [chart for chart in made if chart is not None]
+
+
+def sigma_chart(found: Validation) -> Chart:
+    """Draw sigma of every channel and level with its interval, before what the error budget allows."""
+    rows = [(f"{pair.name}, {level.measure}", level) for pair in found.pairs for level in pair.levels][::-1]
+    at = np.arange(len(rows), dtype=np.float64)
+    sigma, low, high = (np.array([getattr(level, key) for _, level in rows]) for key in ("sigma", "low", "high"))
+    expanded = np.nan_to_num(np.array([level.expanded for _, level in rows]))
+    widest = float(np.nanmax(np.abs([*low, *high]), initial=1e-9))
+    most = 1.15 * max(widest, min(2.0 * widest, float(expanded.max(initial=0.0))))
+    grey = np.minimum(expanded, most)
+    off = np.array([not level.by_chance for _, level in rows])
+    lines = [_bars(low, high, at, "95 % interval", INK)]
+    for colour, chosen, name in ((DRIVE, ~off, "within chance"), (COAST, off, "more than chance")):
+        lines.append(Line(sigma[chosen], at[chosen], name, colour, mark="points", width=8.0))
+    panel = Panel(
+        "sigma", "%", "(measured − simulated) / measured, %", tuple(lines),
+        cells=(Cells(-grey, grey, at - 0.34, at + 0.34, "error budget", "#e6ebf0"),),
+        rules=(Rule(0.0, "x", CENTRE, dashed=False),), x_range=(-most, most), y_range=(-0.6, len(rows) - 0.4),
+        y_ticks=tuple((float(k), "") for k in at),
+    )  # fmt: skip
+    panel = _named(panel, [name for name, _ in rows])
+    caption = (
+        "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
+        "from the scatter of the cycles; grey: what the error budget allows, cut at the edge."
+    )
+    legend = (Key("within chance", DRIVE), Key("more than chance", COAST), Key("error budget", "#e6ebf0"))
+    return Chart("sigma", "Levels", caption, (panel,), panel_height=_ROW * len(rows) + 14, legend=legend)
+
+
+def budget_chart(found: Validation) -> Chart | None:
+    """Draw the budgets of the channels with the largest remainders: bars of each source, of sigma and what is left."""
+    chosen = [(pair, max(pair.levels, key=_remaining)) for pair in found.pairs]
+    chosen = [(pair, level) for pair, level in chosen if np.isfinite(level.sigma)]
+    chosen.sort(key=lambda each: -_remaining(each[1]))
+    if not chosen:
+        return None
+    panels = tuple(_budget(pair, level) for pair, level in chosen[: MOST // 2])
+    count = max(len(level.budget) for _, level in chosen) + 3
+    caption = (
+        "Standard uncertainties of each source, their expanded sum, sigma, and what of it no source explains; for the "
+        "level of each channel that leaves most."
+    ) + _left(len(chosen), len(panels))
+    legend = (Key("sources", MUTED), Key("expanded, 95 %", CENTRE), Key("sigma", DRIVE), Key("remainder", COAST))
+    return Chart(
+        "budget", "Error budget", caption, panels, columns=min(2, len(panels)), panel_height=21 * count + 10,
+        share_x=False, legend=legend,
+    )  # fmt: skip
+
+
+def _budget(pair: Pair, level: Level) -> Panel:
+    told = [(each.source, each.value, MUTED) for each in level.budget]
+    told += [("expanded, 95 %", level.expanded, CENTRE), ("sigma", abs(level.sigma), DRIVE)]
+    told.append(("remainder", abs(level.remainder), COAST))
+    rows = [(f"{name}: {_value(value)}", value, colour) for name, value, colour in told][::-1]
+    at = np.arange(len(rows), dtype=np.float64)
+    values = np.nan_to_num([value for _, value, _ in rows])
+    cells = tuple(
+        Cells(np.zeros(1), values[[k]], at[[k]] - 0.32, at[[k]] + 0.32, name, colour)
+        for k, (name, _, colour) in enumerate(rows)
+    )
+    high = 1.05 * max(float(values.max()), 1e-9)
+    panel = Panel(
+        f"{pair.name}, {level.measure}", "%", "% of the measured level", cells=cells, x_range=(0.0, high),
+        y_range=(-0.6, len(rows) - 0.4), y_ticks=tuple((float(k), "") for k in at),
+    )  # fmt: skip
+    return _named(panel, [name for name, _, _ in rows])
+
+
+def _value(value: float) -> str:
+    return "not known" if np.isnan(value) else f"{numeral(value, 2)} %"
+
+
+def _named(panel: Panel, names: Sequence[str]) -> Panel:
+    """Write names at the left within a panel whose rows are 0, 1, ...; its level axis is widened for them."""
+    assert panel.x_range is not None
+    low, high = panel.x_range
+    wide = (high - low) * 0.62
+    labels = tuple(Label(low - wide, float(k), name[-44:], INK) for k, name in enumerate(names))
+    steps = tuple((v, numeral(v, 3)) for v in _round(low, high))
+    return replace(panel, labels=labels, x_range=(low - wide, high), x_ticks=steps, y_ticks=((-9.0, ""),))
+
+
+def _round(low: float, high: float) -> list[float]:
+    """Round values within a range, three to seven."""
+    power = 10.0 ** np.floor(np.log10(high - low))
+    for step in (5.0 * power, 2.0 * power, power, 0.5 * power, 0.2 * power, 0.1 * power):
+        found = step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+        if found.size >= 3:
+            return [float(f"{v:.12g}") for v in found]
+    return []
+
+
+def _remaining(level: Level) -> float:
+    """What sorts levels: the remainder, then sigma."""
+    return abs(level.remainder) + 1e-6 * abs(level.sigma) if np.isfinite(level.sigma) else -1.0
+
+
+_CYCLES = (
+    "cycles", "Mean cycles",
+    "The mean cycle of both records on one clock, from the model's time zero on; thin lines: one standard deviation of "
+    "the cycles about it.",
+)  # fmt: skip
+_ORDERS = (
+    "orders",
+    "Orders",
+    "Amplitudes of the strongest orders of the mean cycle, 95 % intervals; simulated ones stand a little right.",
+)
+_SPECTRA = (
+    "spectra", "Spectra",
+    "Power spectral densities of both records over the same segments of whole cycles.",
+)  # fmt: skip
+_BANDS = (
+    "bands", "Power in bands",
+    "Measured over simulated power in thirds of an octave, with its 95 % limits by the F distribution. Where lines "
+    "dominate, limits are wider than they need be.",
+)  # fmt: skip
+
+
+def _grid(found: Validation, words: tuple[str, str, str], draw: Callable[[Validation, Pair], Panel]) -> Chart | None:
+    panels = tuple(draw(found, pair) for pair in found.pairs[:MOST])
+    panels = tuple(panel for panel in panels if panel.lines)
+    if not panels:
+        return None
+    key, title, caption = words
+    legend = (Key("within limits", DRIVE), Key("outside", COAST)) if key == "bands" else _BOTH
+    return Chart(
+        key, title, caption + _left(len(found.pairs), min(len(found.pairs), MOST)), panels,
+        columns=min(2, len(panels)), panel_height=170, share_x=False, legend=legend,
+    )  # fmt: skip
+
+
+def _left(count: int, drawn: int) -> str:
+    if count <= drawn:
+        return ""
+    return f" {count - drawn} more {'channel is' if count == drawn + 1 else 'channels are'} not drawn."
+
+
+def _cycle(_found: Validation, pair: Pair) -> Panel:
+    c = pair.curves
+    factor, unit = prefixed(float(max(np.abs(c.measured).max(), np.abs(c.simulated).max())), pair.unit)
+    at = np.arange(c.measured.size) / c.measured.size
+    lines = []
+    for values, scatter, name, colour in (
+        (c.measured, c.measured_scatter, "measured", MEASURED),
+        (c.simulated, c.simulated_scatter, "simulated", SIMULATED),
+    ):
+        for side in (-1.0, 1.0):
+            around = factor * (values + side * scatter)
+            lines.append(Line(at, around, f"{name}, scatter", colour, width=0.5, opacity=0.6))
+        lines.append(Line(at, factor * values, name, colour, width=1.6))
+    return Panel(pair.name, unit, "t / T", tuple(lines), x_range=(0.0, 1.0))
+
+
+def _orders(_found: Validation, pair: Pair) -> Panel:
+    if not pair.orders:
+        return Panel(pair.name)
+    order = np.array([each.order for each in pair.orders])
+    largest = max(max(each.measured, each.simulated) for each in pair.orders)
+    factor, unit = prefixed(largest, pair.unit)
+    away = 0.012 * max(float(order[-1]), 1.0)
+    floor = 1e-4 * largest
+    lines = []
+    for name, colour, side in (("measured", MEASURED, 0.0), ("simulated", SIMULATED, 1.0)):
+        size = np.array([getattr(each, name) for each in pair.orders])
+        far = 1.96 * np.array([getattr(each, f"{name}_error") for each in pair.orders])
+        at = order + side * away
+        low, high = (factor * np.maximum(size + s * far, floor) for s in (-1.0, 1.0))
+        lines.append(_upright(low, high, at, colour))
+        lines.append(Line(at, factor * np.maximum(size, floor), name, colour, mark="points", width=6.5))
+    every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
+    bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
+    return Panel(
+        pair.name, unit, "order", tuple(lines), y_log=True, y_range=(float(bottom), float(max(top, 10.0 * bottom))),
+        x_range=(0.0, 1.05 * float(order[-1]) + away),
+    )  # fmt: skip
+
+
+def _spectrum(found: Validation, pair: Pair) -> Panel:
+    c = pair.curves
+    shown = (c.frequency > 0.0) & (c.frequency <= found.band[1])
+    lines, largest = [], 0.0
+    for density, name, colour in (
+        (c.measured_density, "measured", MEASURED),
+        (c.simulated_density, "simulated", SIMULATED),
+    ):
+        largest = max(largest, float(density[shown].max()))
+        lines.append(Line(c.frequency[shown], np.maximum(density[shown], 1e-300), name, colour, width=1.0))
+    if largest <= 0.0:
+        return Panel(pair.name)
+    least = min(float(line.y[line.y > 1e-12 * largest].min(initial=largest)) for line in lines)
+    ends = (10.0 ** np.floor(np.log10(least)), 10.0 ** np.ceil(np.log10(largest)))
+    unit = f"({pair.unit})²/Hz" if pair.unit != "1" else "1/Hz"
+    return Panel(
+        pair.name, unit, "frequency, Hz", tuple(lines), x_log=True, y_log=True,
+        x_range=(float(c.frequency[shown][0]), found.band[1]),
+        y_range=(float(ends[0]), float(max(ends[1], 10.0 * ends[0]))),
+    )  # fmt: skip
+
+
+def _bands(found: Validation, pair: Pair) -> Panel:
+    lines = []
+    for colour, chance in ((DRIVE, True), (COAST, False)):
+        rows = [band for band in pair.bands if band.by_chance == chance]
+        if not rows:
+            continue
+        at = np.array([np.sqrt(band.low * band.high) for band in rows])
+        low, high = (np.array([getattr(band, key) for band in rows]) for key in ("least", "most"))
+        lines.append(_upright(low, high, at, colour))
+        level = np.array([band.decibels for band in rows])
+        lines.append(Line(at, level, "measured over simulated", colour, mark="points", width=6.5))
+    if not lines:
+        return Panel(pair.name)
+    most = 1.1 * float(np.max(np.abs(np.concatenate([line.y[np.isfinite(line.y)] for line in lines]))))
+    return Panel(
+        pair.name, "dB", "frequency, Hz", tuple(lines), rules=(Rule(0.0, "y", CENTRE, dashed=False),), x_log=True,
+        x_range=(0.8 * pair.bands[0].low, 1.1 * found.band[1]), y_range=(-most, most),
+    )  # fmt: skip
+
+
+def _bars(low: Array, high: Array, at: Array, name: str, colour: str) -> Line:
+    """Draw level lines from low to high, one a row."""
+    gap = np.full(at.size, np.nan)
+    return Line(
+        np.column_stack([low, high, gap]).ravel(), np.column_stack([at, at, gap]).ravel(), name, colour, width=1.4
+    )
+
+
+def _upright(low: Array, high: Array, at: Array, colour: str) -> Line:
+    """Draw upright lines from low to high, one a place."""
+    gap = np.full(at.size, np.nan)
+    xs, ys = np.column_stack([at, at, gap]).ravel(), np.column_stack([low, high, gap]).ravel()
+    return Line(xs, ys, "95 % interval", colour, width=1.2)

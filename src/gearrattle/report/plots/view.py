@@ -1,0 +1,78 @@
+"""Which part of a motion a figure shows, and in which unit.
+
+Histories are drawn over normalised cycles, time / T with T the common period, and twice: the last few cycles in full
+detail, and the whole run thinned. Axes read best between 0.1 and 1000, so small quantities take an SI prefix.
+
+Takes a Trajectory; gives windows, thinned curves and scale factors to the figures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.report.plots.numerals import prefixed
+from gearrattle.report.plots.thinning import thin
+from gearrattle.signals import Window, last_cycles
+from gearrattle.trajectory import Array, Trajectory
+
+DETAIL_CYCLES = 4
+DETAIL_POINTS = 4000
+OVERVIEW_POINTS = 3000
+COARSE_FROM = 12
+"""Fewer samples a cycle than this are drawn as points: a line between them would be fiction."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A factor to multiply values with, and the unit they are then in."""
+
+    factor: float
+    unit: str
+
+
+def scale(values: Array, unit: str) -> Scale:
+    """Choose an SI prefix for values of the given unit; values without a unit keep theirs.
+
+    Args:
+        values: any shape; those that are not finite are passed over.
+        unit: e.g. ``"rad"``, ``"N m"``; empty for dimensionless quantities.
+    """
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    return Scale(*prefixed(largest, unit))
+
+
+def detail(trajectory: Trajectory) -> Window:
+    """Return the last few cycles of the steady part."""
+    return last_cycles(trajectory, DETAIL_CYCLES)
+
+
+def cycles(trajectory: Trajectory, time: Array) -> Array:
+    """Return times [s] as normalised cycles t / T."""
+    return time / trajectory.layout.period
+
+
+def history(trajectory: Trajectory, values: Array, window: Window | None) -> tuple[Array, Array]:
+    """Return one curve over normalised cycles: of a window in detail, or of the whole run thinned.
+
+    Args:
+        trajectory: where the curve is from.
+        values: (Nt,) one column of it.
+        window: the part to show; None for all.
+
+    Returns:
+        x: (M,) cycles t / T.
+        y: (M,) the chosen values.
+    """
+    if window is None:
+        index = thin(values, OVERVIEW_POINTS)
+    else:
+        index = window.first + thin(window.closed(values), DETAIL_POINTS)
+    return index / trajectory.samples_per_cycle, values[index]
+
+
+def coarse(trajectory: Trajectory) -> bool:
+    """Whether the samples are too far apart to be joined by a line."""
+    return trajectory.samples_per_cycle < COARSE_FROM

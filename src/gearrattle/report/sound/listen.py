@@ -1,0 +1,228 @@
+"""``listen``: runs or recordings as sound, all through one path and at one gain, so that A against B keeps its dB.
+
+    p(t) = sum of p_i h(t - t_i),      p_i = m_eff (v_i - v_i')
+
+over the impacts of the chosen elements: p_i is the momentum that impact i exchanges, the integral of its force above
+the quasi-static load (``gearrattle.signals.impacts``), for a load that is merely carried makes no sound. Times and
+rates are those of the log of crossings: no sampling of the motion plays a part. The length of a contact is left out, so
+what lies above the reciprocal of a contact's duration is too strong.
+A recording's sound pressure is taken as it is, a force goes through the path.
+
+Takes runs or recordings; gives a frozen ``Sound``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.assembly import assemble
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.readers.wav import wav_bytes
+from gearrattle.model import Model
+from gearrattle.model.table import did_you_mean, listed
+from gearrattle.recording import Recording
+from gearrattle.report.sound.path import SoundPath, sound_path
+from gearrattle.report.sound.quality import Quality, quality
+from gearrattle.report.sound.resample import resampled
+from gearrattle.report.sound.train import impulse_train
+from gearrattle.result import Result
+from gearrattle.results import Run
+from gearrattle.signals import find_impacts
+from gearrattle.signals.windows import steady
+
+Array = NDArray[np.float64]
+
+_HEADROOM = 0.5  # of full scale: the highest peak, unless a gain is given
+_REFERENCE = 2e-5  # Pa
+_LONGEST = 600.0  # seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Sound(Result):
+    """One or more designs to listen to.
+
+    Attributes:
+        names: of the designs.
+        pressure: by design, (N,) sound pressure [Pa].
+        rate: samples a second [Hz].
+        gain: full scale per pascal, the same for all [1/Pa].
+        path: the way from impulse to pressure.
+        notes: what the user must know.
+    """
+
+    kind: ClassVar[str] = "sound"
+    names: tuple[str, ...]
+    pressure: tuple[Array, ...]
+    rate: int
+    gain: float
+    path: SoundPath
+    notes: tuple[str, ...]
+
+    @property
+    def levels(self) -> dict[str, float]:
+        """Sound pressure level of each design over its whole length [dB re 20 uPa]; -inf for silence."""
+        with np.errstate(divide="ignore"):
+            means = [np.mean(each**2) for each in self.pressure]
+            return {name: float(10.0 * np.log10(m / _REFERENCE**2)) for name, m in zip(self.names, means, strict=True)}
+
+    def quality(self) -> dict[str, Quality]:
+        """Loudness, sharpness and roughness of each design; needs the extra ``sound``."""
+        return {name: quality(each, self.rate) for name, each in zip(self.names, self.pressure, strict=True)}
+
+    def wav(self, name: str, bits: int = 32) -> bytes:
+        """The WAV file of a design at the common gain; 24 bits (integers), 32 or 64 (floating point)."""
+        return wav_bytes(self.gain * self.pressure[self.names.index(name)], self.rate, bits)
+
+    def save(self, path: str | os.PathLike[str], bits: int = 32) -> Path:
+        """Save the sound, whole or not at all.
+
+        Args:
+            path: a folder, which gets ``NAME.wav`` of each design beside report.html, summary.json and results.nc; or a
+                file that ends in .nc or .csv.
+            bits: of the WAV files: 24 (integers), 32 or 64 (floating point).
+
+        Returns:
+            The page in the folder, or the file.
+
+        Raises:
+            ModelError: another ending, other bits, or a folder that holds something else than a page of gearrattle.
+            OSError: it cannot be written; then nothing has changed.
+        """
+        page = import_module("gearrattle.report.sound.page").SoundPage(self, bits)
+        written: Path = import_module("gearrattle.report.saved").save(page, path)
+        return written
+
+
+def listen(
+    runs: Run | Recording | Mapping[str, Run | Recording] | Sequence[Run | Recording],
+    path: Any = None,
+    *,
+    elements: Sequence[str] | None = None,
+    gain: float | None = None,
+    rate: int = 48_000,
+    scale: float = 1.0,
+) -> Sound:
+    """Turn impacts or measured signals into sound.
+
+    Args:
+        runs: a run or a recording, several, or several by name.
+        path: from an impulse [N s] to sound pressure: None: an assumed casing; rows of frequency [Hz], damping ratio
+            and gain [Pa/(N s)]; or the path of a WAV or CSV file with an impulse response.
+        elements: whose impacts are heard; None: all gear meshes with backlash. A momentum of a coupling [N m s] counts
+            as one on a lever of 1 m.
+        gain: full scale per pascal [1/Pa]; None: the highest peak of all designs becomes half of full scale.
+        rate: samples a second [Hz].
+        scale: what 1 in a WAV impulse response is worth [Pa/(N s)].
+
+    Returns:
+        Pressures, all through one path and at one gain. A run is heard from the end of its ``discard`` on.
+
+    Raises:
+        ModelError: no such element, an element without a free body, a path that cannot be read, a recording without
+            sound pressure or force.
+    """
+    if not (isinstance(rate, int) and 8_000 <= rate <= 384_000):
+        raise ModelError(Problem("rate", repr(rate), "must be a whole number of Hz from 8000 to 384000"))
+    if gain is not None and not (np.isfinite(gain) and gain > 0.0):
+        raise ModelError(Problem("gain", repr(gain), "must be a positive number"))
+    named = _named(runs)
+    way = sound_path(path, float(rate), scale)
+    notes = [f"path: {way.source}"]
+    if path is None:
+        notes.append("the path is assumed: compare designs by it, take no level from it")
+    pressure = []
+    for name, each in named.items():
+        made = _heard(each, way) if isinstance(each, Recording) else _impacts(name, each, way, elements)
+        pressure.append(made)
+    peak = max(float(np.abs(each).max(initial=0.0)) for each in pressure)
+    common = gain if gain is not None else (_HEADROOM / peak if peak > 0.0 else 1.0)
+    return Sound(tuple(named), tuple(pressure), rate, float(common), way, tuple(notes))
+
+
+def _named(runs: Any) -> dict[str, Run | Recording]:
+    if isinstance(runs, Run | Recording):
+        runs = [runs]
+    if not isinstance(runs, Mapping):
+        runs = {chr(ord("A") + i) if i < 26 else f"design-{i}": each for i, each in enumerate(runs)}
+    if not runs or not all(isinstance(each, Run | Recording) for each in runs.values()):
+        raise ModelError(Problem("runs", type(runs).__name__, "must be runs or recordings, at least one"))
+    wrong = [str(name) for name in runs if not str(name).replace("_", "").replace("-", "").replace(".", "").isalnum()]
+    if wrong:
+        rule = "a design's name becomes a file's: letters, digits, _, - and . only"
+        raise ModelError(Problem("runs", repr(wrong[0]), rule))
+    return {str(name): each for name, each in runs.items()}
+
+
+def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
+    """Return the clearances of a driveline whose impacts are heard.
+
+    Args:
+        name: of the design, for messages.
+        model: the driveline.
+        elements: as of ``listen``.
+
+    Raises:
+        ModelError: a dimensionless model, no such clearance, none at all.
+    """
+    if model.units == "dimensionless":
+        raise ModelError(
+            Problem(name, "a dimensionless model", "has no seconds to be heard in", "give the model units")
+        )
+    known = assemble(model).layout.clearance_names
+    meshes = {element.name for element in model.elements if element.along_line}
+    chosen = [each for each in known if each in meshes] if elements is None else list(elements)
+    for each in chosen:
+        if each not in known:
+            rule = f"there is no clearance of this name; there are {listed(known)}"
+            raise ModelError(Problem(f"{name}: elements", each, rule, did_you_mean(each, known)))
+    if not chosen:
+        rule = "no gear mesh has backlash: nothing of this run can be heard"
+        raise ModelError(Problem(f"{name}: elements", "", rule, f"name elements among {listed(known)}"))
+    return chosen
+
+
+def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None) -> Array:
+    """Sound pressure of a run's impacts."""
+    motion = run.trajectory
+    known = motion.layout.clearance_names
+    chosen = audible(name, run.model, elements)
+    window = steady(motion)
+    impacts = find_impacts(motion).within(window)
+    heard = np.isin(impacts.clearance, [known.index(each) for each in chosen])
+    if not np.isfinite(impacts.exchanged[heard]).all():
+        rule = "no body at one of these is free to move, so its impacts exchange no momentum"
+        raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
+    seconds = window.end - window.start
+    if seconds > _LONGEST:
+        raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {_LONGEST:g} s", "cut it"))
+    samples = int(np.ceil(seconds * way.rate)) + 1
+    return _through(impulse_train(impacts.time[heard] - window.start, impacts.exchanged[heard], way.rate, samples), way)
+
+
+def _heard(recording: Recording, way: SoundPath) -> Array:
+    """Sound pressure of a recording: its own, or that of its force."""
+    channel = recording.find("sound pressure") or recording.find("force")
+    if channel is None:
+        rule = "holds neither sound pressure nor a force"
+        raise ModelError(Problem(recording.source, ", ".join(recording.names), rule))
+    step = recording.interval
+    if step is None:
+        raise ModelError(Problem(recording.source, "uneven times", "must be sampled uniformly to be heard"))
+    values = resampled(channel.values, 1.0 / step, way.rate)
+    return values if channel.quantity == "sound pressure" else _through(values, way)
+
+
+def _through(force: Array, way: SoundPath) -> Array:
+    """(N,) pressure [Pa] of a force [N] by the path's response; it rings on after the last sample, which is kept."""
+    from scipy.signal import fftconvolve
+
+    whole = fftconvolve(force, way.response) / way.rate
+    return np.asarray(whole[way.lead :], dtype=np.float64)

@@ -1,0 +1,75 @@
+"""Loudness, sharpness and roughness of a sound pressure, by MoSQITo.
+
+Loudness after ISO 532-1:2017 (Zwicker), stationary and, for what changes in time, the value passed 5 % of the time;
+sharpness after DIN 45692:2009; roughness after P. Daniel and R. Weber, Psychoacoustical Roughness: Implementation of an
+Optimized Model, Acustica 83, 1997, pp. 113-123. By MoSQITo (extra ``sound``), which is imported here and nowhere else.
+They are levels of an ear: without a measured path they compare designs and tell no product's sound.
+
+Takes sound pressure; gives numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ModelError, NotInstalled, Problem
+from gearrattle.report.sound.resample import resampled
+
+Array = NDArray[np.float64]
+
+RATE = 48_000.0
+SHORTEST = 0.5
+"""Seconds that a sound must last."""
+
+
+class Quality(NamedTuple):
+    """How a sound is heard.
+
+    Attributes:
+        loudness: stationary [sone].
+        loudness_5: passed 5 % of the time [sone].
+        sharpness: [acum]; NaN for silence.
+        roughness: mean over time [asper].
+    """
+
+    loudness: float
+    loudness_5: float
+    sharpness: float
+    roughness: float
+
+
+def quality(pressure: Array, rate: float) -> Quality:
+    """Judge a sound.
+
+    Args:
+        pressure: (N,) [Pa], free field.
+        rate: samples a second [Hz].
+
+    Raises:
+        NotInstalled: MoSQITo is not here.
+        ModelError: a sound of less than half a second.
+    """
+    mosqito = _mosqito()
+    if pressure.size < SHORTEST * rate:
+        rule = f"loudness and roughness need a sound of at least {SHORTEST:g} s"
+        raise ModelError(Problem("run", f"{pressure.size / rate:.3g} s", rule, "simulate more cycles"))
+    signal = resampled(pressure, rate, RATE)
+    if not np.any(signal):
+        return Quality(0.0, 0.0, float("nan"), 0.0)
+    loudness = float(mosqito.loudness_zwst(signal, RATE)[0])
+    over_time = np.asarray(mosqito.loudness_zwtv(signal, RATE)[0])
+    sharpness = float(mosqito.sharpness_din_st(signal, RATE)) if loudness > 0.0 else float("nan")
+    roughness = float(np.mean(mosqito.roughness_dw(signal, RATE)[0]))
+    return Quality(loudness, float(np.quantile(over_time, 0.95)), sharpness, roughness)
+
+
+def _mosqito() -> Any:
+    try:
+        import mosqito
+    except ImportError:
+        rule = "loudness, sharpness and roughness need MoSQITo, an optional extra"
+        raise NotInstalled(Problem("quality", "", rule, "pip install 'gearrattle[sound]'")) from None
+    return mosqito

@@ -1,0 +1,201 @@
+"""Every figure of the table says what the motion did."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from gearrattle.pipeline import Findings
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.clearances import deflections, forces, overview
+from gearrattle.report.plots.corners import reach, shading
+from gearrattle.report.plots.histories import accelerations
+from gearrattle.report.plots.impacts import impacts
+from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.palette import COAST, DRIVE
+from gearrattle.report.plots.phase_plane import deflection_rate, phase_plane
+from gearrattle.report.plots.run_ups import run_up_orders, run_up_spectra
+from gearrattle.report.plots.shelf import FIGURES, charts
+from gearrattle.report.plots.spectra import spectra
+from gearrattle.report.plots.static import draw
+from gearrattle.report.plots.torque_angle import torque_angles
+from gearrattle.signals import find_impacts, last_cycles, steady
+from tests import synthetic
+
+KINDS = tuple(synthetic.DEFLECTIONS)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def findings(request: pytest.FixtureRequest) -> Findings:
+    return synthetic.findings(request.param)
+
+
+@pytest.fixture(scope="module")
+def rattling() -> Findings:
+    return synthetic.findings("double-sided")
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.__name__)
+def test_every_figure_draws_both_ways(figure, findings: Findings) -> None:
+    chart = figure(findings)
+    if chart is None:
+        assert findings.verdict.verdict == "quiet" or figure in (torque_angles, run_up_spectra, run_up_orders)
+        return
+    assert chart.panels
+    assert chart.caption.endswith(".")
+    for panel in chart.panels:
+        assert panel.lines or panel.bars or panel.cells or panel.note
+        assert all(line.x.shape == line.y.shape and np.isfinite(line.y).all() for line in panel.lines)
+    json.dumps(plotly_figure(chart), allow_nan=False)
+    ElementTree.fromstring(draw(chart))
+
+
+def test_keys_name_files_and_do_not_repeat(rattling: Findings) -> None:
+    keys = [chart.key for chart in charts(rattling)]
+    assert len(set(keys)) == len(keys) == len(FIGURES) - 3  # none has friction, or a speed that changes
+    assert all(key.isidentifier() for key in keys)
+
+
+def test_histories_show_the_last_cycles_sample_by_sample(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    for column, panel in enumerate(accelerations(rattling).panels):
+        (line,) = panel.lines
+        window = last_cycles(motion, 4)
+        assert panel.title == synthetic.NAMES[column]
+        assert line.x[[0, -1]].tolist() == [motion.cycles - 4, motion.cycles]
+        assert np.array_equal(line.y, window.closed(motion.acceleration)[:, column])
+
+
+def test_deflections_are_scaled_and_marked_at_their_corners(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    gear = deflections(rattling).panels[2]
+    curve, *marks = gear.lines
+    assert gear.unit == "µm"
+    assert np.allclose(curve.y, 1e6 * last_cycles(motion, 4).closed(motion.deflection)[:, 2])
+    expected = find_impacts(motion).of(2).within(last_cycles(motion, 4))
+    drive, coast = marks
+    assert drive.y == pytest.approx(50.0)
+    assert coast.y == pytest.approx(-50.0)
+    assert np.allclose(np.sort(np.concatenate([drive.x, coast.x])), expected.time / synthetic.PERIOD)
+
+
+def test_overview_shows_all_and_greys_what_is_discarded(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    gear = overview(rattling).panels[2]
+    assert gear.lines[0].x[[0, -1]].tolist() == [0.0, motion.cycles]
+    assert gear.lines[0].y.max() == pytest.approx(1e6 * motion.deflection[:, 2].max())
+    grey = next(band for band in gear.bands if band.along == "x")
+    assert (grey.low, grey.high) == (0.0, motion.discard)
+
+
+def test_force_is_that_of_the_trajectory(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    panel = forces(rattling).panels[1]
+    assert panel.title == "spline"
+    assert np.array_equal(panel.lines[0].y, last_cycles(motion, 4).closed(motion.force)[:, 1])
+
+
+def test_deflection_rate_is_the_derivative(findings: Findings) -> None:
+    motion = findings.motion.trajectory
+    kind = findings.verdict.verdict
+    for k, deflection in enumerate(synthetic.DEFLECTIONS[kind]):
+        exact = deflection(motion.time, 1)
+        assert np.allclose(deflection_rate(findings, k), exact, rtol=0.0, atol=1e-9 * np.abs(exact).max() + 1e-12)
+
+
+def test_phase_plane_pairs_rate_with_deflection(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    clutch = phase_plane(rattling).panels[0].lines[0]
+    window = last_cycles(motion, 8)
+    assert np.allclose(clutch.x, 1e3 * window.closed(motion.deflection)[:, 0])
+    assert np.allclose(clutch.y, window.closed(deflection_rate(rattling, 0)))
+
+
+def test_impact_histograms_count_every_impact_once(rattling: Findings) -> None:
+    motion = rattling.motion.trajectory
+    mine = find_impacts(motion).within(steady(motion)).of(2)
+    phases, speeds, pushes = impacts(rattling).panels
+    assert sum(line.x.size for line in phases.lines) == len(mine)
+    for panel in (speeds, pushes):
+        drive, coast = panel.bars
+        assert drive.heights.sum() == mine.drive.sum()
+        assert coast.heights.sum() == (~mine.drive).sum()
+    assert speeds.x_range[1] == pytest.approx(1e3 * np.abs(mine.velocity).max())
+    assert {line.colour for line in phases.lines} == {DRIVE, COAST}
+    assert all(0.0 <= line.x.min() <= line.x.max() < 1.0 for line in phases.lines)
+
+
+def test_nothing_impacts_where_it_is_quiet() -> None:
+    assert impacts(synthetic.findings("quiet")) is None
+
+
+def test_spectra_peak_at_the_excited_orders(rattling: Findings) -> None:
+    flywheel = spectra(rattling).panels[0]
+    line = flywheel.lines[0]
+    assert line.x[np.argmax(line.y)] == pytest.approx(1.0)
+    labels = [rule.label for rule in flywheel.rules]
+    assert labels == ["f1", "f2"]
+    assert flywheel.rules[0].at == pytest.approx(350.0 / synthetic.OMEGA)
+
+
+def test_few_samples_a_cycle_are_drawn_as_points() -> None:
+    stroboscopic = synthetic.findings("double-sided", cycles=40, samples=1, discard=10)
+    for chart in charts(stroboscopic):
+        assert isinstance(chart, Chart)
+        assert all(line.mark == "points" for panel in chart.panels for line in panel.lines if chart.key != "spectrum")
+
+
+def test_dimensionless_models_show_no_units(rattling: Findings) -> None:
+    bare = synthetic.findings("double-sided", units="dimensionless")
+    for chart in charts(bare):
+        assert {panel.unit for panel in chart.panels} <= {"", "rate", "cycle", "impacts", "dB", "1/cycle"}
+        assert not any("[" in panel.x_title for panel in chart.panels if chart.share_x is False)
+
+
+def test_shading_knows_drive_from_coast() -> None:
+    bands, rules = shading(synthetic.layout(), 2, 1e6)
+    assert [(band.low, band.high, band.colour) for band in bands] == [
+        (None, pytest.approx(-50.0), COAST),
+        (pytest.approx(50.0), None, DRIVE),
+    ]
+    assert [rule.at for rule in rules] == pytest.approx([-50.0, 50.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "low", "high"),
+    [
+        ([-0.5, 0.5], -1.0, 1.0),
+        ([0.9, 1.1], 0.9, 1.1),
+        ([1.4, 1.5], 1.0, 1.5),
+        ([0.0, 0.0], -1.0, 1.0),
+    ],
+)
+def test_reach_shows_the_corners_worth_seeing(values: list[float], low: float, high: float) -> None:
+    found = reach(np.array(values), np.array([-1.0, 1.0]))
+    margin = 0.08 * (high - low)
+    assert found == pytest.approx((low - margin, high + margin))
+
+
+def test_the_loop_of_friction_and_the_motion_over_it() -> None:
+    """One panel for the one coupling with friction; the motion stays inside its static loop but for damping."""
+    import gearrattle as gr
+    from gearrattle.pipeline import run
+    from gearrattle.report.summary import findings_content
+    from tests.architecture.places import EXAMPLES
+
+    model = gr.load(EXAMPLES / "clutch_friction.toml")
+    findings = run(model.with_({"coupling.damper.stages.0.damping": 0.0}), cycles=6, samples_per_cycle=128)
+    chart = torque_angles(findings)
+    assert chart is not None
+    assert [panel.title for panel in chart.panels] == ["damper"]
+    _, loop, motion = chart.panels[0].lines
+    assert (loop.x.min(), loop.x.max()) == pytest.approx((motion.x.min(), motion.x.max()))
+    assert np.ptp(motion.y) > 0.5 * np.ptp(loop.y)
+    told = findings_content(findings)
+    assert told["energy"]["friction_loss"]["damper"] > 0.0
+    assert told["energy"]["friction_loss"]["gear"] == 0.0
+    beside = findings.motion.trajectory.companions
+    assert sum(told["simulation"]["switches"].values()) == int((beside.watch >= 3).sum())

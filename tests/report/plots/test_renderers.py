@@ -1,0 +1,142 @@
+"""Both renderers draw the same chart, faithfully."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from gearrattle.report.plots.chart import Band, Bars, Cells, Chart, Key, Line, Panel, Rule
+from gearrattle.report.plots.interactive import plotly_figure
+from gearrattle.report.plots.static import draw
+
+TIME = np.linspace(0.0, 4.0, 401)
+WAVE = np.sin(TIME)
+UNEVEN = np.array([0.0, 0.5, 3.0, 4.0])
+BROKEN = np.array([1.0, np.nan, 2.0, 3.0])
+CHART = Chart(
+    "key",
+    "Title <&>",
+    'Caption with "quotes" & <tags>',
+    (
+        Panel(
+            "first",
+            "mm",
+            "cycles",
+            (Line(TIME, WAVE, "wave"), Line(UNEVEN, BROKEN, "broken", mark="points")),
+            bands=(Band(0.5, None, "#0072b2"), Band(1.0, 2.0, "#d55e00", along="x")),
+            rules=(Rule(0.5, label="corner"), Rule(1.5, along="x", dashed=False)),
+            y_range=(-1.5, 3.5),
+        ),
+        Panel(
+            "second", x_title="speed", bars=(Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 0.0]), "count"),), note="n"
+        ),
+        Panel("third", lines=(Line(TIME, np.exp(-TIME), "decay"),), y_log=True, y_range=(1e-3, 1.0)),
+    ),
+    columns=2,
+    share_x=False,
+)
+
+
+def decoded(packed: dict[str, str]) -> np.ndarray:
+    return np.frombuffer(b64decode(packed["bdata"]), dtype=f"<{packed['dtype']}")
+
+
+def level(trace: dict[str, Any], count: int) -> np.ndarray:
+    return trace["x0"] + trace["dx"] * np.arange(count) if "x0" in trace else decoded(trace["x"])
+
+
+def test_plotly_figure_holds_the_data() -> None:
+    figure = plotly_figure(CHART)
+    wave, broken, _, _ = sorted(figure["data"], key=lambda t: ["wave", "broken", "count", "decay"].index(t["name"]))
+    assert np.array_equal(decoded(wave["y"]), WAVE.astype(np.float32))
+    assert np.allclose(level(wave, TIME.size), TIME, rtol=0.0, atol=1e-12)
+    assert "x0" in wave
+    assert np.array_equal(level(broken, 4), UNEVEN)
+    assert np.array_equal(decoded(broken["y"]), BROKEN.astype(np.float32), equal_nan=True)
+    assert broken["mode"] == "markers"
+
+
+def test_plotly_figure_is_json_and_its_axes_exist() -> None:
+    figure = json.loads(json.dumps(plotly_figure(CHART), allow_nan=False))
+    layout = figure["layout"]
+    for trace in figure["data"]:
+        assert f"xaxis{trace['xaxis'][1:]}" in layout
+        assert f"yaxis{trace['yaxis'][1:]}" in layout
+    assert layout["yaxis3"]["type"] == "log"
+    assert layout["yaxis3"]["range"] == [-3, 0]
+    domains = [tuple(layout[f"{axis}axis{n}"]["domain"]) for axis in "xy" for n in ("", "2", "3")]
+    assert all(0.0 <= low < high <= 1.0 + 1e-12 for low, high in domains)
+    assert layout["yaxis"]["domain"][0] > layout["yaxis3"]["domain"][1]
+
+
+def test_shared_axes_are_linked() -> None:
+    shared = Chart("k", "t", "c", (Panel("a"), Panel("b")))
+    layout = plotly_figure(shared)["layout"]
+    assert layout["xaxis2"]["matches"] == "x"
+    assert not layout["xaxis"]["showticklabels"]
+    assert layout["xaxis2"]["showticklabels"]
+
+
+def test_bands_and_rules_are_drawn() -> None:
+    layout = plotly_figure(CHART)["layout"]
+    rectangles = [shape for shape in layout["shapes"] if shape["type"] == "rect"]
+    assert rectangles[0]["y0"] == 0.5
+    assert rectangles[0]["y1"] > 1e3
+    assert (rectangles[1]["x0"], rectangles[1]["x1"]) == (1.0, 2.0)
+    assert [shape["line"]["dash"] for shape in layout["shapes"] if shape["type"] == "line"] == ["dot", "solid"]
+    assert "corner" in [note["text"] for note in layout["annotations"]]
+
+
+def test_ink_is_well_formed_and_the_same_every_time() -> None:
+    svg = draw(CHART)
+    assert svg == draw(CHART)
+    root = ElementTree.fromstring(svg)
+    words = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert "first mm" in words
+    assert {"second", "third", "cycles", "speed", "corner", "n", "0.001"} <= set(words)
+    assert root.findtext("{http://www.w3.org/2000/svg}title") == "Title <&>"
+    assert root.findtext("{http://www.w3.org/2000/svg}desc") == 'Caption with "quotes" & <tags>'
+    assert b"nan" not in svg
+
+
+def test_ink_draws_the_curve_and_lifts_the_pen() -> None:
+    svg = draw(CHART).decode()
+    paths = [p.get("d", "") for p in ElementTree.fromstring(svg).iter("{http://www.w3.org/2000/svg}path")]
+    wave = next(p for p in paths if p.count("L") == TIME.size - 1)
+    heights = np.array([float(point.split()[1]) for point in wave[1:].split("L")])
+    assert np.allclose(heights, (3.5 - WAVE) / 5.0 * CHART.panel_height, rtol=0.0, atol=0.051)
+    lifted = Chart("k", "t", "c", (Panel("p", lines=(Line(UNEVEN, BROKEN, "broken"),)),))
+    path = next(
+        p.get("d", "")
+        for p in ElementTree.fromstring(draw(lifted)).iter("{http://www.w3.org/2000/svg}path")
+        if p.get("stroke-linejoin")
+    )
+    assert (path.count("M"), path.count("L")) == (2, 1)
+
+
+def test_both_renderers_draw_cells_where_they_lie() -> None:
+    cells = Cells(
+        np.array([-0.5, 1.5]), np.array([1.5, 2.5]), np.array([0.0, 1.0]), np.array([1.0, 3.0]), "wet", "#123456"
+    )
+    panel = Panel("p", cells=(cells,), x_range=(-0.5, 2.5), y_range=(0.0, 3.0), x_ticks=((0.0, "left"), (2.0, "right")))
+    chart = Chart("k", "t", "c", (panel,), panel_height=300, legend=(Key("wet", "#123456"),))
+    root = ElementTree.fromstring(draw(chart, legend=True))
+    space = "{http://www.w3.org/2000/svg}"
+    path = next(p.get("d", "") for p in root.iter(f"{space}path") if p.get("fill") == "#123456")
+    width = float(next(root.iter(f"{space}g")).find(f"{space}svg").get("width"))  # type: ignore[union-attr,arg-type]
+    a, c, b, d = (float(v) for v in path[1:].split("Z")[0].replace("H", " ").replace("V", " ").split()[:4])
+    assert (a, b, c, d) == pytest.approx((0.0, width * 2.0 / 3.0, 300.0, 200.0), abs=0.051)
+    words = [text.text for text in root.iter(f"{space}text")]
+    assert {"left", "right", "wet"} <= set(words)
+    assert "wet" not in [text.text for text in ElementTree.fromstring(draw(chart)).iter(f"{space}text")]
+    figure = json.loads(json.dumps(plotly_figure(chart), allow_nan=False))
+    (trace,) = figure["data"]
+    middle, wide = decoded(trace["x"]), decoded(trace["width"])
+    np.testing.assert_allclose([middle - wide / 2, middle + wide / 2], [cells.left, cells.right])
+    np.testing.assert_allclose(decoded(trace["base"]) + decoded(trace["y"]), cells.high)
+    assert figure["layout"]["xaxis"]["ticktext"] == ["left", "right"]

@@ -1,0 +1,252 @@
+"""Sound against closed forms: spectra of trains, ringing modes, levels that keep their difference, loudness."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+import gearrattle as gr
+from gearrattle.cli import main
+from gearrattle.measured.readers import read_raw
+from gearrattle.measured.readers.wav import wav_bytes
+from gearrattle.recording import Channel, Recording
+from gearrattle.report.sound.path import modal_path, sound_path
+from gearrattle.report.sound.quality import quality
+from gearrattle.report.sound.resample import resampled
+from gearrattle.report.sound.train import HALF, PASS, impulse_train
+from gearrattle.signals import find_impacts
+from tests.architecture.places import EXAMPLES
+
+RATE = 48_000.0
+
+
+@pytest.fixture(scope="module")
+def run() -> gr.Run:
+    return gr.simulate(gr.load(EXAMPLES / "paper" / "case3.toml"), cycles=12, discard=2)
+
+
+def test_the_spectrum_of_a_train_is_the_sum_of_its_phasors() -> None:
+    """In the pass band, to 1e-4 of the impulses' sum: no impulse is moved to a sample, nothing folds back."""
+    random = np.random.default_rng(0)
+    time, impulse = np.sort(random.uniform(0.01, 0.09, 40)), random.normal(size=40)
+    train = impulse_train(time, impulse, RATE, 4800)
+    frequency = np.fft.rfftfreq(4800, 1.0 / RATE)
+    spectrum = np.fft.rfft(train) / RATE
+    exact = (impulse * np.exp(-2j * np.pi * frequency[:, None] * time)).sum(axis=1)
+    passed = frequency <= PASS * RATE
+    assert np.abs(spectrum - exact)[passed].max() < 1e-4 * np.abs(impulse).sum()
+    nearest = np.zeros(4800)
+    np.add.at(nearest, np.round(time * RATE).astype(int), impulse * RATE)
+    assert np.abs(np.fft.rfft(nearest) / RATE - exact)[passed].max() > 0.05 * np.abs(impulse).sum()
+
+
+def test_what_folds_back_is_eighty_decibels_down_in_the_pass_band() -> None:
+    """One impulse at eight fractions of a sample: magnitudes in the pass band are alike, so images are far below it."""
+    frequency = np.fft.rfftfreq(1024, 1.0 / RATE)
+    passed = frequency <= PASS * RATE
+    for fraction in np.arange(8) / 8.0:
+        size = np.abs(np.fft.rfft(impulse_train(np.array([(500 + fraction) / RATE]), np.ones(1), RATE, 1024))) / RATE
+        assert np.abs(size[passed] - 1.0).max() < 1e-4
+
+
+def test_impulses_may_lie_anywhere_and_none_is_no_sound() -> None:
+    train = impulse_train(np.array([-0.1, 0.0, 0.01, 5.0]), np.ones(4), RATE, 960)
+    assert train.size == 960
+    assert np.isfinite(train).all()
+    assert train[480 + HALF :].sum() / RATE == pytest.approx(0.0, abs=1e-3)
+    assert not impulse_train(np.zeros(0), np.zeros(0), RATE, 100).any()
+
+
+def test_a_mode_rings_as_its_closed_form() -> None:
+    frequency, damping, gain = 1000.0, 0.02, 3.0
+    path = modal_path([(frequency, damping, gain)], RATE, "one")
+    omega = 2.0 * np.pi * frequency
+    t = (np.arange(path.response.size) - path.lead) / RATE
+    exact = gain * np.exp(-damping * omega * t) * np.sin(omega * np.sqrt(1 - damping**2) * t) * (t >= 0.0)
+    part = slice(path.lead + 20, path.lead + 2000)
+    assert np.abs(path.response - exact)[part].max() < 2e-3 * gain
+
+
+def test_impulses_through_a_mode_superpose_in_closed_form() -> None:
+    """A recording of a force that is two impulses, against the sum of two ringings."""
+    force = np.zeros(9600)
+    force[[1000, 3000]] = np.array([2.0, -1.0]) * RATE
+    record = Recording(np.arange(9600) / RATE, (Channel("f", "force", "gear", "N", force),), "made")
+    sound = gr.listen(record, [(800.0, 0.05, 1.0)])
+    omega, t = 2.0 * np.pi * 800.0, np.arange(9600) / RATE
+    exact = np.zeros(9600)
+    for at, size in ((1000, 2.0), (3000, -1.0)):
+        s = t - at / RATE
+        exact += size * np.exp(-0.05 * omega * s) * np.sin(omega * np.sqrt(1 - 0.05**2) * s) * (s >= 0)
+    away = (np.abs(np.arange(9600) - 1000) > 20) & (np.abs(np.arange(9600) - 3000) > 20)
+    assert np.abs(sound.pressure[0][:9600] - exact)[away].max() < 5e-3
+
+
+def test_every_impact_of_a_run_is_heard_with_the_momentum_it_exchanges(run: gr.Run) -> None:
+    """At zero frequency the pressure's integral is the sum of the momenta times that of the response."""
+    sound = gr.listen(run)
+    motion = run.trajectory
+    impacts = find_impacts(motion)
+    heard = (impacts.time >= 2 * motion.layout.period) & (
+        impacts.clearance == motion.layout.clearance_names.index("gear")
+    )
+    assert heard.sum() > 10
+    spectrum_at = 1500.0
+    t = impacts.time[heard] - 2 * motion.layout.period
+    train = (impacts.exchanged[heard] * np.exp(-2j * np.pi * spectrum_at * t)).sum()
+    n = np.arange(sound.path.response.size) - sound.path.lead
+    through = (sound.path.response * np.exp(-2j * np.pi * spectrum_at * n / RATE)).sum() / RATE
+    k = np.arange(sound.pressure[0].size)
+    got = (sound.pressure[0] * np.exp(-2j * np.pi * spectrum_at * k / RATE)).sum() / RATE
+    assert got == pytest.approx(train * through, rel=1e-3)
+
+
+def test_two_designs_keep_their_difference(run: gr.Run, tmp_path: Path) -> None:
+    """A sound half as strong beside it: factor 2 to 1e-6 in the files, 24 bits and 32; gain and path are one."""
+    made = gr.listen(run, gain=1.0).pressure[0]
+    time = np.arange(made.size) / RATE
+    both = {
+        name: Recording(time, (Channel("p", "sound pressure", "ear", "Pa", factor * made),), "made")
+        for name, factor in (("A", 1.0), ("B", 0.5))
+    }
+    sound = gr.listen(both)
+    assert sound.levels["A"] - sound.levels["B"] == pytest.approx(20 * np.log10(2.0), abs=1e-9)
+    assert sound.save(tmp_path) == tmp_path / "report.html"
+    paths = sorted(tmp_path.glob("*.wav"))
+    assert [path.name for path in paths] == ["A.wav", "B.wav"]
+    one, other = (read_raw(path).columns[0] for path in paths)
+    assert one.time is not None
+    assert one.time[4800] == 0.1
+    one, other = one.values, other.values
+    assert np.abs(one).max() == pytest.approx(0.5, rel=1e-6)
+    assert np.linalg.norm(one) / np.linalg.norm(other) == pytest.approx(2.0, rel=1e-6)
+    assert np.abs(one / sound.gain - made).max() < 1e-7 * np.abs(made).max()
+    sound.save(tmp_path, 24)
+    one, other = (read_raw(path).columns[0].values for path in paths)
+    assert np.linalg.norm(one) / np.linalg.norm(other) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_run_of_other_impacts_differs_by_what_its_impulses_say(run: gr.Run) -> None:
+    """Alone or beside another, at a stated gain, a design's file is the same."""
+    alone = gr.listen({"x": run}, gain=0.01)
+    beside = gr.listen({"y": run, "x": run}, gain=0.01)
+    assert alone.wav("x") == beside.wav("x")
+
+
+@pytest.mark.parametrize("bits", [24, 32, 64])
+def test_a_file_reads_back(bits: int) -> None:
+    values = np.random.default_rng(3).uniform(-1, 1, 1000)
+    rate, raw = wavfile.read(io.BytesIO(wav_bytes(values, 48_000, bits)))
+    read = raw / 2.0**31 if bits == 24 else raw
+    assert rate == 48_000
+    assert np.abs(read - values).max() < (2.5e-7 if bits == 24 else 6e-8)
+
+
+def test_resampling_keeps_a_tone() -> None:
+    t = np.arange(44_100) / 44_100.0
+    out = resampled(np.sin(2 * np.pi * 1000 * t), 44_100.0, RATE)
+    exact = np.sin(2 * np.pi * 1000 * np.arange(out.size) / RATE)
+    assert np.abs(out - exact)[2000:-2000].max() < 1e-3
+
+
+def test_paths_from_files_are_the_modes_they_were_made_of(tmp_path: Path) -> None:
+    made = modal_path([(900.0, 0.05, 2.0)], RATE, "made")
+    top = np.abs(made.response).max()
+    wav, table = tmp_path / "ir.wav", tmp_path / "ir.csv"
+    wav.write_bytes(wav_bytes(made.response / top, 48_000, 32))
+    rows = [f"{1e3 * k / RATE!r}, {v!r}" for k, v in enumerate(made.response.tolist())]
+    table.write_text("\n".join(["time [ms], response [Pa/(N*s)]", *rows]), encoding="utf-8")
+    for read in (sound_path(wav, RATE, float(top)), sound_path(table, RATE)):
+        assert np.abs(read.response - made.response).max() < 1e-6 * top
+
+
+def tone(frequency: float, level: float, seconds: float = 1.0) -> np.ndarray:
+    t = np.arange(int(RATE * seconds)) / RATE
+    return 2e-5 * 10.0 ** (level / 20.0) * np.sqrt(2.0) * np.sin(2 * np.pi * frequency * t)
+
+
+def test_a_tone_of_forty_decibels_is_one_sone_and_ten_more_double_it() -> None:
+    """By the definition of the sone; ISO 532-1 allows 5 % or 0.1 sone."""
+    pytest.importorskip("mosqito")
+    found = [quality(tone(1000.0, level), RATE) for level in (40.0, 50.0, 60.0)]
+    assert found[0].loudness == pytest.approx(1.0, abs=0.1)
+    assert found[1].loudness == pytest.approx(2.0, rel=0.05)
+    assert found[2].loudness == pytest.approx(4.0, rel=0.05)
+    assert found[0].roughness < 0.1
+
+
+def test_an_asper_and_sharpness() -> None:
+    """A 1 kHz tone of 60 dB, wholly modulated at 70 Hz, is 1 asper; higher tones are sharper."""
+    pytest.importorskip("mosqito")
+    t = np.arange(int(RATE)) / RATE
+    rough = (1.0 + np.sin(2 * np.pi * 70.0 * t)) * tone(1000.0, 60.0)
+    assert quality(
+        rough * np.sqrt(np.mean(tone(1000.0, 60.0) ** 2) / np.mean(rough**2)), RATE
+    ).roughness == pytest.approx(1.0, rel=0.17)
+    low, high = (quality(tone(f, 60.0), RATE).sharpness for f in (1000.0, 6000.0))
+    assert low == pytest.approx(1.0, abs=0.1)
+    assert high > 2.0 * low
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"elements": ["gaer"]}, "no clearance of this name"),
+        ({"path": [(30_000.0, 0.1, 1.0)]}, "between 0 and"),
+        ({"path": "none.wav"}, "no such file"),
+        ({"path": 3}, "rows of frequency"),
+        ({"gain": -1.0}, "positive"),
+        ({"rate": 10}, "8000"),
+    ],
+)
+def test_bad_use_is_refused(run: gr.Run, options: dict[str, object], words: str) -> None:
+    with pytest.raises(gr.ModelError, match=words):
+        gr.listen(run, **options)
+
+
+def test_a_dimensionless_run_is_refused() -> None:
+    model = gr.load(EXAMPLES / "rattle_oscillator.toml")
+    assert model.units == "dimensionless"
+    with pytest.raises(gr.ModelError, match="no seconds"):
+        gr.listen(gr.simulate(model, cycles=4, discard=0))
+
+
+def test_recordings_without_sound_are_refused() -> None:
+    record = Recording(np.arange(9.0), (Channel("v", "velocity", "hub", "rad/s", np.ones(9)),), "rig.csv")
+    with pytest.raises(gr.ModelError, match="neither sound pressure nor a force"):
+        gr.listen(record)
+    with pytest.raises(gr.ModelError, match="full scale"):
+        wav_bytes(np.array([2.0]), 48_000, 24)
+
+
+def test_command_line(run: gr.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run.save(tmp_path / "one.nc")
+    assert main(["listen", str(tmp_path / "one.nc"), "-o", str(tmp_path / "wav"), "--gain", "0.01", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["gain"] == 0.01
+    values = read_raw(tmp_path / "wav" / "one.wav").columns[0].values
+    level = 10.0 * np.log10(np.mean((values / 0.01) ** 2) / 4e-10)
+    assert record["designs"]["one"]["level"] == pytest.approx(level, abs=1e-4)
+    assert main(["listen"]) == 2
+    assert main(["listen", str(tmp_path / "one.nc"), "--element", "x"]) == 2
+
+
+def test_a_measured_pressure_is_heard_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tone of 1 Pa rms is 94 dB re 20 uPa; a mapping is told from a model by what it holds."""
+    time = np.arange(48_000) / 48_000.0
+    values = np.sqrt(2.0) * np.sin(2.0 * np.pi * 1000.0 * time)
+    mic = Channel("mic", "sound pressure", "bench", "Pa", values)
+    gr.write(Recording(time, (mic,), "bench"), tmp_path / "bench.mat")
+    (tmp_path / "mapping.toml").write_text(
+        'schema = 1\nfile = "bench.mat"\n'
+        '[[channel]]\nname = "mic"\nquantity = "sound pressure"\nof = "bench"\nscale = 2.0\nunit = "Pa"\n'
+    )
+    assert main(["listen", str(tmp_path / "bench.mat"), str(tmp_path / "mapping.toml"), "--json"]) == 0
+    designs = json.loads(capsys.readouterr().out)["designs"]
+    assert designs["bench"]["level"] == pytest.approx(20.0 * np.log10(1.0 / 20e-6), abs=1e-3)
+    assert designs["mapping"]["level"] - designs["bench"]["level"] == pytest.approx(20.0 * np.log10(2.0), abs=1e-6)
