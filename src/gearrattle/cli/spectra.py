@@ -90,7 +90,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     from gearrattle.assembly import assemble
     from gearrattle.cli.sources import heard, is_model
     from gearrattle.errors import ModelError, Problem
-    from gearrattle.spectral.sampled import column_of
+    from gearrattle.signals.spectral.sampled import column_of
 
     arguments = settings.arguments()
     if is_model(source):

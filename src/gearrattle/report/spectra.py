@@ -24,7 +24,7 @@ from gearrattle.report.plots.order_maps import coherence_chart, raised
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.spectra_tables import coherence_table, cross_table, peaks_table, setting_of, summary_of
 from gearrattle.report.tables import Table
-from gearrattle.spectral.spectra import cross_parts, rms_of
+from gearrattle.signals.spectral.spectra import cross_parts, rms_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,7 +28,7 @@ from gearrattle.model.table import listed
 from gearrattle.recording import Channel, Recording
 from gearrattle.results import Run
 from gearrattle.signals.conditioning import PASSED
-from gearrattle.spectral.orders import TURNS, order_cuts
+from gearrattle.signals.spectral.orders import TURNS, order_cuts
 from gearrattle.trajectory import Array
 from gearrattle.validation.pairing import paired
 from gearrattle.validation.run_up_record import RunUp, Track

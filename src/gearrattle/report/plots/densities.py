@@ -1,8 +1,8 @@
 """Densities and transfer functions as ink, each between its limits; dotted rules at natural frequencies.
 
-A transfer function lies in a circle about its estimate with the stated probability (``spectral.densities``): its gain
-between |H| - r and |H| + r, its phase within asin(r / |H|) either way; where the circle encloses zero nothing is known
-of the phase, and it is not drawn.
+A transfer function lies in a circle about its estimate with the stated probability (``signals.spectral.densities``):
+its gain between |H| - r and |H| + r, its phase within asin(r / |H|) either way; where the circle encloses zero nothing
+is known of the phase, and it is not drawn.
 
 Takes the Dataset of ``spectra``; gives Charts.
 """

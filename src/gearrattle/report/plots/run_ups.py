@@ -21,7 +21,7 @@ _MOST = 8
 
 def run_up_spectra(findings: Findings) -> Chart | None:
     """Draw the spectra of a run-up; None at one speed, or from too few samples."""
-    from gearrattle.spectral.waterfall import waterfall
+    from gearrattle.signals.spectral.waterfall import waterfall
 
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:
@@ -54,7 +54,7 @@ def run_up_spectra(findings: Findings) -> Chart | None:
 
 def run_up_orders(findings: Findings) -> Chart | None:
     """Draw the excited orders of every body's acceleration over speed; None at one speed, or if no block fits."""
-    from gearrattle.spectral.orders import order_cuts
+    from gearrattle.signals.spectral.orders import order_cuts
 
     run, si = findings.motion, findings.model.units == "SI"
     if findings.model.excitation.sweep is None:

@@ -14,7 +14,7 @@ import gearrattle as gr
 from gearrattle.errors import ModelError
 from gearrattle.recording import Channel, Recording
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 RPM = np.pi / 30.0
 RATE = 5000.0
 TIME = 3.0 + np.arange(50_000) / RATE

@@ -15,8 +15,8 @@ import numpy as np
 
 from gearrattle.result import KIND
 from gearrattle.signals.confidence import LEVEL
-from gearrattle.spectral.densities import coherence, cross_psd, psd
-from gearrattle.spectral.sampled import Source
+from gearrattle.signals.spectral.densities import coherence, cross_psd, psd
+from gearrattle.signals.spectral.sampled import Source
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,11 +15,11 @@ from gearrattle.model import units
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.result import KIND
 from gearrattle.signals.order_tracking import TURN
+from gearrattle.signals.spectral.densities import density_unit, described, frequency_unit, segments_of
+from gearrattle.signals.spectral.orders import row_coordinates
+from gearrattle.signals.spectral.sampled import Sampled, Source, quantity, required, sampled, shaft_of
 from gearrattle.signals.waterfall import Waterfall, by_steps, over_orders
 from gearrattle.signals.waterfall import waterfall as spectra
-from gearrattle.spectral.densities import density_unit, described, frequency_unit, segments_of
-from gearrattle.spectral.orders import row_coordinates
-from gearrattle.spectral.sampled import Sampled, Source, quantity, required, sampled, shaft_of
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

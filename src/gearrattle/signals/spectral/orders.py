@@ -17,8 +17,8 @@ from gearrattle.result import KIND
 from gearrattle.signals.conditioning import PASSED
 from gearrattle.signals.cross_spectra import WINDOWS
 from gearrattle.signals.order_tracking import TURN, Array, Orders, fitted_orders, order_spectra, turned
+from gearrattle.signals.spectral.sampled import Sampled, Shaft, Source, quantity, required, sampled
 from gearrattle.signals.waterfall import Waterfall, by_steps
-from gearrattle.spectral.sampled import Sampled, Shaft, Source, quantity, required, sampled
 from gearrattle.wording import counted, noun_of
 
 if TYPE_CHECKING:

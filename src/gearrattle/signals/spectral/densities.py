@@ -21,7 +21,7 @@ from gearrattle.signals.confidence import (
     response_radius,
 )
 from gearrattle.signals.cross_spectra import WINDOWS, CrossSpectra, Segments, cross_spectra, cut, power_density
-from gearrattle.spectral.sampled import Sampled, Source, quantity, sampled
+from gearrattle.signals.spectral.sampled import Sampled, Source, quantity, sampled
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
