@@ -1,7 +1,7 @@
 """``fit_loop`` against SciPy's ``least_squares`` from several starts: ``python -m benchmarks.loops`` (``make loops``).
 
-Both fit the same law to loops of known dampers (``tests/identification/loops_made.py``). ``least_squares`` is told the
-numbers of stages, which ``fit_loop`` finds. Its unknowns are all coefficients, the widths of stages and the logarithms
+Both fit the same law to loops of known dampers (``tests/measured/identification/loops_made.py``). ``least_squares`` is
+told the numbers of stages, which ``fit_loop`` finds. Its unknowns are all coefficients, the widths of stages and the logarithms
 of reaches, with the derivatives of ``loop_slopes`` and bounds; half of its starts have their breaks where the smoothed
 loop is most curved, the others anywhere (Latin hypercube, as the reaches of all). Starts run over means of cells, the
 best of them then over every sample. Its intervals are those of the curvature. Written to ``docs/reference/loops.md``.
@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
-from tests.identification.loops_made import damper, numbers, sampled
+from tests.measured.identification.loops_made import damper, numbers, sampled
 
 import gearrattle as gr
 from benchmarks.machine import machine
-from gearrattle.identification.loop_data import Loop, read_loop
-from gearrattle.identification.loop_law import Regression, Shape, Solved, _merged
-from gearrattle.identification.loop_search import LEAST, LONGEST, REACH, SHORTEST
-from gearrattle.identification.loop_slopes import slopes_in
-from gearrattle.identification.loop_values import values_of
+from gearrattle.measured.identification.loop_data import Loop, read_loop
+from gearrattle.measured.identification.loop_law import Regression, Shape, Solved, _merged
+from gearrattle.measured.identification.loop_search import LEAST, LONGEST, REACH, SHORTEST
+from gearrattle.measured.identification.loop_slopes import slopes_in
+from gearrattle.measured.identification.loop_values import values_of
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import tempfile
 from pathlib import Path
 
 import gearrattle as gr
+from gearrattle.measured.validation import of_printed
 from gearrattle.reproduction.printed import TABLE_5
-from gearrattle.validation import of_printed
 
 print("case  quantity   measured  simulated  printed   sigma, %")
 for case, quantity, measured, simulated, text in TABLE_5:

@@ -21,17 +21,21 @@ from .errors import ConvergenceError as ConvergenceError
 from .errors import GearRattleError as GearRattleError
 from .errors import ModelError as ModelError
 from .errors import Problem as Problem
-from .identification.fit import fit as fit
-from .identification.fitted import Fit as Fit
-from .identification.loop_fit import fit_loop as fit_loop
-from .identification.loop_result import LoopFit as LoopFit
 from .measured.drive import drive as drive
 from .measured.gas_torque import GasTorque as GasTorque
 from .measured.gas_torque import gas_torque as gas_torque
+from .measured.identification.fit import fit as fit
+from .measured.identification.fitted import Fit as Fit
+from .measured.identification.loop_fit import fit_loop as fit_loop
+from .measured.identification.loop_result import LoopFit as LoopFit
 from .measured.look import Contents as Contents
 from .measured.look import look as look
 from .measured.read import read as read
 from .measured.readers import write as write
+from .measured.validation import RunUp as RunUp
+from .measured.validation import Validation as Validation
+from .measured.validation import validate as validate
+from .measured.validation import validate_run_up as validate_run_up
 from .model import Model as Model
 from .model import example as example
 from .model import json_schema as json_schema
@@ -77,9 +81,5 @@ from .studies import samples_needed as samples_needed
 from .studies import screen as screen
 from .studies import sensitivities as sensitivities
 from .studies import study as study
-from .validation import RunUp as RunUp
-from .validation import Validation as Validation
-from .validation import validate as validate
-from .validation import validate_run_up as validate_run_up
 
 __version__: str

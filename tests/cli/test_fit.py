@@ -13,7 +13,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.cli import main
-from tests.identification import made
+from tests.measured.identification import made
 
 DATA = """
 [[mode]]

@@ -11,7 +11,7 @@ import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.validation import validation_charts
-from tests.validation import made
+from tests.measured.validation import made
 
 
 @pytest.fixture

@@ -25,8 +25,8 @@ from scipy.io import savemat
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.errors import ConvergenceError
-from gearrattle.identification.data_file import read_data
-from gearrattle.identification.measured import State
+from gearrattle.measured.identification.data_file import read_data
+from gearrattle.measured.identification.measured import State
 from gearrattle.recording import Channel, Recording
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Band, Bars, Chart, Line, Panel, Rule
@@ -304,7 +304,7 @@ def _opened(path: Path, depth: int) -> object:
 
 
 def _loop(path: Path) -> object:
-    from gearrattle.identification.loop_data import read_loop
+    from gearrattle.measured.identification.loop_data import read_loop
 
     return read_loop(path)
 

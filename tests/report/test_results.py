@@ -24,11 +24,11 @@ from gearrattle.report.tables import Table
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction.record import Reproduction, Section, row
 from tests.browser import BROWSER, browse
-from tests.identification.test_loop import ANGLE
+from tests.measured.identification.test_loop import ANGLE
 from tests.measured.test_gas_torque import engine
-from tests.validation import made
-from tests.validation.test_run_ups import MODEL as RUN_UP
-from tests.validation.test_run_ups import record
+from tests.measured.validation import made
+from tests.measured.validation.test_run_ups import MODEL as RUN_UP
+from tests.measured.validation.test_run_ups import record
 
 
 @cache

@@ -13,7 +13,7 @@ from gearrattle.cli.options import Json, Whole, number_or_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.identification.fitted import Fit
+    from gearrattle.measured.identification.fitted import Fit
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 

@@ -13,7 +13,7 @@ from gearrattle.cli.options import Json, Whole
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.identification.loop_result import LoopFit
+    from gearrattle.measured.identification.loop_result import LoopFit
 
 
 @Parameter(name="*")

@@ -14,7 +14,7 @@ from gearrattle.cli.validate_run_up import OverSpeed
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.validation import Validation
+    from gearrattle.measured.validation import Validation
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
-    from gearrattle.validation import RunUp
+    from gearrattle.measured.validation import RunUp
 
 _Words = Annotated[Sequence[str], Parameter(negative="")]
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.identification.fitted import Fit, FittedParameter
-from gearrattle.identification.problem import Residual
+from gearrattle.measured.identification.fitted import Fit, FittedParameter
+from gearrattle.measured.identification.problem import Residual
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import records_dataset, texts
 from gearrattle.report.tables import Table

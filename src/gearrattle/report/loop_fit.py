@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.identification.loop_result import LoopFit
+from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section, notes_section
 from gearrattle.report.plots.loop import loop_chart

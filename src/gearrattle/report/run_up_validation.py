@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearrattle.measured.validation import RunUp
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, notes_section
 from gearrattle.report.plots.numerals import numeral
@@ -17,7 +18,6 @@ from gearrattle.report.plots.run_up_validation import run_up_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import stacked, texts
 from gearrattle.report.tables import Table
-from gearrattle.validation import RunUp
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gearrattle.measured.validation import Pair, Validation
 from gearrattle.report.numbers import write_csv
 from gearrattle.report.page import Section, notes_section
 from gearrattle.report.plots.validation import validation_charts
@@ -24,7 +25,6 @@ from gearrattle.report.validation_tables import (
     setting_table,
     ways_table,
 )
-from gearrattle.validation import Pair, Validation
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
+from gearrattle.measured.validation import Explained, Level, Pair, Validation
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
-from gearrattle.validation import Explained, Level, Pair, Validation
 
 
 def levels_table(found: Validation) -> Table:

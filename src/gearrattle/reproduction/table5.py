@@ -7,9 +7,9 @@ Takes nothing; gives a section.
 
 from __future__ import annotations
 
+from gearrattle.measured.validation import of_printed
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNDECIDED, Row, Section, row
-from gearrattle.validation import of_printed
 
 
 def section() -> Section:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.identification.loop_result import LoopFit
+from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import ACCENT, CENTRE, MUTED
 from gearrattle.report.plots.view import scale

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.measured.validation import RunUp, Track
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.order_maps import raised
 from gearrattle.report.plots.palette import DRIVE, INK, MUTED
-from gearrattle.validation import RunUp, Track
 from gearrattle.wording import noun_of
 
 MOST = 12

@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from gearrattle.measured.validation import Level, Pair, Validation
 from gearrattle.report.plots.chart import Cells, Chart, Key, Label, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral, prefixed
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, INK, MUTED
 from gearrattle.trajectory import Array
-from gearrattle.validation import Level, Pair, Validation
 
 MOST = 8
 MEASURED, SIMULATED = INK, DRIVE

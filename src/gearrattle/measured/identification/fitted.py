@@ -1,0 +1,113 @@
+"""What a fit found: the model, its parameters with errors, every datum's residual, other minima, what stays open.
+
+Takes numbers from ``fit``; gives frozen records to reports and JSON types.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.json_types import json_value
+from gearrattle.measured.identification.identifiability import Combination
+from gearrattle.measured.identification.problem import Residual
+from gearrattle.model import Model
+from gearrattle.result import Result
+
+Array = NDArray[np.float64]
+
+RIVAL = 3.841
+"""Minima whose chi-square exceeds the best by less than this (95 % of one degree of freedom) fit as well."""
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One free parameter; values in SI.
+
+    Attributes:
+        path: as ``Model.with_`` takes it.
+        start: value in the model given.
+        value: fitted value.
+        standard_error: of the value, to first order; inf if the data leave it open, NaN on a bound.
+        lower, upper: bounds.
+        at_bound: "lower", "upper" or empty.
+        interval: 95 % profile-likelihood interval, ends beyond the bounds infinite (0 below); None unless asked for.
+    """
+
+    path: str
+    start: float
+    value: float
+    standard_error: float
+    lower: float
+    upper: float
+    at_bound: str
+    interval: tuple[float, float] | None = None
+
+    @property
+    def relative_error(self) -> float:
+        """Standard error over value: that of the logarithm."""
+        return self.standard_error / self.value
+
+
+@dataclass(frozen=True)
+class LocalMinimum:
+    """One set of parameters from which every small change fits worse.
+
+    Attributes:
+        chi_square: sum of squares of the residuals in standard errors.
+        values: by path [SI].
+        times: from how many starts it was reached.
+    """
+
+    chi_square: float
+    values: Mapping[str, float]
+    times: int
+
+
+@dataclass(frozen=True)
+class Fit(Result):
+    """A fitted model and what the data say about it.
+
+    Attributes:
+        model: the model with the fitted values; it can be saved (``to_toml``) and simulated like any other.
+        parameters: the free ones.
+        residuals: every datum.
+        chi_square: sum of squares of the residuals of the data.
+        degrees_of_freedom: data, less one for each shape's scale, less parameters determined and not on a bound.
+        covariance: (P, P) of the logarithms of the parameters; inf on the diagonal of those left open, NaN on a bound.
+        minima: all distinct local minima found, the best first.
+        starts: number of starts.
+        undetermined: combinations of parameters that the data leave open.
+        notes: what the user must know.
+    """
+
+    kind: ClassVar[str] = "fit"
+    model: Model
+    parameters: tuple[FittedParameter, ...]
+    residuals: tuple[Residual, ...]
+    chi_square: float
+    degrees_of_freedom: int
+    covariance: Array
+    minima: tuple[LocalMinimum, ...]
+    starts: int
+    undetermined: tuple[Combination, ...]
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record in JSON types; numbers that are not finite are null."""
+        return {
+            "name": self.model.name,
+            "parameters": json_value(self.parameters),
+            "residuals": json_value(self.residuals),
+            "chi_square": self.chi_square,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "covariance": json_value(self.covariance),
+            "minima": json_value(self.minima),
+            "starts": self.starts,
+            "undetermined": json_value(self.undetermined),
+            "notes": list(self.notes),
+        }

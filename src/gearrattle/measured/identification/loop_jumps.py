@@ -1,0 +1,183 @@
+"""How well every place of a break fits, where its slider is let go and where it begins to stretch.
+
+At a break b the torque on the way back jumps by what the slider carried, q; on the way out the slider stretches from b
+to b + r, often within few samples. Both move over the samples one by one, so a curvature says nothing about them. Moved
+to b', with residuals y and their sum of squares S,
+
+    S(b') - S(b) = C (b' - b)^2 - 2 G (b' - b)
+                   + sum over samples on the way back between b and b' of (y +- q)^2 - y^2
+                   + sum over samples on the way out of (y - H (f(b') - f(b)))^2 - y^2,
+
+    f = min(max(delta - b, 0) / r, 1),
+
+C the curvature and -2 G the slope of S in b, without jump and stretch, when all other parameters give way. The samples
+of the sums are few beside all, so what the others would gain by them is left out; whoever moves a break solves again.
+
+    density of b  ~  sum over the density of r of  exp(-(S(b') - S(b)) / (2 tau s^2)) / W(r),
+
+W the integral over b' of the same without the jump, of which the density of r knows nothing, is the posterior with a
+flat prior, the best that can be said of the place of a jump (E. J. G. Pitman, Biometrika 30, 1939, pp. 391-421). Its
+quantiles are exact intervals where a law is only shifted.
+
+Takes a law made linear; gives places and intervals.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.loop_data import Loop
+from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Solved, heights_of
+from gearrattle.measured.identification.loop_linear import Linear
+from gearrattle.measured.identification.loop_moments import Moments
+from gearrattle.measured.identification.loop_slopes import carried, slopes_in
+
+Array = NDArray[np.float64]
+
+_WIDE = 8.0  # standard errors without the jump that are looked at
+_ROOM = 0.02  # of the range: the most looked at
+_PLACES = 400  # the most
+_FLAT = 1e-5  # of the highest density: what lies beyond is left out
+SHARES = (np.arange(7) + 0.5) / 7
+"""Up to which shares of the density of a reach those lie that are looked at."""
+
+
+class _Near(NamedTuple):
+    """What does not change while a break moves: where it is, S without jump and stretch, samples of both ways.
+
+    Ways out and back have deflections counted outward, and residuals; the way back its jumps.
+    """
+
+    here: float
+    curvature: float
+    pull: float
+    wide: float
+    out: tuple[Array, Array]
+    back: tuple[Array, Array, Array]
+    height: float
+    reach: float
+
+
+def best_place(linear: Linear, found: Solved, where: tuple[str, int]) -> float:
+    """Return the magnitude of deflection at which a break fits best, all else giving way [rad]."""
+    near = _near(linear, found, *where)
+    low, high = near.here - near.wide, near.here + near.wide
+    place = near.here
+    for _ in range(3):
+        places = _places(near, low, high)
+        place = float(places[int(np.argmin(_raised(near, places, near.reach)))])
+        narrow = 0.03 * (high - low)
+        low, high = place - narrow, place + narrow
+    return place
+
+
+def interval(linear: Linear, found: Solved, where: tuple[str, int], variance: float, reaches: Array) -> Array:
+    """Return both ends of the central 95 % interval of a break, and the standard deviation of its density [rad].
+
+    Args:
+        linear: the law made linear in all that is free.
+        found: the law, its least squares.
+        where: side and index of the break.
+        variance: of the noise, times its autocorrelation time [(N m)^2].
+        reaches: of its slider, each as likely as the next; none: that of the law.
+    """
+    near = _near(linear, found, *where)
+    reaches = reaches if reaches.size else np.array([near.reach])
+    low, high = near.here - near.wide, near.here + near.wide
+    places = _places(near, low, high)
+    smooth = np.array([_logs(near, places, each, variance, jumps=False) for each in reaches])
+    level = smooth.max(axis=1, keepdims=True)
+    wholes = level[:, 0] + np.log(np.trapezoid(np.exp(smooth - level), places, axis=1))
+    for _ in range(3):
+        places = _places(near, low, high)
+        logs = np.array([_logs(near, places, each, variance) for each in reaches]) - wholes[:, None]
+        density = np.sum(np.exp(logs - logs.max()), axis=0)
+        dense = np.flatnonzero(density > _FLAT * density.max())
+        low, high = places[max(dense[0] - 1, 0)], places[min(dense[-1] + 1, places.size - 1)]
+    share = np.diff(places) * 0.5 * (density[1:] + density[:-1])
+    share /= share.sum()
+    ends = np.interp([0.025, 0.975], np.concatenate([[0.0], np.cumsum(share)]), places)
+    middle = 0.5 * (places[1:] + places[:-1])
+    return np.array([*ends, np.sqrt(share @ (middle - share @ middle) ** 2)])
+
+
+def _near(linear: Linear, found: Solved, side: str, index: int) -> _Near:
+    moments = linear.moments
+    here, loop = found.shape.breaks(side)[index], moments.loop
+    low, high = loop.ends
+    slider = (side, index + 1)
+    height = heights_of(found).get(slider, 0.0)
+    first = len(found.labels) + (index if side == DRIVE else len(found.shape.drive) + index)
+    own = np.array([label == ("slider", *slider) for label in found.labels])
+    bare = found._replace(coefficients=np.where(own, 0.0, found.coefficients))
+    column = slopes_in(linear.loop, bare, ())[:, first - len(found.labels)]
+    curvature, pull = _given_way(*linear.with_column(first, column).normal(), first, found)
+    variance, room = found.left / loop.torque.size, _ROOM * (high - low)
+    wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
+    reach = found.shape.reach_of(slider, moments.reach)
+    sign, parts = (-1.0 if side == COAST else 1.0), []
+    for way in (1.0, -1.0):
+        more = min(4.0 * reach, room) if way > 0.0 else 0.0
+        part = moments.between(sign, way, here - wide, here + wide + more)
+        parts.append((sign * part.deflection, _residual(moments, found, part), carried(part, found, side, index)))
+    return _Near(here, curvature, pull, wide, parts[0][:2], parts[1], sign * height, reach)
+
+
+def _residual(moments: Moments, found: Solved, part: Loop) -> Array:
+    over = Regression(part, 0, moments.reach)
+    return np.asarray(part.torque - over.table(found.shape, found.labels) @ found.coefficients, dtype=np.float64)
+
+
+def _places(near: _Near, low: float, high: float) -> Array:
+    """Places within two ends: between all samples if they are few, else at equal distances; and where it is now."""
+    back = near.back[0]
+    inside = back[(back > low) & (back < high)]
+    if inside.size > _PLACES:
+        places = np.linspace(low, high, _PLACES)
+    else:
+        gaps = np.concatenate([[low], inside, [high]])
+        inner = (np.arange(5) + 0.5) / 5 if inside.size < _PLACES // 5 else np.array([0.5])
+        places = np.unique((gaps[:-1, None] + np.diff(gaps)[:, None] * inner).ravel())
+        if places.size < _PLACES // 8:
+            places = np.union1d(places, np.linspace(low, high, _PLACES // 8))
+    return np.union1d(places, [near.here]) if low <= near.here <= high else places
+
+
+def _logs(near: _Near, places: Array, reach: float, variance: float, *, jumps: bool = True) -> Array:
+    """(K,) logarithm of the density of a place, given a reach, up to a constant."""
+    return -0.5 / variance * _raised(near, places, reach, jumps=jumps)
+
+
+def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> Array:
+    """(K,) sum of squares at some places, up to a constant; on request without the jump."""
+    moved = places - near.here
+    raised = near.curvature * moved**2 - 2.0 * near.pull * moved
+    delta, residual, jump = near.back
+    if jumps and delta.size and near.height != 0.0:
+        cost = np.where(delta > near.here, (residual + jump) ** 2 - residual**2, residual**2 - (residual - jump) ** 2)
+        total = np.concatenate([[0.0], np.cumsum(cost)])
+        raised = raised + total[np.searchsorted(delta, places, "right")]
+    delta, residual = near.out
+    if delta.size and near.height != 0.0:
+        now = near.height * np.clip((delta - near.here) / near.reach, 0.0, 1.0)
+        law = near.height * np.clip((delta - places[:, None]) / reach, 0.0, 1.0)
+        raised = raised + np.sum((residual + now - law) ** 2 - residual**2, axis=1)
+    return np.asarray(raised, dtype=np.float64)
+
+
+def _given_way(matrix: Array, right: Array, first: int, found: Solved) -> tuple[float, float]:
+    """Curvature C and pull G in one parameter when the others give way: the Schur complement of the normal matrix."""
+    free, number = np.diag(matrix) > 0.0, found.coefficients.size
+    free[1:number] &= found.coefficients[1:] > 0.0
+    if not free[first]:
+        return 0.0, 0.0
+    others = np.flatnonzero(free & (np.arange(free.size) != first))
+    size = np.sqrt(np.diag(matrix))[others]
+    inner = matrix[np.ix_(others, others)] / size[:, None] / size
+    row = matrix[first, others] / size
+    solved = np.linalg.lstsq(inner, np.stack([row, right[others] / size], axis=1), rcond=1e-12)[0]
+    curvature, pull = np.array([matrix[first, first], right[first]]) - row @ solved
+    return max(float(curvature), 0.0), float(pull) if curvature > 0.0 else 0.0

@@ -1,0 +1,51 @@
+"""A law made linear: its torque's derivatives in every number, over points that stand for all samples.
+
+With A the columns, W the weights and y the residuals, A' W A and A' W y are the normal matrix and the right side of a
+step of Gauss and Newton in coefficients, breaks and logarithms of reaches.
+
+Takes ``Moments`` and a ``Solved`` law; gives columns and the normal equations.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.loop_law import Solved
+from gearrattle.measured.identification.loop_moments import Moments
+from gearrattle.measured.identification.loop_slopes import slopes_in
+
+Array = NDArray[np.float64]
+Slider = tuple[str, int]
+
+
+class Linear:
+    """A law and its derivatives in everything, over points that stand for all samples.
+
+    Attributes:
+        columns: (M, C + B + R) derivatives in coefficients, breaks (drive, then coast), logarithms of reaches.
+        moments: of the loop.
+        loop: the points.
+        residual: (M,) of the points [N m].
+        weight: (M,) samples each stands for.
+    """
+
+    def __init__(self, moments: Moments, found: Solved, sliders: tuple[Slider, ...]) -> None:
+        self.moments, points = moments, moments.regression(found.shape)
+        table = points.table(found.shape, found.labels)
+        self.loop, self.columns = points.loop, np.hstack([table, slopes_in(points.loop, found, sliders)])
+        self.residual, self.weight = points.torque - table @ found.coefficients, points.weight
+
+    def normal(self) -> tuple[Array, Array]:
+        """(P, P) normal matrix and (P,) right side."""
+        scaled = self.columns * self.weight[:, None]
+        return scaled.T @ self.columns, scaled.T @ self.residual
+
+    def with_column(self, index: int, column: Array) -> Linear:
+        """Return the same with another column."""
+        made = copy(self)
+        made.columns = self.columns.copy()
+        made.columns[:, index] = column
+        return made

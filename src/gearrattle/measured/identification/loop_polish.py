@@ -1,0 +1,152 @@
+"""From a good start to the least squares of a law over every sample: all breaks and reaches at once, from many starts.
+
+With white noise the least squares are the maximum of the likelihood, whose error reaches the bound of Cramer and Rao.
+Steps are those of Levenberg and Marquardt (D. W. Marquardt, SIAM Journal on Applied Mathematics 11, 1963, pp. 431-441)
+in coefficients, breaks and logarithms of reaches; the coefficients are solved for anew at every trial. Breaks with a
+jump then move to the best place by what ``loop_jumps`` tells, and the steps begin again. Behind a turn only the sum of
+all sliders is seen, so reaches have several minima: they begin at those found and at sliders that all stick alike;
+``loop_reaches`` finds more.
+
+Takes ``Moments`` and a ``Solved`` law; gives a ``Solved`` law.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.loop_data import Loop
+from gearrattle.measured.identification.loop_jumps import best_place
+from gearrattle.measured.identification.loop_law import COAST, DRIVE, Shape, Solved, heights_of
+from gearrattle.measured.identification.loop_linear import Linear, Slider
+from gearrattle.measured.identification.loop_moments import Moments
+from gearrattle.measured.identification.loop_search import LEAST, LONGEST, REACH, SHORTEST, stuck
+
+Array = NDArray[np.float64]
+
+_STEPS = 40
+_GAIN = 1e-4  # of the variance: a smaller one ends the steps
+_WEAKEST, _STRONGEST = 1e-9, 1e6  # damping
+_RATIOS = (8.0, 20.0)  # stick stiffness over slope at starts
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Polish:
+    """What does not change while a law is polished.
+
+    Attributes:
+        moments: of the loop.
+        without: sliders that the law has not.
+        held: sliders whose reach stays as it is.
+    """
+
+    moments: Moments
+    without: frozenset[Slider] = frozenset()
+    held: frozenset[Slider] = frozenset()
+
+    @property
+    def loop(self) -> Loop:
+        """The samples."""
+        return self.moments.loop
+
+    def at(self, shape: Shape) -> Solved:
+        """Solve for the coefficients of a shape."""
+        return self.moments.at(shape, self.without)
+
+    def free(self, found: Solved) -> tuple[Slider, ...]:
+        """Sliders with a height whose reaches are not held."""
+        return tuple(s for s, height in heights_of(found).items() if height > 0.0 and s not in self.held)
+
+    def linear(self, found: Solved) -> Linear:
+        """Return the law made linear in all that is free."""
+        return Linear(self.moments, found, self.free(found))
+
+    def smooth(self, found: Solved) -> Solved:
+        """Step to the nearest minimum."""
+        damping, gain = 1e-3, _GAIN * found.left / self.loop.torque.size
+        for _ in range(_STEPS):
+            sliders = self.free(found)
+            if not sliders and not found.shape.drive and not found.shape.coast:
+                break
+            matrix, right = Linear(self.moments, found, sliders).normal()
+            before = found.left
+            while damping < _STRONGEST:
+                other = self.at(self._moved(found, sliders, _step(matrix, right, found, damping)))
+                if other.left < found.left:
+                    found, damping = other, max(0.1 * damping, _WEAKEST)
+                    break
+                damping *= 10.0
+            if before - found.left < gain:
+                break
+        return found
+
+    def whole(self, found: Solved) -> Solved:
+        """Step to the nearest minimum, and move breaks over samples until nothing is better."""
+        found = self.smooth(found)
+        for _ in range(_ROUNDS):
+            before = found.left
+            for side in (DRIVE, COAST):
+                for i in range(len(found.shape.breaks(side))):
+                    place = best_place(self.linear(found), found, (side, i))
+                    other = self.at(found.shape.with_break(side, i, place))
+                    found = min(found, other, key=lambda each: each.left)
+            if not found.left < before:
+                break
+            found = self.smooth(found)
+        return found
+
+    def best(self, found: Solved) -> Solved:
+        """Return the best of all starts."""
+        found = self.whole(found)
+        best = min((self.smooth(start) for start in self._starts(found)), key=lambda each: each.left, default=found)
+        return self.whole(best) if best.left < found.left else found
+
+    def _starts(self, found: Solved) -> list[Solved]:
+        shapes = []
+        for ratio in _RATIOS if self.free(found) else ():
+            shape = found.shape
+            for slider, reach in stuck(found, ratio).items():
+                if slider not in self.held:
+                    shape = shape.with_reach(slider, float(np.clip(reach, *self.bounds())))
+            shapes.append(shape)
+        return [self.at(shape) for shape in shapes]
+
+    def bounds(self) -> tuple[float, float]:
+        """Shortest and longest reach [rad]."""
+        low, high = self.loop.ends
+        return SHORTEST * (high - low), LONGEST * (high - low)
+
+    def _moved(self, found: Solved, sliders: tuple[Slider, ...], step: Array) -> Shape:
+        low, high = self.loop.ends
+        least, shape, j = LEAST * (high - low), found.shape, len(found.labels)
+        for side, end in ((DRIVE, high), (COAST, -low)):
+            breaks, edge = [], 0.0
+            for i, value in enumerate(found.shape.breaks(side)):
+                room = end - least * (len(found.shape.breaks(side)) - i)
+                edge = min(max(value + float(step[j]), edge + least), room)
+                breaks.append(edge)
+                j += 1
+            shape = shape.with_breaks(side, tuple(breaks))
+        shortest, longest = self.bounds()
+        for slider in sliders:
+            moved = found.shape.reach_of(slider, REACH * (high - low)) * math.exp(float(np.clip(step[j], -1.0, 1.0)))
+            shape = shape.with_reach(slider, min(max(moved, shortest), longest))
+            j += 1
+        return shape
+
+
+def _step(matrix: Array, right: Array, found: Solved, damping: float) -> Array:
+    """Of all parameters; coefficients that lie on their bound of zero stay there."""
+    free = np.ones(right.size, dtype=bool)
+    free[1 : found.coefficients.size] = found.coefficients[1:] > 0.0
+    size = np.sqrt(np.diag(matrix))
+    free &= size > 0.0
+    scaled = matrix[np.ix_(free, free)] / size[free][:, None] / size[free]
+    step = np.zeros(right.size)
+    step[free] = np.linalg.solve(scaled + (damping + 1e-13) * np.eye(scaled.shape[0]), right[free] / size[free])
+    step[free] /= size[free]
+    return step

@@ -1,0 +1,214 @@
+"""Which stages a measured loop has, and where they end: forward selection by BIC, each step followed by a search.
+
+    BIC = M ln(S / M) + p ln M,      p = breaks + reaches + coefficients
+
+(G. Schwarz, Estimating the Dimension of a Model, Annals of Statistics 6, 1978, pp. 461-464) over M cells into which the
+samples of each way are averaged; S is the weighted sum of squares left. Coefficients are solved for at every trial
+(variable projection; Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973, pp. 413-432), so only breaks and
+reaches are searched, one after another, over the whole room between their neighbours first and then ever closer: the
+torque jumps where friction is let go, so a slope in a break tells nothing about its jump.
+
+Takes a ``Loop``; gives the best ``Shape``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gearrattle.measured.identification.loop_data import Loop
+from gearrattle.measured.identification.loop_law import COAST, DRIVE, Regression, Shape, Solved, heights_of, slope_of
+
+MOST = 6
+"""Stages that a side may have."""
+_CELLS = 300  # of each way
+LEAST = 0.02  # of the loop's range: no stage is narrower
+REACH = 0.01  # of the loop's range: where sliders' reaches begin
+SHORTEST, LONGEST = 2e-4, 0.25  # of the range: bounds of reaches
+_NOTHING = 1e-6
+_WORTH = 2.0  # by which BIC must fall: less is not worth more than a bare mention (Kass and Raftery, 1995, p. 777)
+_FIRST, _TRIALS = 24, 9  # values tried at once: over all the room, then ever closer
+_CLOSE, _CLOSE_LOG = 5e-4, 0.15  # how closely breaks, of the range, and logarithms of reaches are searched
+_RATIOS = (8.0, 20.0)  # stick stiffness over slope, to begin with
+
+
+class Search:
+    """A loop under search.
+
+    Args of the constructor:
+        loop: what to fit.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self.low, self.high = loop.ends
+        self.span = self.high - self.low
+        self.regression = Regression(loop, _CELLS, REACH * self.span)
+        self.without: frozenset[tuple[str, int]] = frozenset()
+
+    def at(self, shape: Shape) -> Solved:
+        """Solve for the coefficients of a shape."""
+        return self.regression.solve(shape, self.without)
+
+    def bic(self, found: Solved) -> float:
+        """Schwarz's criterion; heights of zero and their reaches are no parameters."""
+        cells = self.regression.torque.size
+        alive = [c > 0.0 for (kind, _, _), c in zip(found.labels, found.coefficients, strict=True) if kind == "slider"]
+        number = len(found.labels) - len(alive) + 2 * sum(alive)
+        number += len(found.shape.drive) + len(found.shape.coast)
+        return float(cells * math.log(found.left / cells) + number * math.log(cells))
+
+    def refine(self, found: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
+        """Search breaks and reaches, one after another, until a round gains nothing.
+
+        Args:
+            found: where to begin.
+            rounds: the most.
+            near: whether breaks stay near where they are.
+        """
+        for turn in range(rounds):
+            before = found.left
+            width = 0.02 if near or turn else 1.0
+            for side in (DRIVE, COAST):
+                for i in range(len(found.shape.breaks(side))):
+                    found = self._move_break(found, side, i, width)
+            for slider in list(found.shape.sliders()):
+                if slider not in self.without:
+                    found = self._move_reach(found, slider)
+            if before - found.left < 1e-5 * before:
+                break
+        return found
+
+    def restarted(self, found: Solved) -> Solved:
+        """Search again from sliders that all stick alike, each so many times as stiff as its stage.
+
+        Behind a turn only the sum of all sliders is seen, so one may have taken another's reach; then moving one
+        after another leads nowhere.
+        """
+        best = found
+        for ratio in _RATIOS:
+            other = found
+            for _ in range(3):
+                shape = other.shape
+                for slider, reach in stuck(other, ratio).items():
+                    shape = shape.with_reach(slider, min(max(reach, SHORTEST * self.span), LONGEST * self.span))
+                other = self.at(shape)
+            best = min(best, self.refine(other, 2, near=True), key=lambda each: each.left)
+        return best
+
+    def room(self, shape: Shape, side: str, index: int) -> tuple[float, float]:
+        """Between which deflections, in magnitude, a break may lie."""
+        breaks, end = shape.breaks(side), self.high if side == DRIVE else -self.low
+        least = LEAST * self.span
+        below = breaks[index - 1] if index > 0 else 0.0
+        above = breaks[index + 1] if index + 1 < len(breaks) else end
+        return below + least, above - least
+
+    def _move_break(self, found: Solved, side: str, index: int, width: float) -> Solved:
+        def trial(value: float) -> Solved:
+            return self.at(found.shape.with_break(side, index, value))
+
+        low, high = self.room(found.shape, side, index)
+        here = found.shape.breaks(side)[index]
+        return _closer(found, trial, here, (low, high), (width * self.span, _CLOSE * self.span))
+
+    def _move_reach(self, found: Solved, slider: tuple[str, int]) -> Solved:
+        def trial(value: float) -> Solved:
+            return self.at(found.shape.with_reach(slider, math.exp(value)))
+
+        here = math.log(found.shape.reach_of(slider, REACH * self.span))
+        ends = math.log(SHORTEST * self.span), math.log(LONGEST * self.span)
+        return _closer(found, trial, here, ends, (2.0, _CLOSE_LOG))
+
+    def with_more(self, found: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
+        """Yield the best of every way to make a shape richer by one thing."""
+        shape = found.shape
+        for side, most in zip((DRIVE, COAST), limits, strict=True):
+            if len(shape.breaks(side)) + 1 < most:
+                added = [self.at(shape.with_breaks(side, breaks)) for breaks in self._added(shape, side)]
+                if added:
+                    yield min(added, key=lambda each: each.left)
+        yield from (self.at(each) for each in with_centre(shape))
+
+    def _added(self, shape: Shape, side: str) -> Iterator[tuple[float, ...]]:
+        end = self.high if side == DRIVE else -self.low
+        least = LEAST * self.span
+        for value in np.linspace(0.0, max(end, 0.0), 2 * _FIRST)[1:-1].tolist():
+            if all(abs(value - other) >= least for other in (0.0, end, *shape.breaks(side))):
+                yield tuple(sorted((*shape.breaks(side), value)))
+
+
+def with_centre(shape: Shape) -> Iterator[Shape]:
+    """Yield the shapes whose first stages differ in one thing more."""
+    if not shape.parted:
+        yield replace(shape, parted=True)
+    if not shape.rubs:
+        yield from (replace(shape, rubs=side) for side in (DRIVE, COAST))
+
+
+def _closer(
+    found: Solved, trial: Callable[[float], Solved], here: float, ends: tuple[float, float], widths: tuple[float, float]
+) -> Solved:
+    """Try values about the best one, from as far as the first width down to the second; return the best."""
+    width, least = widths
+    number = _FIRST
+    while width > least:
+        low, high = max(ends[0], here - width), min(ends[1], here + width)
+        if not low < high:
+            break
+        for value in np.linspace(low, high, number).tolist():
+            other = trial(value)
+            if other.left < found.left:
+                found, here = other, value
+        width = 1.25 * (high - low) / (number - 1)
+        number = _TRIALS
+    return found
+
+
+def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tuple[int, int, float]]]:
+    """Choose the stages of a loop.
+
+    Args:
+        loop: what to fit.
+        stages: how many drive-side and coast-side stages; None lets BIC choose.
+
+    Returns:
+        The best law over cells, a start for ``loop_polish``, and the numbers of drive-side and coast-side stages with
+        their BIC on the way.
+    """
+    search = Search(loop)
+    found = search.refine(search.at(Shape()), 2)
+    steps = [_step(search, found)]
+    limits = stages or (MOST, MOST)
+    while True:
+        richer = sorted(search.with_more(found, limits), key=search.bic)[:2]
+        if not richer:
+            break
+        best = min((search.refine(each, 2) for each in richer), key=search.bic)
+        lacking = stages is not None and (len(found.shape.drive) + 1, len(found.shape.coast) + 1) != stages
+        if search.bic(best) > search.bic(found) - _WORTH and not lacking:
+            break
+        found = search.restarted(best)
+        steps.append(_step(search, found))
+    return found, steps
+
+
+def stuck(found: Solved, ratio: float) -> dict[tuple[str, int], float]:
+    """Reach of every slider that sticks ``ratio`` times as stiff as its stage [rad]."""
+    return {
+        slider: height / (ratio * slope)
+        for slider, height in heights_of(found).items()
+        if height > 0.0 and (slope := slope_of(found, slider)) > 0.0
+    }
+
+
+def idle(found: Solved) -> Iterator[tuple[str, int]]:
+    """Yield the sliders whose height is nothing beside the highest."""
+    heights = heights_of(found)
+    yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
+
+
+def _step(search: Search, found: Solved) -> tuple[int, int, float]:
+    return len(found.shape.drive) + 1, len(found.shape.coast) + 1, search.bic(found)

@@ -1,0 +1,97 @@
+"""From the stages chosen to the law of the least squares, with the default where samples do not tell a stick stiffness.
+
+Every slider's reach is fitted with all else first, and its density found (``loop_reaches``). A slider whose stiffness
+has no upper end keeps the default of the model file, 20 times its stage's slope, if that lies within its interval; so
+does one softer than its stage that fits hardly better than the default. All else then gives way to the defaults.
+
+Takes moments of a loop and a ``Solved`` law; gives a polish, its law, and what is known of sliders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gearrattle.measured.identification.loop_errors import spread
+from gearrattle.measured.identification.loop_law import Solved, heights_of, slope_of
+from gearrattle.measured.identification.loop_linear import Slider
+from gearrattle.measured.identification.loop_polish import Polish
+from gearrattle.measured.identification.loop_reaches import Density, Stretch, densities, stretched
+from gearrattle.measured.identification.loop_search import REACH, idle
+
+STICK = 20.0
+"""Stick stiffness over the stage's slope where the loop does not tell it: the default of the model file."""
+_WORSE = 12.0  # chi-square by which a slider softer than its stage must fit better than the default
+_ROUNDS = 4
+_BETTER = 0.02  # chi-square by which a law met on the way must fit better to be taken
+
+
+class Settled(NamedTuple):
+    """The law of a loop.
+
+    Attributes:
+        polish: the loop, the sliders that the law has not, and those with the default.
+        law: the least squares.
+        reaches: density of the reach of every slider that the law has.
+        sticks: intervals of their stick stiffnesses.
+    """
+
+    polish: Polish
+    law: Solved
+    reaches: dict[Slider, Density]
+    sticks: dict[Slider, Stretch]
+
+
+def settle(polish: Polish, shape_from: Solved) -> Settled:
+    """Fit all, look at every slider, and give defaults to those that the samples leave open."""
+    low, high = polish.loop.ends
+    shape = shape_from.shape
+    for slider in shape.sliders():
+        shape = shape.with_reach(slider, shape.reach_of(slider, REACH * (high - low)))
+    found = polish.best(polish.at(shape))
+    polish = replace(polish, without=polish.without | frozenset(idle(found)))
+    found = polish.whole(polish.at(found.shape))
+    made: dict[Slider, Density] = {}
+    for _ in range(_ROUNDS):
+        made, starts = densities(polish, found, spread(polish, found))
+        best = min((polish.smooth(polish.at(each)) for each in starts), key=lambda each: each.left, default=found)
+        if found.left - best.left < _BETTER * found.left / polish.loop.torque.size:
+            break
+        found = polish.whole(best)
+    sticks = {slider: stretched(found, slider, each) for slider, each in made.items()}
+    fixed = frozenset(_open(polish, found, sticks))
+    if not fixed:
+        return Settled(polish, found, made, sticks)
+    polish = replace(polish, held=fixed)
+    return Settled(polish, with_defaults(polish, found), made, sticks)
+
+
+def _open(polish: Polish, found: Solved, sticks: dict[Slider, Stretch]) -> list[Slider]:
+    """Sliders that get the default."""
+    made = []
+    variance = found.left / polish.loop.torque.size
+    for slider, stretch in sticks.items():
+        slope, height = slope_of(found, slider), heights_of(found)[slider]
+        if not slope > 0.0:
+            continue
+        if stretch.high == np.inf and stretch.low <= STICK * slope:
+            made.append(slider)
+        elif height < slope * found.shape.reach_of(slider, np.inf):
+            other = with_defaults(replace(polish, held=frozenset({slider})), found)
+            if other.left - found.left < _WORSE * variance:
+                made.append(slider)
+    return made
+
+
+def with_defaults(polish: Polish, found: Solved) -> Solved:
+    """Fit with the default stick stiffness of the sliders held, whose reaches then follow from their heights."""
+    for _ in range(4):
+        shape, heights = found.shape, heights_of(found)
+        for slider in polish.held:
+            slope = slope_of(found, slider)
+            if slope > 0.0 and heights.get(slider, 0.0) > 0.0:
+                shape = shape.with_reach(slider, heights[slider] / (STICK * slope))
+        found = polish.smooth(polish.at(shape))
+    return polish.whole(found)

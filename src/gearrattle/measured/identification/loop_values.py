@@ -1,0 +1,79 @@
+"""From coefficients, breaks and reaches of a fitted loop to the numbers of a coupling, and their derivatives.
+
+A stage's hysteresis is twice the sum of the heights of all sliders engaged in it; a slider's stick stiffness is its
+height over its reach. The slider of the centre has the spring of the side with less friction (``assembly.friction``).
+
+Takes a ``Solved`` law; gives numbers by their names in a coupling.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.loop_errors import Spread
+from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, Shape, Solved, heights_of, slopes_of
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-6
+
+
+def stick_sliders(found: Solved) -> dict[str, tuple[str, int]]:
+    """The slider behind every stick stiffness, by its name in a coupling; sliders without height have none."""
+    heights, made = heights_of(found), {}
+    for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
+        for i in range(len(found.shape.breaks(side)) + 1):
+            slider = (CENTRE, 0) if i == 0 and heights.get((side, 0), 0.0) == 0.0 else (side, i)
+            if heights.get(slider, 0.0) > 0.0:
+                made[f"{key}.{i}.stick_stiffness"] = slider
+    return made
+
+
+def values_of(
+    found: Solved, fixed: frozenset[tuple[str, int]], sticks: dict[str, tuple[str, int]] | None = None
+) -> dict[str, float]:
+    """Every number of the law by its name in a coupling.
+
+    Args:
+        found: the law.
+        fixed: sliders whose stick stiffness is the default and no value.
+        sticks: the sliders of the stick stiffnesses; None: those that have a height.
+    """
+    heights, shape = heights_of(found), found.shape
+    behind = stick_sliders(found) if sticks is None else sticks
+    values = {"preload": float(found.coefficients[0])}
+    for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
+        total, slopes = heights.get((CENTRE, 0), 0.0), slopes_of(found, side)
+        for i, slope in enumerate(slopes):
+            total += heights.get((side, i), 0.0)
+            values[f"{key}.{i}.stiffness"] = slope
+            if i < len(slopes) - 1:
+                values[f"{key}.{i}.until"] = shape.breaks(side)[i]
+            values[f"{key}.{i}.hysteresis"] = 2.0 * total
+            slider = behind.get(f"{key}.{i}.stick_stiffness")
+            if slider is not None and slider not in fixed and slider in dict(shape.reach):
+                values[f"{key}.{i}.stick_stiffness"] = heights[slider] / dict(shape.reach)[slider]
+    return values
+
+
+def derivatives(found: Solved, fixed: frozenset[tuple[str, int]], known: Spread) -> Array:
+    """(V, P) derivatives of the law's numbers in the parameters of ``known``."""
+    sticks = stick_sliders(found)
+    here = np.array(list(values_of(found, fixed, sticks).values()))
+    columns = []
+    for j, value in enumerate(found.coefficients.tolist()):
+        step = _STEP * max(abs(value), 1e-12)
+        other = found.coefficients.copy()
+        other[j] += step
+        columns.append((found._replace(coefficients=other), step))
+    for side in (DRIVE, COAST):
+        for i, value in enumerate(found.shape.breaks(side)):
+            step = _STEP * value
+            columns.append((found._replace(shape=found.shape.with_break(side, i, value + step)), step))
+    for slider in known.sliders:
+        value = found.shape.reach_of(slider, np.nan)
+        moved_shape: Shape = found.shape.with_reach(slider, value * np.exp(_STEP))
+        columns.append((found._replace(shape=moved_shape), _STEP))
+    moved = [np.array(list(values_of(each, fixed, sticks).values())) for each, _ in columns]
+    return np.stack([(row - here) / step for row, (_, step) in zip(moved, columns, strict=True)], axis=1)

@@ -1,0 +1,84 @@
+"""Profile likelihood: how far one parameter may move when all others give way as best they can.
+
+The interval of parameter p holds every value at which min over the others of chi-square stays within 3.841 of its
+minimum, the 95 % point of chi-square with one degree of freedom (Raue et al., Bioinformatics 25 (2009) 1923). Unlike
+a standard error it need not be symmetric, and it is open where the data set no end inside the bounds.
+
+Takes the residual function and a minimum; gives intervals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.measured.identification.search import Residuals, local
+
+Array = NDArray[np.float64]
+
+LEVEL = 3.841458820694124
+"""95 % point of chi-square with one degree of freedom."""
+
+
+def profile(
+    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], errors: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the ends of the interval as logarithms; -inf or inf where the bound comes first.
+
+    Args:
+        residuals: x to residuals and Jacobian.
+        x: (P,) the minimum.
+        parameter: its index p.
+        box: (P,) lowest and highest x.
+        errors: standard error of x[p], for the first step (need not be finite); factor on those of the data.
+    """
+    spread, scale = errors
+    rows = residuals(x)[0]
+    target = float(rows @ rows) + LEVEL * scale**2
+    ends = []
+    for side in (-1, 1):
+        limit = float(box[(side + 1) // 2][parameter])
+        ends.append(_end(_raised(residuals, x, parameter, box, target), float(x[parameter]), side, limit, spread))
+    return ends[0], ends[1]
+
+
+def _raised(
+    residuals: Residuals, x: Array, parameter: int, box: tuple[Array, Array], target: float
+) -> Callable[[float], float]:
+    """Return the function: value of the parameter to lowest chi-square less the target."""
+    others = np.arange(x.size) != parameter
+    latest = [x[others]]
+
+    def above(value: float) -> float:
+        def reduced(y: Array) -> tuple[Array, Array]:
+            whole = np.empty(x.size)
+            whole[others], whole[parameter] = y, value
+            rows, jacobian = residuals(whole)
+            return rows, jacobian[:, others]
+
+        if others.any():
+            ended = local(reduced, latest[0], (box[0][others], box[1][others]))
+            latest[0] = latest[0] if ended is None else ended
+        rows = reduced(latest[0])[0]
+        return float(rows @ rows) - target
+
+    return above
+
+
+def _end(above: Callable[[float], float], centre: float, side: int, limit: float, spread: float) -> float:
+    """Return where chi-square passes the target on one side."""
+    from scipy.optimize import brentq
+
+    room = abs(limit - centre)
+    step = 1.96 * spread if math.isfinite(spread) and spread > 0.0 else 0.1 * room
+    inner, outer = centre, centre
+    while outer != limit:
+        outer = centre + side * min(step, room)
+        outer = limit if step >= room else outer
+        if above(outer) >= 0.0:
+            return float(brentq(above, inner, outer, xtol=1e-4 * abs(outer - centre)))
+        inner, step = outer, 1.5 * step
+    return side * math.inf

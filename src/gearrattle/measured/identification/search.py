@@ -1,0 +1,230 @@
+"""Local minima of the least-squares problem, from many starts.
+
+Each start runs a trust-region method with bounds (Branch, Coleman and Li, SIAM J. Sci. Comput. 21 (1999) 1, in SciPy)
+on the logarithms of the parameters. The first start is the model given, the others a Latin hypercube in the bounds
+(McKay, Beckman and Conover, Technometrics 21 (1979) 239; ``scipy.stats.qmc``) with a seed of its own. Directions no
+datum notices stay at the start's values: they are projected out of every start and of every minimum.
+
+Takes residual functions and a box; gives distinct minima, the best first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.errors import ConvergenceError
+from gearrattle.measured.identification.identifiability import null_space, split
+
+Array = NDArray[np.float64]
+Residuals = Callable[[Array], tuple[Array, Array]]
+
+_EVALUATIONS = 1500
+_BLUNT = 0.1  # change of a logarithm that a blunted datum takes for a standard error
+_ROUGHLY = 1e-6
+_SAME = 1e-3  # of a logarithm, or a tenth of its standard error: closer minima are one
+_EDGE = 1e-6  # of the width of a bound: closer is on it
+_NEAR = 1e-3  # of the width of a bound: closer and pressing outward is taken for on it
+_LEVEL = 1e-9  # relative change of chi-square that projection may make
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """A local minimum.
+
+    Attributes:
+        x: (P,) logarithms of the parameters over their start.
+        chi_square: sum of squares of the residuals, a prior's included.
+        times: from how many starts it was reached.
+        at_bound: (P,) -1 at the lower bound, +1 at the upper, 0 inside.
+    """
+
+    x: Array
+    chi_square: float
+    times: int
+    at_bound: NDArray[np.int64]
+
+
+def search(
+    residuals: Residuals,
+    box: tuple[Array, Array],
+    starts: int,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[tuple[Minimum, ...], int]:
+    """Find distinct local minima.
+
+    Args:
+        residuals: x to (N,) residuals and (N, P) Jacobian.
+        box: (P,) lowest and highest x.
+        starts: how many.
+        seed: of the starts after the first.
+        progress: called with the finished share; what it raises ends the search.
+
+    Returns:
+        The minima, the best first, and the number of starts that did not converge.
+
+    Raises:
+        ConvergenceError: no start converged.
+    """
+    origin = np.zeros(box[0].size)
+    null = split(residuals, origin, null_space(residuals(origin)[1])).exact
+    points = _starts(box, starts, seed, null)
+    found: list[tuple[Array, float, Array]] = []
+    for k, point in enumerate(points):
+        watched = _watched(residuals, progress, k / len(points))
+        ended = local(watched, point, box, rough=True)
+        if ended is not None:
+            found.append(_settled(residuals, ended, box))
+    if progress is not None:
+        progress(1.0)
+    if not found:
+        raise ConvergenceError(
+            f"none of {len(points)} starts converged in {_EVALUATIONS} evaluations",
+            remedy="more starts, narrower bounds, or a prior",
+        )
+    return _distinct(found, box), len(points) - len(found)
+
+
+def local(residuals: Residuals, start: Array, box: tuple[Array, Array], rough: bool = False) -> Array | None:
+    """(P,) where a local search from a start ends; None if it does not converge.
+
+    From a rough start the way is walked twice: first with every datum's weight cut so that a tenth in the parameters is
+    worth about a standard error, so that sharp data do not carve valleys too narrow to follow; then as it is.
+    """
+    inside = np.clip(start, *_inside(box))
+    try:
+        if rough:
+            length = np.linalg.norm(residuals(inside)[1], axis=1)
+            weight = 1.0 / np.maximum(1.0, _BLUNT * length)
+            inside = np.clip(_descend(_weighted(residuals, weight), inside, box, _ROUGHLY).x, *_inside(box))
+        ended = _descend(residuals, inside, box, 1e-15)
+        return _pinned(residuals, np.asarray(ended.x), box, bool(ended.status > 0))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _pinned(residuals: Residuals, x: Array, box: tuple[Array, Array], converged: bool) -> Array | None:
+    """Put parameters that press against a bound onto it and settle the others: the method itself only creeps there."""
+    rows, jacobian = residuals(x)
+    gradient, near = jacobian.T @ rows, _NEAR * (box[1] - box[0])
+    low, high = (x <= box[0] + near) & (gradient > 0.0), (x >= box[1] - near) & (gradient < 0.0)
+    held = low | high
+    if held.any():
+        whole = np.where(low, box[0], np.where(high, box[1], x))
+
+        def reduced(y: Array) -> tuple[Array, Array]:
+            whole[~held] = y
+            there = residuals(whole)
+            return there[0], there[1][:, ~held]
+
+        if not held.all():
+            part = box[0][~held], box[1][~held]
+            ended = _descend(reduced, np.clip(x[~held], *_inside(part)), part, 1e-15)
+            whole[~held], converged = ended.x, bool(ended.status > 0)
+        there = residuals(whole)
+        push = there[1].T @ there[0]
+        if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) and np.all(push[low] >= 0) and np.all(push[high] <= 0):
+            x, (rows, jacobian) = whole, there
+    inside = (x > box[0]) & (x < box[1])
+    return x if converged or _flat(rows, jacobian[:, inside]) else None
+
+
+def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], tolerance: float) -> Any:
+    """Return what SciPy's trust-region method finds."""
+    from scipy.optimize import least_squares
+
+    kept: list[tuple[bytes, Array, Array]] = []
+
+    def both(x: Array) -> tuple[Array, Array]:
+        if not kept or kept[0][0] != x.tobytes():
+            kept[:] = [(x.tobytes(), *residuals(x))]
+        return kept[0][1], kept[0][2]
+
+    return least_squares(
+        lambda x: both(x)[0], start, lambda x: both(x)[1], box, "trf",
+        ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=_EVALUATIONS,
+    )  # fmt: skip
+
+
+def _weighted(residuals: Residuals, weight: Array) -> Residuals:
+    def scaled(x: Array) -> tuple[Array, Array]:
+        rows, jacobian = residuals(x)
+        return rows * weight, jacobian * weight[:, None]
+
+    return scaled
+
+
+def _inside(box: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return bounds that the method takes as interior."""
+    margin = 1e-10 * (box[1] - box[0])
+    return box[0] + margin, box[1] - margin
+
+
+def _flat(rows: Array, jacobian: Array) -> bool:
+    """Whether a Gauss-Newton step would gain next to nothing: rounding may keep a search from its own criteria."""
+    if not jacobian.shape[1]:
+        return True
+    gain = jacobian @ np.linalg.lstsq(jacobian, rows, rcond=1e-12)[0]
+    return bool(gain @ gain <= 1e-8 * (rows @ rows) or gain @ gain <= 1e-16 * rows.size)
+
+
+def _watched(residuals: Residuals, progress: Callable[[float], None] | None, share: float) -> Residuals:
+    """Report with every evaluation."""
+    if progress is None:
+        return residuals
+
+    def told(x: Array) -> tuple[Array, Array]:
+        progress(share)
+        return residuals(x)
+
+    return told
+
+
+def _starts(box: tuple[Array, Array], count: int, seed: int, null: Array) -> list[Array]:
+    """Return the model itself, then a Latin hypercube, without what no datum notices."""
+    low, high = box
+    points = [np.zeros(low.size)]
+    if count > 1:
+        from scipy.stats import qmc
+
+        share = qmc.LatinHypercube(low.size, rng=np.random.default_rng(seed)).random(count - 1)
+        points += [np.clip(x - null @ (null.T @ x), low, high) for x in low + share * (high - low)]
+    return points
+
+
+def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[Array, float, Array]:
+    """Take out of a minimum what no datum notices, if that is allowed; return it, chi-square, standard errors."""
+    rows, jacobian = residuals(x)
+    null = split(residuals, x, null_space(jacobian)).exact
+    moved = x - null @ (null.T @ x)
+    if null.shape[1] and np.all(moved >= box[0]) and np.all(moved <= box[1]):
+        there = residuals(moved)
+        if there[0] @ there[0] <= (rows @ rows) * (1.0 + _LEVEL) + _LEVEL**2:
+            x, (rows, jacobian) = moved, there
+    values, vectors = np.linalg.svd(jacobian, full_matrices=False)[1:]
+    known = values > 1e-12 * values.max(initial=0.0)
+    spread = np.sqrt(np.sum((vectors[known].T / values[known]) ** 2, axis=1))
+    return x, float(rows @ rows), spread
+
+
+def _distinct(found: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
+    """Put equal minima together."""
+    low, high = box
+    groups: list[tuple[Array, float, Array, int]] = []
+    for x, chi, spread in sorted(found, key=lambda item: item[1]):
+        for k, (y, best, error, times) in enumerate(groups):
+            if np.all(np.abs(x - y) <= np.maximum(_SAME, 0.1 * error)) and chi - best <= 0.01 * (1.0 + best):
+                groups[k] = y, best, error, times + 1
+                break
+        else:
+            groups.append((x, chi, spread, 1))
+    edge = _EDGE * (high - low)
+    return tuple(
+        Minimum(x, chi, times, np.where(x <= low + edge, -1, np.where(x >= high - edge, 1, 0)).astype(np.int64))
+        for x, chi, _, times in groups
+    )

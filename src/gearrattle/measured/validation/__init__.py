@@ -1,0 +1,45 @@
+"""A simulated motion against a measured one: what agrees within chance, what does not, and where the rest may lie.
+
+The paper's Table 5 for any pair of a model or run and a record. Beyond the predictability horizon, and with a start
+that nobody measured, two motions can only be compared by what they have on average: levels, orders of the mean cycle,
+spectra, rates of impacts. Each is given with the interval that the scatter from cycle to cycle leaves.
+
+Takes runs and recordings; gives a Validation to plots, reports and commands.
+"""
+
+from gearrattle.measured.validation.effects import Effect, Explained, Parameter
+from gearrattle.measured.validation.record import (
+    Band,
+    Clock,
+    Contribution,
+    Impacts,
+    Level,
+    Order,
+    Pair,
+    Validation,
+)
+from gearrattle.measured.validation.run_up_record import RunUp, Track
+from gearrattle.measured.validation.run_ups import validate_run_up
+from gearrattle.measured.validation.sigma import Printed, of_printed, sigma
+from gearrattle.measured.validation.validate import validate
+
+__all__ = [
+    "Band",
+    "Clock",
+    "Contribution",
+    "Effect",
+    "Explained",
+    "Impacts",
+    "Level",
+    "Order",
+    "Pair",
+    "Parameter",
+    "Printed",
+    "RunUp",
+    "Track",
+    "Validation",
+    "of_printed",
+    "sigma",
+    "validate",
+    "validate_run_up",
+]

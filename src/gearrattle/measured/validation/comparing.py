@@ -1,0 +1,321 @@
+"""The procedure of a validation: pairs, cycles, one clock, levels, orders, bands, impacts, budgets, words.
+
+Takes a run, a recording and what is wanted; gives a Validation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.validation import budget, clock, densities, levels, orders
+from gearrattle.measured.validation.curves import curves_of
+from gearrattle.measured.validation.cycles import Cycles, Setting, Source, cut, samples_for, source_of
+from gearrattle.measured.validation.effects import Explained
+from gearrattle.measured.validation.explained import SPARE, explained, sentences
+from gearrattle.measured.validation.impacts import compare_impacts, counted_of
+from gearrattle.measured.validation.pairing import Pairing, paired
+from gearrattle.measured.validation.parameters import Drawn, correlations, repeated, standard_errors
+from gearrattle.measured.validation.record import Clock, Level, Pair, Validation
+from gearrattle.measured.validation.scatter import Draws, draws
+from gearrattle.measured.validation.simulated import recorded, to_be_recorded
+from gearrattle.measured.validation.verdict import findings_of, verdict_of
+from gearrattle.measured.validation.wanted import Wanted
+from gearrattle.model import Model
+from gearrattle.model.table import listed
+from gearrattle.recording import Recording
+from gearrattle.results import Run
+from gearrattle.signals.conditioning import PASSED
+from gearrattle.trajectory import Array
+from gearrattle.wording import counted
+
+_ROUNDS = 4
+_AS_GOOD = 0.1  # correlations this near to the highest: the delay that scatters least is taken
+_FOLDED = 5.0  # %: more is told
+_REMEDY = "set a steady speed, or compare orders over speed with validate_run_up"
+_EXACT_TOLERANCE = 1e-12  # of the contract, where the run's model does not say another
+
+
+@dataclass(frozen=True)
+class _Matter:
+    """What all parts of the comparison work on: measured first, simulated second.
+
+    Attributes:
+        run: the simulation.
+        found: the pairs of channels.
+        wanted: the arguments.
+        setting: how records become cycles.
+        sources, cycles, drawn: of both.
+        band: lowest and highest frequency [Hz].
+    """
+
+    run: Run
+    found: Pairing
+    wanted: Wanted
+    setting: Setting
+    sources: tuple[Source, Source]
+    cycles: tuple[Cycles, Cycles]
+    drawn: tuple[Draws, Draws]
+    band: tuple[float, float]
+
+
+def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[[float], None] | None) -> Validation:
+    """Return the validation of a run by a recording.
+
+    Raises:
+        ModelError: see ``validate``.
+    """
+    _check_period(run.model)
+    errors = standard_errors(run.model, wanted.parameters)
+    matter, notes = _matter(run, recording, wanted)
+    told, lines = _clock(matter)
+    known = _known(matter)
+    repeats = _repeated(matter, errors, progress) if errors else None
+    if repeats is not None:
+        told_apart = "" if isinstance(wanted.parameters, Mapping) else ", correlated as fitted"
+        words = f"{counted(wanted.draws, 'run')}, seed {wanted.seed}: {listed(errors)}{told_apart}"
+        known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
+    pairs = _pairs(matter, known, told, lines)
+    cycles, drawn, found = matter.cycles, matter.drawn, matter.found
+    by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
+    impacts = compare_impacts(run.trajectory, cycles, drawn, found.measured, wanted.thresholds)
+    return Validation(
+        model=run.model.name or "driveline", source=recording.source, algorithm=run.cost.algorithm,
+        measured_cycles=cycles[0].count, simulated_cycles=cycles[1].count, measured_block=drawn[0].block,
+        simulated_block=drawn[1].block, rate=cycles[1].rate, band=matter.band, trend=wanted.trend, clock=told,
+        pairs=pairs, impacts=impacts, unmatched_measured=found.measured_alone,
+        unmatched_simulated=found.simulated_alone, verdict=verdict_of(pairs),
+        findings=(*findings_of(pairs, impacts, told), *([] if by_parameters is None else sentences(by_parameters))),
+        notes=(*notes, *found.notes, *_notes(matter, told, pairs), *_few(repeats, by_parameters), *recording.notes,
+               *run.notes), parameters=by_parameters,
+    )  # fmt: skip
+
+
+def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
+    """Refuse, before a model is simulated, all that its run could not be compared by.
+
+    Raises:
+        ModelError: as of ``compared``, where the samples of the run play no part.
+    """
+    _check_period(model)
+    simulation = to_be_recorded(model)
+    found = paired(recording, simulation, wanted.match)
+    _check_names(found, wanted)
+    standard_errors(model, wanted.parameters)
+    clearances = [channel.subject for channel in simulation.channels if channel.quantity == "deflection"]
+    counted_of(clearances, found.measured, wanted.thresholds)
+
+
+def _check_period(model: Model) -> None:
+    if model.excitation.sweep is not None:
+        rule = "the speed changes along the run, so it has no period to compare by"
+        raise ModelError(Problem(f"{model.name or 'model'}: excitation", "a sweep", rule, _REMEDY))
+
+
+def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tuple[str, ...]]:
+    """Pair channels, and cut both records into cycles; with notes."""
+    simulation = recorded(run)
+    found = paired(recording, simulation, wanted.match)
+    _check_names(found, wanted)
+    measured, notes = source_of(recording, found.measured)
+    simulated, _ = source_of(simulation, found.simulated)
+    period = run.trajectory.layout.period
+    low, high = wanted.band
+    setting = Setting(samples_for((measured, simulated), period, high), low, wanted.trend)
+    top = PASSED * setting.samples / period
+    if not low < top:
+        raise ModelError(Problem("band", f"from {low:g} Hz", f"must begin below {top:.6g} Hz, where it ends"))
+    steady = run.trajectory.discard * period, simulated.last
+    sim = cut(simulated, period, setting, steady, whole_start=True)
+    cycles = _measured(measured, period, setting, wanted), sim
+    drawn = _drawn(cycles, wanted.seed)
+    return _Matter(run, found, wanted, setting, (measured, simulated), cycles, drawn, (low, top)), notes
+
+
+def _check_names(found: Pairing, wanted: Wanted) -> None:
+    """Refuse names that are no compared channel's."""
+    names = [channel.name for channel in found.measured]
+    by_channel = wanted.calibration if isinstance(wanted.calibration, Mapping) else {}
+    given = {"noise": list(wanted.noise), "calibration": list(by_channel)}
+    given["clock_by"] = [wanted.clock_by] if wanted.clock_by else []
+    rule = f"is no measured channel that is compared; these are {listed(names)}"
+    problems = [Problem(key, name, rule) for key, told in given.items() for name in told if name not in names]
+    if problems:
+        raise ModelError(problems)
+
+
+def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -> Cycles:
+    """Cut the measured record into cycles as long as its own clock says."""
+    bounds = (
+        source.first if wanted.start is None else wanted.start,
+        source.last if wanted.end is None else wanted.end,
+    )
+    cycles = cut(source, period, setting, bounds, whole_start=False)
+    for _ in range(_ROUNDS):
+        found = cycles.amplitudes()
+        power = np.mean(cycles.values**2, axis=(0, 1))
+        strongest = np.max(np.mean(np.abs(found) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
+        c = int(np.argmax(strongest))
+        by_own = clock.period_by_clock(found[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period)
+        if by_own == cycles.period:
+            break
+        cycles = cut(source, by_own, setting, bounds, whole_start=False)
+    return cycles
+
+
+def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
+    generator = np.random.default_rng(seed)
+    first, second = (draws(levels.mean_squares(each), generator, lines=orders.strong(each)) for each in cycles)
+    return first, second
+
+
+def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
+    """Return the clock, and the lines of both records on it."""
+    cycles, drawn, wanted = matter.cycles, matter.drawn, matter.wanted
+    own = orders.lines_of(cycles[0], drawn[0]), orders.lines_of(cycles[1], drawn[1])
+    z, x, period = own[0].mean, own[1].mean, cycles[1].period
+    nan = float("nan")
+    replicates = len(own[0].replicates)
+    if wanted.clock == "none" or not isinstance(wanted.clock, str):
+        delay = 0.0 if isinstance(wanted.clock, str) else float(wanted.clock)
+        told = Clock("given" if delay else "none", "", delay, 0.0, nan, nan, period, cycles[0].period)
+        return told, (orders.moved(own[0], delay, np.full(replicates, delay), period), own[1])
+    names = [channel.name for channel in matter.found.measured]
+    tried = []
+    for c in [names.index(wanted.clock_by)] if wanted.clock_by else range(len(names)):
+        used = clock.chosen_lines(x[:, c], z[:, c], wanted.clock)
+        tried.append((clock.delay_of(x[:, c], z[:, c], period, used), c, used))
+    highest = max(each[0].agreement for each in tried)
+    near = [each for each in tried if each[0].agreement >= highest - _AS_GOOD]
+    timed = [(orders.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
+    each, best, c = min(timed, key=lambda one: float(np.std(one[0])))
+    if best.agreement < clock.LEAST and wanted.clock == "cycle":
+        rule = f"the mean cycles do not agree at any delay: a correlation of {clock.LEAST:g} is needed"
+        remedy = 'check sign, unit and speed; clock = "none" if the clocks are one: phases then mean nothing else'
+        raise ModelError(Problem(f"clock: {names[c]}", f"a correlation of {best.agreement:.3g}", rule, remedy))
+    error = float(np.hypot(*(one.error(each) for one in drawn)) / np.sqrt(2.0))
+    told = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
+    return told, (orders.moved(own[0], best.delay, each, period), own[1])
+
+
+def _known(matter: _Matter) -> budget.Known:
+    """Gather what is known of every channel."""
+    run, sources, cycles, drawn, setting = matter.run, matter.sources, matter.cycles, matter.drawn, matter.setting
+    shape = (2, cycles[0].values.shape[2])
+    between = [budget.between_samples(source, each, setting) for source, each in zip(sources, cycles, strict=True)]
+    end = cycles[1].start, sources[1].last
+    exact = run.cost.algorithm == "exact"
+    tolerance = run.model.simulation.tolerance or _EXACT_TOLERANCE
+    words = (
+        f"certified: every crossing within {tolerance:g} of its corner; beyond the predictability horizon a level of "
+        "a right motion, its scatter counted above"
+        if exact
+        else f"not known: {run.cost.algorithm} certifies nothing; compare with exact"
+    )
+    return budget.Known(
+        scatter=budget.known_scatter(cycles, drawn),
+        freedoms=(drawn[0].freedom, drawn[1].freedom),
+        between=np.asarray(np.hypot(*between)),
+        grid=budget.half_grid(sources[1], cycles[1], setting, end),
+        numerical=np.full(shape, tolerance if exact else np.nan),
+        numerical_words=words,
+        parameters=np.full(shape, np.nan),
+        parameters_words="no standard errors were handed in: what is uncertain in the model is in the remainder",
+    )
+
+
+def _repeated(
+    matter: _Matter, errors: dict[str, tuple[float, float]], progress: Callable[[float], None] | None
+) -> Drawn:
+    """Repeat the simulation with parameters drawn."""
+    wanted = matter.wanted
+    together = correlations(errors, wanted.parameters)
+    return repeated(
+        matter.run, errors, together, lambda each: _levels(each, matter), runs=wanted.draws, seed=wanted.seed,
+        progress=progress,
+    )  # fmt: skip
+
+
+def _few(drawn: Drawn | None, found: Explained | None) -> list[str]:
+    """Say why nothing is told of each parameter by itself."""
+    if drawn is None or found is not None:
+        return []
+    count, free = drawn.standard.shape
+    if count >= free + SPARE:
+        return ["parameters: no channel has an rms in both records, so nothing is told of each by itself"]
+    return [f"parameters: {count} runs are too few for the effects of {free}; draws={free + SPARE} or more tells them"]
+
+
+def _levels(run: Run, matter: _Matter) -> Array:
+    """(2, C) levels of another run of the same driveline, compared in the same way."""
+    recording = recorded(run)
+    source, _ = source_of(recording, tuple(recording[channel.name] for channel in matter.found.simulated))
+    period = run.trajectory.layout.period
+    steady = run.trajectory.discard * period, source.last
+    return levels.levels_of(cut(source, period, matter.setting, steady, whole_start=True))
+
+
+def _pairs(
+    matter: _Matter, known: budget.Known, told: Clock, lines: tuple[orders.Lines, orders.Lines]
+) -> tuple[Pair, ...]:
+    """Put together what is known of every channel."""
+    layout, spectra = matter.run.trajectory.layout, densities.densities(*matter.cycles)
+    base = 2.0 * np.pi / (layout.period * layout.omega)
+    levelled = levels.compare_levels(*matter.cycles, matter.drawn)
+    ordered = orders.compare_orders(*lines, base, 1.0 / layout.period)
+    banded = densities.compare_bands(spectra, matter.band)
+    curves = curves_of(matter.cycles, spectra, told.delay)
+    made = []
+    for c, (one, other) in enumerate(zip(matter.found.measured, matter.found.simulated, strict=True)):
+        stated = _stated(matter, one.name)
+        rows = tuple(budget.with_budget(level, row, c, known, stated) for row, level in enumerate(levelled[c]))
+        z, x = lines[0].mean[:, c], lines[1].mean[:, c]
+        scale = float(np.sqrt(np.sum(np.abs(z) ** 2) * np.sum(np.abs(x) ** 2)))
+        agreement = float(np.sum(np.conj(x) * z).real) / scale if scale > 0.0 else float("nan")
+        what = other.quantity, other.subject, other.unit
+        made.append(Pair(one.name, other.name, *what, rows, ordered[c], banded[c], agreement, curves[c]))
+    return tuple(made)
+
+
+def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
+    """Return noise and calibration as stated for a channel, NaN where they are not, and the samples in a cycle."""
+    given, nan = matter.wanted.calibration, float("nan")
+    calibration = given.get(name, nan) if isinstance(given, Mapping) else nan if given is None else given
+    return matter.wanted.noise.get(name, nan), float(calibration), matter.setting.samples
+
+
+def _notes(matter: _Matter, told: Clock, pairs: tuple[Pair, ...]) -> list[str]:
+    """Say what the reader must know: motions that are not steady, signs, clocks that repeat."""
+    notes = []
+    for each, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
+        half = each.count // 2
+        square = levels.mean_squares(each)
+        error = how.error(how.means(square)) * 2.0  # of a difference of halves
+        moving = np.abs(square[:half].mean(axis=0) - square[-half:].mean(axis=0)) > 3.0 * error + 1e-3 * square.mean(
+            axis=0
+        )
+        names = [
+            pair.name if whose == "measured" else pair.partner for pair, off in zip(pairs, moving, strict=True) if off
+        ]
+        if names:
+            notes.append(f"{listed(names)}: the {whose} motion is not steady, its halves differ by more than chance")
+    inverted = [pair.name for pair in pairs if pair.agreement < -0.5]
+    if inverted:
+        notes.append(f"{listed(inverted)}: the mean cycle is that of the simulation with its sign turned")
+    folded = [pair.name for pair in pairs if any(_grid(level) > _FOLDED for level in pair.levels)]
+    if folded:
+        notes.append(
+            f"{listed(folded)}: the run's output grid is too coarse, on half of it levels change by more than "
+            f"{_FOLDED:g} %; raise samples_per_cycle"
+        )
+    if told.rival > 0.95 * told.agreement:
+        notes.append(f"clock: a delay elsewhere agrees nearly as well ({told.rival:.4g})")
+    return notes
+
+
+def _grid(level: Level) -> float:
+    """What the output grid adds to the uncertainty of a level [%]."""
+    return next(each.value for each in level.budget if each.source == "output grid")

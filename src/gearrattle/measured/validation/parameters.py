@@ -1,0 +1,128 @@
+"""What uncertain parameters do to the simulated levels: a small seeded Monte Carlo of whole runs.
+
+Each parameter is drawn from a log-normal distribution with the model's value as mean and the standard error handed in;
+the standard deviation of ln(level) over the runs, less what the scatter of their cycles owes to chance, is the
+uncertainty. Few runs tell it roughly: its own relative error is about 1 / sqrt(2 (runs - 1)). Parameters of a Fit are
+drawn with its correlations, others independently.
+
+Takes a run, standard errors and what makes levels of a run; gives Drawn runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearrattle.errors import ModelError, Problem
+from gearrattle.measured.identification.fitted import Fit
+from gearrattle.model import Model
+from gearrattle.model.paths import value_at
+from gearrattle.model.table import did_you_mean
+from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
+from gearrattle.trajectory import Array
+
+Errors = Mapping[str, float]
+
+
+def standard_errors(model: Model, given: Errors | Fit) -> dict[str, tuple[float, float]]:
+    """Return values and standard errors of parameters by path, SI.
+
+    Raises:
+        ModelError: no such path, no positive number there, an error that is not positive or as large as the value.
+    """
+    errors = {p.path: p.standard_error for p in given.parameters} if isinstance(given, Fit) else dict(given)
+    tables, names, problems = model.to_tables(), model.path_names(), []
+    found = {}
+    for path, error in errors.items():
+        if path not in names:
+            remedy = did_you_mean(path, names)
+            problems.append(Problem("parameters", path, "is no path of the model", remedy))
+            continue
+        value = value_at(tables, path)
+        if not isinstance(value, int | float) or isinstance(value, bool) or not value > 0:
+            problems.append(Problem(f"parameters: {path}", str(value), "must be a positive number in the model"))
+        elif not 0.0 < error < value:
+            rule = f"a standard error must lie between 0 and the value, {value:g}"
+            problems.append(Problem(f"parameters: {path}", f"{error:g}", rule))
+        else:
+            found[path] = float(value), float(error)
+    if problems:
+        raise ModelError(problems)
+    return found
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Runs with parameters drawn.
+
+    Attributes:
+        errors: values and standard errors by path, SI.
+        correlation: (P, P) of the logarithms of the parameters.
+        standard: (N, P) what was drawn, in standard errors of the logarithms.
+        logs: (N, 2, C) logarithms of the levels.
+    """
+
+    errors: Mapping[str, tuple[float, float]]
+    correlation: Array
+    standard: Array
+    logs: Array
+
+    def uncertainty(self, scatter: Array) -> Array:
+        """(2, C) standard deviations of ln(level) that the parameters cause.
+
+        Args:
+            scatter: (2, C) standard errors of ln(level) of one run.
+        """
+        return np.asarray(np.sqrt(np.maximum(np.var(self.logs, axis=0, ddof=1) - scatter**2, 0.0)))
+
+
+def correlations(errors: Mapping[str, tuple[float, float]], given: Errors | Fit) -> Array:
+    """(P, P) correlations of the parameters: a Fit's own; none of standard errors alone."""
+    if not isinstance(given, Fit):
+        return np.eye(len(errors))
+    at = [[each.path for each in given.parameters].index(path) for path in errors]
+    covariance = given.covariance[np.ix_(at, at)]
+    size = np.sqrt(np.diag(covariance))
+    found = covariance / np.outer(size, size)
+    known = np.isfinite(found)
+    return np.asarray(np.where(known, np.clip(found, -1.0, 1.0), np.eye(len(at))))
+
+
+def repeated(
+    run: Run,
+    errors: Mapping[str, tuple[float, float]],
+    correlation: Array,
+    levels: Callable[[Run], Array],
+    *,
+    runs: int,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+) -> Drawn:
+    """Repeat a run with parameters drawn.
+
+    Args:
+        run: the simulation, whose settings are kept.
+        errors: values and standard errors by path.
+        correlation: (P, P) of their logarithms.
+        levels: gives the (2, C) levels of a run.
+        runs: how many, two or more.
+        seed: of what is drawn.
+        progress: called with the fraction done.
+    """
+    size, axes = np.linalg.eigh(correlation)  # a root that singular correlations have, too
+    root = (axes * np.sqrt(np.maximum(size, 0.0))) @ axes.T
+    standard = np.random.default_rng(seed).standard_normal((runs, len(errors))) @ root
+    rows = []
+    for number, drawn in enumerate(standard.tolist(), start=1):
+        changed = {}
+        for (path, (value, error)), away in zip(errors.items(), drawn, strict=True):
+            width = math.sqrt(math.log1p((error / value) ** 2))
+            changed[path] = value * math.exp(width * away - 0.5 * width**2)
+        rows.append(levels(simulate(run.model.with_(changed), audit=False)))
+        if progress is not None:
+            progress(number / runs)
+    return Drawn(errors, correlation, standard, np.log(np.maximum(np.array(rows), np.finfo(float).tiny)))

@@ -1,0 +1,59 @@
+"""What is wanted of a validation, and what may be wrong with that by itself.
+
+Takes arguments; gives a frozen record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gearrattle.errors import Problem, not_whole
+from gearrattle.measured.identification.fitted import Fit
+from gearrattle.model.table import listed, shown
+
+TRENDS = ("none", "mean", "linear")
+CLOCKS = ("cycle", "phase", "none")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How two motions are compared; attributes as the arguments of ``validate``."""
+
+    match: Mapping[str, str] = field(default_factory=dict)
+    start: float | None = None
+    end: float | None = None
+    band: tuple[float, float | None] = (0.0, None)
+    trend: str = "mean"
+    clock: str | float = "cycle"
+    clock_by: str = ""
+    thresholds: Mapping[str, float] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    calibration: Mapping[str, float] | float | None = None
+    parameters: Mapping[str, float] | Fit = field(default_factory=dict)
+    draws: int = 16
+    seed: int = 0
+
+
+def problems_of(wanted: Wanted) -> list[Problem]:
+    """Return what is wrong with the arguments by themselves."""
+    found = []
+    if wanted.trend not in TRENDS:
+        found.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))
+    if isinstance(wanted.clock, str) and wanted.clock not in CLOCKS:
+        found.append(Problem("clock", shown(wanted.clock), f"must be one of {listed(CLOCKS)}, or a delay in s"))
+    low, high = wanted.band
+    if not low >= 0.0 or (high is not None and not low < high < float("inf")):
+        found.append(Problem("band", f"{low} to {high} Hz", "must ascend from 0 or more"))
+    if wanted.start is not None and wanted.end is not None and not wanted.start < wanted.end:
+        found.append(Problem("start, end", f"{wanted.start} s, {wanted.end} s", "must ascend"))
+    found += not_whole({"draws": (wanted.draws, 2), "seed": (wanted.seed, 0)})
+    stated = dict(wanted.noise)
+    if isinstance(wanted.calibration, Mapping):
+        stated |= {f"calibration of {name}": value for name, value in wanted.calibration.items()}
+    elif wanted.calibration is not None:
+        stated["calibration"] = wanted.calibration
+    for name, value in stated.items():
+        if not 0.0 <= value < float("inf"):
+            found.append(Problem(f"noise, calibration: {name}", f"{value}", "must be a finite number, 0 or more"))
+    return found
