@@ -17,10 +17,10 @@ import gearrattle as gr
 from benchmarks.machine import machine
 from benchmarks.midpoint import march, transmission
 from gearrattle.assembly import assemble
-from gearrattle.kernels import packed
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers import Task
+from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.outcome import Outcome
-from gearrattle.solvers import Task
-from gearrattle.solvers.exact import ExactMarch
 
 HERE = Path(__file__).resolve().parents[1]
 PAGE = HERE / "docs" / "reference" / "cost.md"
@@ -98,8 +98,8 @@ def flops(run: ExactMarch) -> tuple[int, int]:
 
 def change_of_region(run: ExactMarch) -> float:
     """Time [s] of leaving a region's particular solution and entering another's."""
-    from gearrattle.kernels._jit import kernel, vectorised
-    from gearrattle.kernels.window import enter, leave
+    from gearrattle.engine.kernels._jit import kernel, vectorised
+    from gearrattle.engine.kernels.window import enter, leave
 
     @kernel
     def loop(count, particular, drift, kept, states, width, u, y, carried, out):  # type: ignore[no-untyped-def]

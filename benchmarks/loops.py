@@ -1,10 +1,11 @@
 """``fit_loop`` against SciPy's ``least_squares`` from several starts: ``python -m benchmarks.loops`` (``make loops``).
 
-Both fit the same law to loops of known dampers (``tests/measured/identification/loops_made.py``). ``least_squares`` is
-told the numbers of stages, which ``fit_loop`` finds. Its unknowns are all coefficients, the widths of stages and the
-logarithms of reaches, with the derivatives of ``loop_slopes`` and bounds; half of its starts have their breaks where the smoothed
-loop is most curved, the others anywhere (Latin hypercube, as the reaches of all). Starts run over means of cells, the
-best of them then over every sample. Its intervals are those of the curvature. Written to ``docs/reference/loops.md``.
+Both fit the same law to loops of known dampers (``tests/measured/identification/loops_made.py``). ``least_squares``
+is told the numbers of stages, which ``fit_loop`` finds. Its unknowns are all coefficients, the widths of stages and
+the logarithms of reaches, with the derivatives of ``loop_slopes`` and bounds; half of its starts have their breaks
+where the smoothed loop is most curved, the others anywhere (Latin hypercube, as the reaches of all). Starts run over
+means of cells, the best of them then over every sample. Its intervals are those of the curvature. Written to
+``docs/reference/loops.md``.
 """
 
 from __future__ import annotations

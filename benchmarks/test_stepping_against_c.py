@@ -15,12 +15,12 @@ import pytest
 import gearrattle as gr
 from benchmarks.native.library import build, compiler, march
 from gearrattle.assembly import assemble
+from gearrattle.engine.solvers import SOLVERS, Task
+from gearrattle.engine.solvers.stability import default_step
+from gearrattle.engine.solvers.tableaus import FEHLBERG, VERNER, Tableau
+from gearrattle.engine.solvers.vector_field import FieldProblem
 from gearrattle.outcome import Outcome
 from gearrattle.reproduction.cases import load_case
-from gearrattle.solvers import SOLVERS, Task
-from gearrattle.solvers.stability import default_step
-from gearrattle.solvers.tableaus import FEHLBERG, VERNER, Tableau
-from gearrattle.solvers.vector_field import FieldProblem
 
 CYCLES, TOLERANCE = 20, 1e-6
 PAIRS = [FEHLBERG, VERNER]

@@ -22,12 +22,12 @@ import numpy as np
 import gearrattle as gr
 from benchmarks.machine import machine
 from gearrattle.assembly import assemble
-from gearrattle.kernels import many
+from gearrattle.engine.kernels import many
+from gearrattle.engine.solvers import Task
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.slots import fresh_slots
 from gearrattle.model.paths import value_at
 from gearrattle.outcome import Outcome
-from gearrattle.solvers import Task
-from gearrattle.solvers.exact import ExactMarch
-from gearrattle.solvers.slots import fresh_slots
 from gearrattle.studies.cases import DONE, compute
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.study import prepare

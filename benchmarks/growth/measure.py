@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.growth.plant import CONTACT, SHAPES, SIZES, task
-from gearrattle.kernels import packed
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers import Task, choice
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.slots import Shelf
+from gearrattle.engine.solvers.sweep import SweepMarch, plan_of
+from gearrattle.engine.system.law import Stage, staged
 from gearrattle.outcome import Outcome
-from gearrattle.solvers import Task, choice
-from gearrattle.solvers.exact import ExactMarch
-from gearrattle.solvers.slots import Shelf
-from gearrattle.solvers.sweep import SweepMarch, plan_of
-from gearrattle.system.law import Stage, staged
 
 CYCLES = 20
 ROUNDS = 5

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.solvers import Task
-from gearrattle.system.law import PiecewiseLaw, Stage, staged
-from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
+from gearrattle.engine.solvers import Task
+from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
+from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 
 SHAPES = ("chain", "tree")
 SIZES = (4, 8, 16, 32, 64, 128)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gearrattle.solvers.tableaus import Tableau
-from gearrattle.solvers.vector_field import FieldProblem
+from gearrattle.engine.solvers.tableaus import Tableau
+from gearrattle.engine.solvers.vector_field import FieldProblem
 
 _SOURCE = Path(__file__).with_name("steps.c")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC")

@@ -60,7 +60,7 @@ found one.
 """
 TAIL = """
 Not attacked: Windows and macOS, network file systems, object stores that fail halfway, several users in one folder, parts of asammdf, HDF5 and
-SciPy that gearrattle does not call, and motions that are hard to compute (`tests/laws`, `tests/solvers` attack those).
+SciPy that gearrattle does not call, and motions that are hard to compute (`tests/laws`, `tests/engine/solvers` attack those).
 """
 
 

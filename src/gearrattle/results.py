@@ -22,16 +22,16 @@ import numpy as np
 from gearrattle.assembly import assemble, drive_torque, free_names, ramp_of
 from gearrattle.assembly.friction import WORDS, switches
 from gearrattle.assembly.statistics import exact_between
+from gearrattle.engine.system import variation as growth
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.flow import flow_of
+from gearrattle.engine.system.perturbed import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, Points, loads
 from gearrattle.result import Result
-from gearrattle.system import variation as growth
-from gearrattle.system.coordinates import relative_coordinates
-from gearrattle.system.energy import EnergyAudit
-from gearrattle.system.flow import flow_of
-from gearrattle.system.perturbed import Gradient
 from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
 

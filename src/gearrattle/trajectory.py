@@ -17,8 +17,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.system.energy import EnergyAudit
-from gearrattle.system.statistics import Statistics
+from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.statistics import Statistics
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -9,7 +9,7 @@ import pytest
 
 from tests.architecture.places import SOURCE
 
-KERNELS = sorted((SOURCE / "kernels").glob("*.py"))
+KERNELS = sorted((SOURCE / "engine" / "kernels").glob("*.py"))
 
 
 def is_sliced(target: ast.expr) -> bool:

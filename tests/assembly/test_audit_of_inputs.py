@@ -10,7 +10,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import signals as assembled
-from gearrattle.system import specified
+from gearrattle.engine.system import specified
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TOML = """

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 
 import gearrattle as gr
 from gearrattle.assembly.signals import signals_of
-from gearrattle.system.phase import Ramp
-from gearrattle.system.specified import NotKept, checked, turns
+from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.specified import NotKept, checked, turns
 from tests.architecture.places import EXAMPLES
 
 TOML = """

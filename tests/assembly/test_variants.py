@@ -12,7 +12,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of, coefficients
-from gearrattle.system.laid_out import coefficients_of
+from gearrattle.engine.system.laid_out import coefficients_of
 
 STAGED = """
 schema = 1

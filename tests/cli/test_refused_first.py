@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import gearrattle as gr
-import gearrattle.solvers.simulate
+import gearrattle.simulation.integrate
 from gearrattle.cli import main
 from gearrattle.studies.outputs import check_names
 from tests.studies.drivelines import TOML, model
@@ -50,7 +50,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         started.append("a run")
         raise RuntimeError("simulated")
 
-    monkeypatch.setattr("gearrattle.solvers.simulate.finish", refuse)
+    monkeypatch.setattr("gearrattle.simulation.integrate.finish", refuse)
     return started
 
 
@@ -104,13 +104,13 @@ def test_what_can_be_refused_is_refused_before_anything_runs(
 def cycles(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Periods simulated, run by run."""
     simulated: list[int] = []
-    finish = gearrattle.solvers.simulate.finish
+    finish = gearrattle.simulation.integrate.finish
 
     def counted(march: Any, task: Any, *rest: Any, **settings: Any) -> Any:
         simulated.append(task.cycles)
         return finish(march, task, *rest, **settings)
 
-    monkeypatch.setattr("gearrattle.solvers.simulate.finish", counted)
+    monkeypatch.setattr("gearrattle.simulation.integrate.finish", counted)
     return simulated
 
 

@@ -15,10 +15,10 @@ from gearrattle.comparison.contest import PAPER, contenders
 from gearrattle.comparison.precision import work_precision
 from gearrattle.comparison.recommendation import is_sound, recommendation, with_verdicts
 from gearrattle.comparison.table import COLUMNS, table_of
+from gearrattle.engine.solvers import SOLVERS
 from gearrattle.report.comparison import on_statistics
 from gearrattle.report.comparison_tables import verdict_table
 from gearrattle.report.plots.comparison import growth_of_errors, shown_until
-from gearrattle.solvers import SOLVERS
 from tests.comparison.cases import case
 
 RK4 = {"algorithm": "rk4", "step": 0.0128 / 150}  # the 1995 paper's

@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
+from gearrattle.engine.solvers import SOLVERS, Motion, Task
+from gearrattle.engine.system.law import Stage, staged
+from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.outcome import Outcome
-from gearrattle.solvers import SOLVERS, Motion, Task
-from gearrattle.system.law import Stage, staged
-from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 
 MOST_SECONDS = 20.0
 """Processor time after which a run counts as stalled; the busiest case, its regions included, needs one or two."""

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearrattle.system.clock import Clock
-from gearrattle.system.companion import Companion, alternation, limiters, slider
-from gearrattle.system.piecewise import PiecewiseSystem
-from gearrattle.system.signals import Signals
+from gearrattle.engine.system.clock import Clock
+from gearrattle.engine.system.companion import Companion, alternation, limiters, slider
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.signals import Signals
 from tests.dense.case import Case
 
 

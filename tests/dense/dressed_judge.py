@@ -17,9 +17,9 @@ from math import comb
 
 import numpy as np
 
-from gearrattle.solvers import Motion
-from gearrattle.solvers.base import Beside
-from gearrattle.system.variation import Path
+from gearrattle.engine.solvers import Motion
+from gearrattle.engine.solvers.base import Beside
+from gearrattle.engine.system.variation import Path
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_plain import Inside, inside, layout_of, rate_rows, unit_of
 from tests.dense.judge import FORCED, LATE, PENETRATION, ROUNDINGS, Verdict

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gearrattle.solvers import Motion
+from gearrattle.engine.solvers import Motion
 from tests.dense.case import Case
 from tests.dense.plain import EPS, Region, region_of
 from tests.dense.replay import Segment, follow

@@ -15,10 +15,10 @@ import numpy as np
 from mpmath import mp, mpf
 from scipy.interpolate import CubicSpline
 
-from gearrattle.system.channels import Channel, joined
-from gearrattle.system.phase import Ramp
-from gearrattle.system.run_up import Sound, Tone, channels
-from gearrattle.system.signals import Signals
+from gearrattle.engine.system.channels import Channel, joined
+from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up import Sound, Tone, channels
+from gearrattle.engine.system.signals import Signals
 from tests.dense.case import Case
 from tests.dense.companions import dressed, widths, with_friction, with_limits, with_pairs
 from tests.dense.dressed import Dressed

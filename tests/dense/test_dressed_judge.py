@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gearrattle.solvers import Motion
-from gearrattle.system.variation import Path
+from gearrattle.engine.solvers import Motion
+from gearrattle.engine.system.variation import Path
 from tests.dense.case import run
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_judge import check_dressed

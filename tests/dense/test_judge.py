@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gearrattle.solvers import Motion
-from gearrattle.solvers.base import Crossings
+from gearrattle.engine.solvers import Motion
+from gearrattle.engine.solvers.base import Crossings
 from tests.dense.case import Case, Element, run
 from tests.dense.families import seeded
 from tests.dense.grazing import MAKERS

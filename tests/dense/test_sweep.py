@@ -8,15 +8,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.solvers import Motion, choice, sweep
-from gearrattle.solvers.exact import ExactMarch
-from gearrattle.solvers.sweep import SweepMarch
+from gearrattle.engine.solvers import Motion, choice, sweep
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.sweep import SweepMarch
 from tests.dense.case import Case, run
 from tests.dense.families import seeded
 from tests.dense.grazing import MAKERS
 from tests.dense.judge import check
 from tests.dense.test_attack import IN_A_PART, PARTS, attack
-from tests.solvers.tasks import finished, same_bits
+from tests.engine.solvers.tasks import finished, same_bits
 
 ALWAYS = range(4)
 
@@ -76,5 +76,5 @@ def test_where_a_slice_ends_changes_no_bit(monkeypatch, family):
     whole = finished(SweepMarch(case.task()))
     for budget in (1, 2, 7):
         monkeypatch.setattr(sweep, "_BUDGET", budget)
-        monkeypatch.setattr("gearrattle.solvers.handover.FIRST_LOG", 1)
+        monkeypatch.setattr("gearrattle.engine.solvers.handover.FIRST_LOG", 1)
         same_bits(whole, finished(SweepMarch(case.task())))

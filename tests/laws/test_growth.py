@@ -13,9 +13,9 @@ from benchmarks.growth.models import gearbox
 import gearrattle as gr
 from gearrattle.analysis.contact_ratios.forecast import Linearisation
 from gearrattle.analysis.stiffness import regions_visited
+from gearrattle.engine.solvers.stability import most_regions
+from gearrattle.engine.system.perturbed import Perturbed
 from gearrattle.signals import dwell_of_regions
-from gearrattle.solvers.stability import most_regions
-from gearrattle.system.perturbed import Perturbed
 
 SIZES = ((4, 2), (16, 8), *(pytest.param(*size, marks=pytest.mark.long) for size in ((64, 20), (128, 64))))
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.quantities import Heard, Metric, RattleLevel, hear_motion, hear_recording
 from gearrattle.quantities.contact import ContactSides
 from gearrattle.quantities.energy import ContactWork, ImpactLoss
@@ -21,7 +22,6 @@ from gearrattle.quantities.loose_motion import LooseMotion
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
 from gearrattle.quantities.transmissibility import OrderTransmissibility
 from gearrattle.recording import Channel, Recording
-from gearrattle.system.energy import EnergyAudit
 from gearrattle.trajectory import Array, Layout, Trajectory
 from tests.signals.handmade import OMEGA, Row, layout, sine, still, trajectory
 

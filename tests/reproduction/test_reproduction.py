@@ -10,13 +10,13 @@ import pytest
 from numba.core import event
 
 from gearrattle.cli import main
+from gearrattle.engine.solvers import SOLVERS
 from gearrattle.errors import Cancelled
 from gearrattle.report.kinds import presentation_of
 from gearrattle.report.text import plain_text
 from gearrattle.reproduction import reproduce
 from gearrattle.reproduction.bulirsch_stoer import OTHERS
 from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, NOISE, STATUSES, UNAVAILABLE
-from gearrattle.solvers import SOLVERS
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gearrattle.kernels.banded import banded
+from gearrattle.engine.kernels.banded import banded
 from gearrattle.signals.conditioning import resample
 from gearrattle.signals.order_tracking import (
     TURN,

@@ -79,7 +79,7 @@ def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
 
     folder = tmp_path / "store"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gearrattle.solvers.exact._BUDGET", 200)
+        patch.setattr("gearrattle.engine.solvers.exact._BUDGET", 200)
         with pytest.raises(gr.Cancelled):
             for _ in gr.stream(model, **SETTINGS, store=folder, progress=stop):
                 pass
@@ -97,7 +97,7 @@ def test_a_killed_program_loses_the_chunk_under_way_only(reference: Path, model:
     folder = tmp_path / "store"
     code = (
         "import time, gearrattle as gr\n"
-        "from gearrattle.solvers import exact\n"
+        "from gearrattle.engine.solvers import exact\n"
         "exact._BUDGET = 200\n"
         f"settings = {SETTINGS!r}\n"
         f"for _ in gr.stream(gr.load({str(FILE)!r}), **settings, store={str(folder)!r},\n"
@@ -134,7 +134,7 @@ def test_regions_are_found_again_in_whatever_order_they_were_met(
     stream = gr.stream(model, **SETTINGS, store=tmp_path)
     for _ in range(3):
         next(stream)
-    monkeypatch.setattr("gearrattle.solvers.slots._KEPT", OrderedDict())
+    monkeypatch.setattr("gearrattle.engine.solvers.slots._KEPT", OrderedDict())
     fresh = gr.load(FILE)  # another object: its regions are built anew
     for _ in gr.stream(fresh, **SETTINGS, store=tmp_path, resume=True, initial="static"):
         pass

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearrattle.analysis.linear.response import steady_deflections, steady_extremes
-from gearrattle.system.equilibrium import Equilibrium
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array
 
 

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 from gearrattle.assembly import assemble, refuse_motions, steady
 from gearrattle.assembly.scaled import dimensional, dimensionless, restored
+from gearrattle.engine.system.characteristic import Scales, characteristic, coefficients
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.result import Result
 from gearrattle.results import Run
-from gearrattle.system.characteristic import Scales, characteristic, coefficients
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from gearrattle.analysis.linear import modes as modal
 from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
+from gearrattle.engine.system import equilibrium as statics
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
 from gearrattle.result import Result
-from gearrattle.system import equilibrium as statics
 
 Array = NDArray[np.float64]
 

@@ -16,13 +16,13 @@ from gearrattle.analysis.linear.stiffness import Eigenvalues, StiffnessClass
 from gearrattle.analysis.linear.stiffness import eigenvalues as eigenvalues_of
 from gearrattle.analysis.statics import slopes
 from gearrattle.assembly import Driveline, assemble, left_out
+from gearrattle.engine.solvers.stability import most_regions
+from gearrattle.engine.system.characteristic import characteristic
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.model import Model, check_model
 from gearrattle.result import Result
 from gearrattle.results import Run
 from gearrattle.signals import dwell_of_regions
-from gearrattle.solvers.stability import most_regions
-from gearrattle.system.characteristic import characteristic
-from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

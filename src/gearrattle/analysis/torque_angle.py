@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import assemble
+from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.loops import cycle
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.result import Result
-from gearrattle.system.companion import Companion
-from gearrattle.system.law import PiecewiseLaw
-from gearrattle.system.loops import cycle
 
 Array = NDArray[np.float64]
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
 from gearrattle.assembly.signals import ramp_of, signals_of
+from gearrattle.engine.system.clock import Clock
+from gearrattle.engine.system.companion import alternation
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.phase import Ramp
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Alternation, Element, Model
-from gearrattle.system.clock import Clock
-from gearrattle.system.companion import alternation
-from gearrattle.system.law import PiecewiseLaw
-from gearrattle.system.phase import Ramp
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from gearrattle.assembly.elements import inertia_of
 from gearrattle.assembly.prescribed import places
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.signals import ramp_of, tones_of
+from gearrattle.engine.system.specified import Swept
 from gearrattle.model import Harmonic, Model
-from gearrattle.system.specified import Swept
 from gearrattle.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.friction import is_parted
+from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 from gearrattle.model import Element, Model
-from gearrattle.system.law import PiecewiseLaw, Stage, staged
 
 
 def law_of(element: Element) -> PiecewiseLaw:

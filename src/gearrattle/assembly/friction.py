@@ -13,11 +13,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
+from gearrattle.engine.system.companion import Companion, limiters, slider
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Element, Model, Piece
-from gearrattle.system.companion import Companion, limiters, slider
-from gearrattle.system.law import PiecewiseLaw
-from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Trajectory
 
 WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits", "all pairs", "a pair less")

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly.splines import Recorded, mean, spline
+from gearrattle.engine.system.channels import Channel
 from gearrattle.model import Model, Motion
 from gearrattle.remember import kept
-from gearrattle.system.channels import Channel
 from gearrattle.trajectory import Trajectory
 
 Array = NDArray[np.float64]

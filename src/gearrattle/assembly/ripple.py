@@ -17,11 +17,11 @@ from gearrattle.assembly.elements import inertia_of, law_of, rows_of
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
+from gearrattle.engine.system.equilibrium import Runaway, equilibrium
+from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Harmonic, Model
 from gearrattle.remember import kept
-from gearrattle.system.equilibrium import Runaway, equilibrium
-from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 
 
 @kept

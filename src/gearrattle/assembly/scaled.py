@@ -15,8 +15,8 @@ from typing import Any, Literal
 import numpy as np
 
 from gearrattle.assembly.written_out import written_out
+from gearrattle.engine.system.characteristic import Scales
 from gearrattle.model import Model
-from gearrattle.system.characteristic import Scales
 from gearrattle.trajectory import Companions, Layout, Trajectory
 
 _FRICTION = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}

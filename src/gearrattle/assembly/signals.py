@@ -23,16 +23,16 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import angle_of, free_of, places, specified_angle
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.splines import Recorded, spline
+from gearrattle.engine.system.channels import Channel, joined
+from gearrattle.engine.system.phase import Ramp
+from gearrattle.engine.system.run_up import Sound, Tone, TooLong, channels
+from gearrattle.engine.system.signals import Signals, Specified
+from gearrattle.engine.system.specified import NotKept, Swept, checked
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import DEFAULTS, Harmonic, Model
 from gearrattle.model.engine import SquareOfSpeed
 from gearrattle.model.over_speed import AtSpeed
 from gearrattle.remember import kept
-from gearrattle.system.channels import Channel, joined
-from gearrattle.system.phase import Ramp
-from gearrattle.system.run_up import Sound, Tone, TooLong, channels
-from gearrattle.system.signals import Signals, Specified
-from gearrattle.system.specified import NotKept, Swept, checked
 from gearrattle.wording import counted
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.system.channels import Channel
 from gearrattle.model import Signal
 from gearrattle.remember import kept
-from gearrattle.system.channels import Channel
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly.prescribed import free_names, free_of
 from gearrattle.assembly.system import assemble
+from gearrattle.engine.system.flow import Flow, Pieces, flow_of
+from gearrattle.engine.system.series import Rows, Series
+from gearrattle.engine.system.statistics import Path, Statistics, Walk, walk_of
 from gearrattle.model import Model
 from gearrattle.remember import kept
 from gearrattle.slices import slices
-from gearrattle.system.flow import Flow, Pieces, flow_of
-from gearrattle.system.series import Rows, Series
-from gearrattle.system.statistics import Path, Statistics, Walk, walk_of
 from gearrattle.trajectory import Signal, Trajectory
 
 Array = NDArray[np.float64]

@@ -20,10 +20,10 @@ from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.signals import signals_of
+from gearrattle.engine.system.clock import Clock
+from gearrattle.engine.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.model import GROUND, Harmonic, Model
 from gearrattle.remember import kept
-from gearrattle.system.clock import Clock
-from gearrattle.system.piecewise import Harmonics, PiecewiseSystem
 from gearrattle.trajectory import Layout
 
 

@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.system import assemble
-from gearrattle.kernels.variants import Coefficients
+from gearrattle.engine.kernels.variants import Coefficients
+from gearrattle.engine.system.laid_out import coefficients_of
 from gearrattle.model import Element, Model
 from gearrattle.model.components.base import PieceColumns
 from gearrattle.model.over_speed import AtSpeed
-from gearrattle.system.laid_out import coefficients_of
 
 Array = NDArray[np.float64]
 Number = float | Array

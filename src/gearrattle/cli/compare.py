@@ -80,7 +80,7 @@ def compare(
 
 def _names(algorithms: str) -> list[str]:
     from gearrattle.comparison.contest import PAPER
-    from gearrattle.solvers import SOLVERS
+    from gearrattle.engine.solvers import SOLVERS
 
     names = [name.strip() for name in algorithms.split(",") if name.strip()] or list(PAPER)
     return [name for name in SOLVERS if name != "exact"] if names == ["all"] else names

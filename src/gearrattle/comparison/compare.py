@@ -28,13 +28,13 @@ from gearrattle.comparison.statistics import compare_statistics
 from gearrattle.comparison.steps import check_budget, check_names, growths_of, has_fixed_step
 from gearrattle.comparison.table import table_of
 from gearrattle.comparison.transmissibility import compare_transmissibility
+from gearrattle.engine.system.variation import GROWTH
 from gearrattle.errors import ConvergenceError, ModelError
 from gearrattle.model import Model, check_model
 from gearrattle.result import KIND
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import check_takes
-from gearrattle.system.variation import GROWTH
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,10 +17,10 @@ from gearrattle.comparison.contest import PAPER, Contender, Progress, Result, ru
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.comparison.record import Record
 from gearrattle.comparison.steps import check_budget, check_names, fixed_step_of
+from gearrattle.engine.system.variation import ROUNDING_95
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.results import Run
-from gearrattle.system.variation import ROUNDING_95
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 12))
 SHARES = tuple(4.0 * 2.0**-k for k in range(8))

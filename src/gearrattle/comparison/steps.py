@@ -10,14 +10,14 @@ from typing import Any
 
 from gearrattle.assembly import assemble
 from gearrattle.comparison.contest import Contender
+from gearrattle.engine.solvers import SOLVERS, Task
+from gearrattle.engine.solvers.one_step import FixedStep
+from gearrattle.engine.solvers.stability import growths, labels_of, regions_visited
+from gearrattle.engine.system.flow import flow_of
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
-from gearrattle.solvers import SOLVERS, Task
-from gearrattle.solvers.one_step import FixedStep
-from gearrattle.solvers.stability import growths, labels_of, regions_visited
-from gearrattle.system.flow import flow_of
 
 
 def check_names(algorithms: Iterable[str]) -> None:

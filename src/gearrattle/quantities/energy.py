@@ -62,7 +62,7 @@ class ContactWork:
     title: str = "Work of contacts"
     formula: str = "integral of (F - dU/d delta) delta' over the run / its time"
     unit: str = "W"
-    source: str = "definition; the quadrature of the energy audit (gearrattle.system.energy)"
+    source: str = "definition; the quadrature of the energy audit (gearrattle.engine.system.energy)"
     window: str = "the whole run, start-up included"
     sampling: str = "none: quadrature on dense output"
     needs: tuple[str, ...] = ("gaps", "energy")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.matrices import LinearSystem, linearised
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from gearrattle.assembly import free_names
+from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.model import Model
 from gearrattle.pipeline import Findings
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.tables import Table
-from gearrattle.system.energy import EnergyAudit
 
 
 def energy_table(findings: Findings) -> Table | None:

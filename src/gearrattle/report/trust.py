@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.engine.system.variation import GROWTH, ROUNDING, ROUNDING_95
 from gearrattle.pipeline import Findings
 from gearrattle.signals import find_impacts, steady
-from gearrattle.system.variation import GROWTH, ROUNDING, ROUNDING_95
 from gearrattle.wording import counted
 
 _METHODS = {

@@ -14,9 +14,9 @@ from typing import Any
 
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.comparison.contest import AGAIN, SHORT, Contender, Result, run_one
+from gearrattle.engine.solvers import SOLVERS
 from gearrattle.reproduction.cases import SPEED, load_case
 from gearrattle.results import Run
-from gearrattle.solvers import SOLVERS
 
 Progress = Callable[[float], None]
 BUDGET = 30.0  # s, of a run

@@ -17,11 +17,11 @@ import numpy as np
 
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.assembly import assemble
+from gearrattle.engine.solvers.base import Task
+from gearrattle.engine.solvers.one_step import StepMarch
+from gearrattle.engine.solvers.tableaus import CLASSICAL, MIDPOINT
 from gearrattle.outcome import Outcome
 from gearrattle.reproduction.cases import SPEED, load_case
-from gearrattle.solvers.base import Task
-from gearrattle.solvers.one_step import StepMarch
-from gearrattle.solvers.tableaus import CLASSICAL, MIDPOINT
 
 RUNS = 3
 _SLICE = 5_000  # steps between two looks at whether to stop
@@ -58,7 +58,7 @@ def count_steps(
         loaded: which of our loads.
         tick: called with the finished share; what it raises ends everything.
     """
-    from gearrattle.kernels.steps import CALLS, EVENTS, NOW, STEP
+    from gearrattle.engine.kernels.steps import CALLS, EVENTS, NOW, STEP
 
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle

@@ -21,6 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gearrattle.analysis.contact_ratios.describing import Describing, under_sine
+from gearrattle.engine.system.law import Stage, staged
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.comparison import COLOURS
@@ -29,7 +30,6 @@ from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.reproduction.sweep import Stop, Tick, mesh_alone, sweep
 from gearrattle.signals.regions import Regime
-from gearrattle.system.law import Stage, staged
 from gearrattle.trajectory import Array
 
 LOAD = 0.1

@@ -14,15 +14,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from gearrattle.assembly import assemble
+from gearrattle.engine.solvers.stability import growths
+from gearrattle.engine.solvers.tableaus import CLASSICAL
+from gearrattle.engine.system.flow import flow_of
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import HALF_GAP, SPEED, load_case
 from gearrattle.reproduction.digits import counted, several
 from gearrattle.reproduction.record import DIFFERS, Row, Section, row
 from gearrattle.results import Run
-from gearrattle.solvers.stability import growths
-from gearrattle.solvers.tableaus import CLASSICAL
-from gearrattle.system.flow import flow_of
 
 CYCLES, SETTLED, SAMPLES = 127, 20, 128
 _DIGITS = 1e-9

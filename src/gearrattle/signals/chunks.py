@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.system.statistics import Statistics
 from gearrattle.signals.crossing_sums import Sums, add_crossings
 from gearrattle.signals.levels import extremes_missed
 from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.summaries import Summary
 from gearrattle.signals.windows import steady
-from gearrattle.system.statistics import Statistics
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 _POWERS = 3  # 1, time, its square

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearrattle.engine.kernels.variants import Crossings, Tallies, room_for
 from gearrattle.errors import GearRattleError
-from gearrattle.kernels.variants import Crossings, Tallies, room_for
 from gearrattle.signals.bodies import reduced_inertias
 from gearrattle.signals.regions import Regime, broken_chain, judged_of, outside, regime_of
 from gearrattle.signals.windows import Window, steady
@@ -38,7 +38,7 @@ def add_crossings(before: Sums | None, trajectory: Trajectory, window: Window | 
     Raises:
         GearRattleError: if the log has a gap.
     """
-    from gearrattle.kernels import tallies
+    from gearrattle.engine.kernels import tallies
 
     layout, log = trajectory.layout, trajectory.events
     judged = judged_of(layout)

@@ -32,7 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.kernels.banded import banded
+from gearrattle.engine.kernels.banded import banded
 from gearrattle.signals.conditioning import DECIBELS, PASSED, STOPPED
 from gearrattle.signals.cross_spectra import cut, groups, taper, transformed
 

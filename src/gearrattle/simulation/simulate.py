@@ -29,7 +29,7 @@ from gearrattle.simulation.settings import settled
 from gearrattle.trajectory import Layout, Trajectory
 
 if TYPE_CHECKING:
-    from gearrattle.solvers import Task
+    from gearrattle.engine.solvers import Task
 
 Array = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def simulate(
         ConvergenceError: the algorithm failed; carries time, state and what to try.
     """
     check_model(model)
-    from gearrattle.solvers.simulate import simulate as integrate
+    from gearrattle.simulation.integrate import integrate
 
     arguments = {
         "algorithm": algorithm,
@@ -123,7 +123,7 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
-    from gearrattle.solvers import Task
+    from gearrattle.engine.solvers import Task
 
     used = settled(model, arguments)
     settings = used.simulation

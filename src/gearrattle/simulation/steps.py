@@ -47,9 +47,9 @@ def step_limits(
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
-    from gearrattle.solvers import SOLVERS
-    from gearrattle.solvers.one_step import FixedStep
-    from gearrattle.solvers.stability import largest_stable_step
+    from gearrattle.engine.solvers import SOLVERS
+    from gearrattle.engine.solvers.one_step import FixedStep
+    from gearrattle.engine.solvers.stability import largest_stable_step
 
     if needs_exact(assemble(model)):
         return ()

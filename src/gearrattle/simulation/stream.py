@@ -25,7 +25,7 @@ from gearrattle.simulation.store import Store
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
-    from gearrattle.solvers import Extensible
+    from gearrattle.engine.solvers import Extensible
 
 MOST_SAMPLES = 100_000
 MOST_CYCLES = 5000
@@ -114,7 +114,7 @@ def _begun(plan: Plan, chunk: int) -> Extensible:
     Raises:
         ModelError: the algorithm cannot go on where it ended.
     """
-    from gearrattle.solvers import SOLVERS, Extensible
+    from gearrattle.engine.solvers import SOLVERS, Extensible
 
     task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
     march = SOLVERS[plan.algorithm](task)
@@ -165,7 +165,7 @@ class Stream:
 
     def __next__(self) -> Run:
         """Compute, judge and store the next chunk."""
-        from gearrattle.solvers.simulate import finish
+        from gearrattle.simulation.integrate import finish
 
         if self.done >= self.cycles:
             if self._store is not None:

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import coefficients
+from gearrattle.engine.kernels.variants import Tallies, picked
+from gearrattle.engine.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.errors import GearRattleError
-from gearrattle.kernels.variants import Tallies, picked
 from gearrattle.model import Initial, Model
 from gearrattle.quantities import MEASURED
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
-from gearrattle.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.studies.outputs import VERDICT, Outputs
 from gearrattle.studies.plan import Plan
 from gearrattle.trajectory import Layout

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearrattle.assembly import assemble, refuse_unsteady
+from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.table import shown
@@ -45,7 +46,6 @@ from gearrattle.studies.sections import Sections, own_units, section_of, unit_of
 from gearrattle.studies.store import Store, Told
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import check_paths, first_run
-from gearrattle.system.coordinates import relative_coordinates
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:

@@ -26,6 +26,8 @@ from numpy.typing import NDArray
 from gearrattle.analysis.linear.response import steady_angles, steady_deflections, steady_extremes, turning_rates
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, refuse_motions, refuse_unsteady
+from gearrattle.engine.system.equilibrium import Equilibrium
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
@@ -34,8 +36,6 @@ from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.study import study
-from gearrattle.system.equilibrium import Equilibrium
-from gearrattle.system.piecewise import PiecewiseSystem
 from gearrattle.trajectory import Array, Layout
 
 if TYPE_CHECKING:

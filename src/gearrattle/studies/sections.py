@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble, period_of
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
@@ -41,7 +42,6 @@ from gearrattle.model.table import did_you_mean, shown
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
 from gearrattle.studies.outputs import Output, Outputs, unit_in
-from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 

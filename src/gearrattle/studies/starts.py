@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import assemble
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, units
 from gearrattle.model.quantity import Plain, checked
 from gearrattle.model.table import did_you_mean, shown
 from gearrattle.simulation.simulate import prepare
-from gearrattle.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 

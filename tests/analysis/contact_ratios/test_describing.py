@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearrattle.analysis.contact_ratios.describing import under_gaussian, under_sine
-from gearrattle.system.law import PiecewiseLaw, Stage, staged
+from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
 
 
 def two_stage(alpha: float, beta: float = 1.0, half_gap: float = 1.0, preload: float = 0.0) -> PiecewiseLaw:

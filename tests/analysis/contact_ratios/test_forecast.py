@@ -11,10 +11,10 @@ import gearrattle as gr
 from gearrattle.analysis.contact_ratios.describing import under_sine
 from gearrattle.analysis.contact_ratios.forecast import Linearisation, forecast
 from gearrattle.assembly import assemble
-from gearrattle.system.equilibrium import equilibrium
-from gearrattle.system.law import Stage, staged
-from gearrattle.system.piecewise import PiecewiseSystem
-from tests.system.drivelines import inputs
+from gearrattle.engine.system.equilibrium import equilibrium
+from gearrattle.engine.system.law import Stage, staged
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from tests.engine.system.drivelines import inputs
 
 PAPER = Path(__file__).parents[3] / "examples" / "paper"
 

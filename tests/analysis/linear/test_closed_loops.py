@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from mpmath import diag, lu_solve, matrix, mp, mpf
 
-from gearrattle.system.equilibrium import Equilibrium, Runaway, equilibrium
-from gearrattle.system.law import PiecewiseLaw, Stage, staged
-from gearrattle.system.piecewise import PiecewiseSystem
-from tests.system.drivelines import clearance, inputs, linear
+from gearrattle.engine.system.equilibrium import Equilibrium, Runaway, equilibrium
+from gearrattle.engine.system.law import PiecewiseLaw, Stage, staged
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from tests.engine.system.drivelines import clearance, inputs, linear
 
 PROMISED = 2.3e-16
 """Error of the angles, relative to them and to the condition of the stiffness."""

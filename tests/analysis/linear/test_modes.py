@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gearrattle.analysis.linear.modes import modes
-from gearrattle.system.piecewise import PiecewiseSystem
-from tests.system.drivelines import inputs, linear, random_chain
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from tests.engine.system.drivelines import inputs, linear, random_chain
 
 
 def chain(inertia: list[float], stiffness: list[float]) -> PiecewiseSystem:

@@ -8,7 +8,7 @@ import pytest
 from gearrattle.analysis.linear.conditioning import balanced, condition, conditions, jacobian
 from gearrattle.analysis.linear.modes import modes
 from gearrattle.analysis.linear.stiffness import eigenvalues, rigid_motions, stiffness_class
-from tests.system.drivelines import random_chain
+from tests.engine.system.drivelines import random_chain
 
 
 def slopes(system, last: bool = True) -> tuple[np.ndarray, np.ndarray]:

@@ -16,9 +16,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.system.coordinates import relative_coordinates
-from gearrattle.system.equilibrium import equilibrium
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.equilibrium import equilibrium
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.system.law import PiecewiseLaw
+from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 

@@ -35,8 +35,8 @@ from gearrattle.analysis.contact_ratios.base import (
     law_of,
     without_error,
 )
+from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.signals import steady
-from gearrattle.system.law import PiecewiseLaw
 from gearrattle.trajectory import Array, Trajectory
 
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from gearrattle.analysis.contact_ratios.averages import Averages
 from gearrattle.analysis.contact_ratios.balance import Balance, balance
 from gearrattle.analysis.contact_ratios.base import best_line, beyond, elastic, largest_slope, slopes
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.system.coordinates import relative_coordinates
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.linear.matrices import LinearSystem
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

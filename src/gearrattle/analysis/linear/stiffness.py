@@ -21,8 +21,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.system.coordinates import RelativeCoordinates, relative_coordinates
-from gearrattle.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -1,0 +1,1 @@
+"""The mathematics: compiled loops (``kernels``), the piecewise-linear system (``system``), algorithms (``solvers``)."""

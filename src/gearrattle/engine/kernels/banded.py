@@ -1,0 +1,53 @@
+"""A band-limited signal between its samples, each point with a band of its own.
+
+    y_k = sum_i x_i h((i - p_k) / w_k) / sum_i h((i - p_k) / w_k)
+
+h is even, given by a table and straight between its points, and zero beyond its reach. Beyond its ends a signal is
+continued by its point reflections there. The work is the sum of 2 w_k reach.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, separate
+
+
+@inlined
+def _continued(values, i):
+    """A sample, or beyond the ends the point reflection of one."""
+    last = values.size - 1
+    if i < 0:
+        return 2.0 * values[0] - values[min(-i, last)]
+    if i > last:
+        return 2.0 * values[last] - values[max(2 * last - i, 0)]
+    return values[i]
+
+
+@separate
+def banded(values, position, width, table, per_unit):
+    """Values (M,) at positions (M,) in samples, widths (M,) in samples a unit of h; table (T,) with T - 1 steps."""
+    out = np.empty(position.size)
+    reach = (table.size - 2.0) / per_unit
+    for k in range(position.size):
+        p, scale, side = position[k], per_unit / width[k], reach * width[k]
+        first, last = int(ceil(p - side)), int(floor(p + side))
+        total, norm = 0.0, 0.0
+        if first >= 0 and last < values.size:
+            for i in range(first, last + 1):
+                u = abs(i - p) * scale
+                j = int(u)
+                h = table[j] + (u - j) * (table[j + 1] - table[j])
+                total += h * values[i]
+                norm += h
+        else:
+            for i in range(first, last + 1):
+                u = abs(i - p) * scale
+                j = int(u)
+                h = table[j] + (u - j) * (table[j + 1] - table[j])
+                total += h * _continued(values, i)
+                norm += h
+        out[k] = total / norm
+    return out

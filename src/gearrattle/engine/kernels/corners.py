@@ -1,0 +1,43 @@
+"""What every event-driven march does at a corner: the rounding band around it, and the log of crossings.
+
+After a crossing a clearance *sits* on the corner until it has moved away from it; while it sits, its gap to that corner
+counts as at least a band, so that the same crossing is not found twice and rounding is no crossing.
+"""
+
+from __future__ import annotations
+
+from gearrattle.engine.kernels._jit import inlined
+from gearrattle.engine.kernels.packed import BAND
+
+DONE, SLICE_SPENT, NEEDS_REGION, LOG_FULL, CHATTER, NON_FINITE, NOTES_FULL = range(7)  # outcome.Outcome
+NO_PROGRESS = 8
+
+MOST_STALLED = 10_000
+"""Crossings in a row that do not advance the clock."""
+
+_LEAST = 1e-300  # a band of a clearance that does not move
+
+
+@inlined
+def band_of(fixed, travel):
+    """The rounding band; of a clearance without a scale (fixed 0) relative to how far it moves in a finest step."""
+    return fixed if fixed > 0.0 else max(BAND * travel, _LEAST)
+
+
+@inlined
+def has_left(side, below, above, band):
+    """Whether a clearance that sits on its lower (-1) or upper (+1) corner has moved away from it."""
+    return (side == -1 and below > 4.0 * band) or (side == 1 and above > 4.0 * band)
+
+
+@inlined
+def lifted(gap, band):
+    """The gap to the corner a clearance sits on, as it counts."""
+    return max(gap, 0.0) + band
+
+
+@inlined
+def log_crossing(log, i, cycle, fraction, k, upward, piece, rate, integral):
+    """Write crossing i down."""
+    log.cycle[i], log.fraction[i], log.clearance[i] = cycle, fraction, k
+    log.upward[i], log.piece[i], log.rate[i], log.integral[i] = upward, piece, rate, integral

@@ -1,0 +1,122 @@
+"""What a crossing changes of the motion in its window: a small motion of its own, near the element that crossed."""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.packed import ORDER
+
+_BINOMIAL = np.array([[float(comb(j, i)) for j in range(ORDER + 1)] for i in range(ORDER + 1)])
+
+
+@kernel
+def shifts(by, matrix):
+    """(ORDER + 1, ORDER + 1): row i, times the c_j, is coefficient i of sum c_j (s + by)^j."""
+    for i in range(ORDER + 1):
+        power = 1.0
+        for j in range(i, ORDER + 1):
+            matrix[i, j] = _BINOMIAL[i, j] * power
+            power *= by
+
+
+@kernel
+def jump_series(table, errors, k, error_row, now, corner, change, length, jump, matrix):
+    """(ORDER,) coefficients about now of the change of element k's force, change = (stiffness, damping)."""
+    shifts(now, matrix)
+    stiffness, damping = change
+    before = 0.0
+    for i in range(ORDER, -1, -1):
+        total = 0.0
+        for j in range(ORDER, i - 1, -1):
+            total += matrix[i, j] * (table[j, k] - (errors[j, error_row] if error_row >= 0 else 0.0))
+        if i < ORDER:
+            at = total - corner if i == 0 else total
+            jump[i] = stiffness * at + damping * (i + 1) * before / length
+        before = total
+
+
+@kernel
+def _respond(near, c, e0, i0, length, stiffness, damping, jump, moved, turned, pull):
+    """Coefficients about the crossing of what a change of force, element 0's, makes of the neighbourhood."""
+    first, second, first_arm, second_arm = near.first, near.second, near.first_arm, near.second_arm
+    drag, mobility, active = near.drag, near.mobility, near.active
+    for j in range(ORDER):
+        by = length / (j + 1)
+        n, m = active[c, j + 1, 0], active[c, j + 1, 1]
+        for i in range(n):
+            pull[i] = -drag[i0 + i] * turned[j, i]
+        for k in range(m):
+            a, b = first[e0 + k], second[e0 + k]
+            rate = first_arm[e0 + k] * turned[j, a] + second_arm[e0 + k] * turned[j, b]
+            moved[j + 1, 2 * k] = by * rate
+            f = stiffness[k] * moved[j, 2 * k] + damping[k] * rate
+            if k == 0:
+                f += jump[j]
+            moved[j + 1, 2 * k + 1] = by * f
+            pull[a] -= first_arm[e0 + k] * f
+            pull[b] -= second_arm[e0 + k] * f
+        for i in range(n):
+            turned[j + 1, i] = by * mobility[i0 + i] * pull[i]
+
+
+@kernel
+def _shifted_row(matrix, i, c, begin, counts, which, times, row):
+    """row = sum_j matrix[i, j] c[j], j from begin on, four at a time; of c[j] counts[j, which] * times columns."""
+    for column in range(times * counts[ORDER, which]):
+        row[column] = 0.0
+    for j in range(ORDER - 3, begin - 4, -4):
+        low = max(j, 0)
+        a0, a1, a2, a3 = matrix[i, low], matrix[i, low + 1], matrix[i, low + 2], matrix[i, low + 3]
+        for q in range(times * counts[low + 3, which]):
+            row[q] += (a0 * c[low, q] + a1 * c[low + 1, q]) + (a2 * c[low + 2, q] + a3 * c[low + 3, q])
+
+
+@kernel
+def correct(network, near, c, stiffness, damping, now, jump, table, room, moved, turned, pull, matrix, row):
+    """Add to a table what the change of clearance c's force makes of the motion from ``now`` on.
+
+    Args:
+        network, near: see ``network``.
+        c: the clearance.
+        stiffness, damping: (m,) of every element, the present piece of the one that crossed.
+        now: where in the window, from its origin.
+        jump: see ``jump_series``.
+        table: changed; true from ``now`` on.
+        room: (2, .) scratch for the neighbourhood's stiffness and damping.
+        moved, turned: (ORDER + 1, .) scratch for deflections and force integrals in turn, and for velocities; the
+            columns for what is not felt yet are zero, and stay so.
+        pull, matrix, row: scratch.
+    """
+    elements, inertias, active = near.element, near.inertia, near.active[c]
+    clearance, places, length = network.clearance, near.reference, network.length
+    e0, m = near.element_start[c], near.element_start[c + 1] - near.element_start[c]
+    i0, n = near.inertia_start[c], near.inertia_start[c + 1] - near.inertia_start[c]
+    k_near, c_near = room[0], room[1]
+    for k in range(m):
+        k_near[k], c_near[k] = stiffness[elements[e0 + k]], damping[elements[e0 + k]]
+    for j in range(ORDER + 1):
+        for k in range(2 * m):
+            moved[j, k] = 0.0
+        for i in range(n + 1):
+            turned[j, i] = 0.0
+    _respond(near, c, e0, i0, length, k_near, c_near, jump, moved, turned, pull)
+    integrals = network.mean.size
+    angles = integrals + network.clearances.size
+    shifts(-now, matrix)
+    for i in range(ORDER + 1):
+        _shifted_row(matrix, i, moved, i, active, 1, 2, row)
+        for k in range(m):
+            e = elements[e0 + k]
+            table[i, e] += row[2 * k]
+            if clearance[e] >= 0:
+                table[i, integrals + clearance[e]] += row[2 * k + 1]
+        _shifted_row(matrix, i, turned, i, active, 0, 1, row)
+        for k in range(n):
+            table[i, inertias[i0 + k]] += row[k]
+        for r in range(places.shape[1]):
+            if places[c, r] >= 0:
+                for j in range(ORDER, max(i, 1) - 1, -1):
+                    table[i, angles + r] += matrix[i, j] * (length / j) * turned[j - 1, places[c, r]]

@@ -1,0 +1,53 @@
+"""Eigenvalues of small symmetric matrices, by Jacobi's rotations.
+
+C. G. J. Jacobi, J. reine angew. Math. 30 (1846) 51; the rotation as in Golub and Van Loan, Matrix Computations, sec.
+8.5. Every operation is rounded by itself: the same bits on every machine, whatever linear algebra it carries.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from gearrattle.engine.kernels._jit import strict
+
+_SWEEPS = 60
+_NOTHING = 1e-18  # of the largest entry
+
+
+@strict
+def _rotate(a, vectors, p, q, size):
+    """Make a[p, q] zero."""
+    theta = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
+    t = 1.0 / (abs(theta) + sqrt(theta * theta + 1.0))
+    if theta < 0.0:
+        t = -t
+    c = 1.0 / sqrt(t * t + 1.0)
+    s = t * c
+    for k in range(size):
+        x, y = a[k, p], a[k, q]
+        a[k, p], a[k, q] = c * x - s * y, s * x + c * y
+    for k in range(size):
+        x, y = a[p, k], a[q, k]
+        a[p, k], a[q, k] = c * x - s * y, s * x + c * y
+        x, y = vectors[k, p], vectors[k, q]
+        vectors[k, p], vectors[k, q] = c * x - s * y, s * x + c * y
+    a[p, q] = a[q, p] = 0.0
+
+
+@strict
+def diagonalise(a, vectors, size):
+    """Write the eigenvectors of a, in columns; a keeps its eigenvalues on the diagonal."""
+    largest = 0.0
+    for i in range(size):
+        for j in range(size):
+            vectors[i, j] = 1.0 if i == j else 0.0
+            largest = max(largest, abs(a[i, j]))
+    for _ in range(_SWEEPS):
+        is_done = True
+        for p in range(size):
+            for q in range(p + 1, size):
+                if abs(a[p, q]) > _NOTHING * largest:
+                    _rotate(a, vectors, p, q, size)
+                    is_done = False
+        if is_done:
+            return

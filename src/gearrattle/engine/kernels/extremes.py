@@ -1,0 +1,331 @@
+"""Extremes, moments and time above a level of rows times the state, through the parts of a motion.
+
+Through a part every row is a power series of time (``system.series``). A part whose first four terms, and a bound on
+all others, do not pass the extremes seen so far is left out. Values at Chebyshev points of an interval bound what
+lies between them (Ehlich, Zeller 1964, Math. Z. 86, 41-44: a polynomial of degree d exceeds its values at 2 d + 1 such
+points by the factor 2^(1/2) at most); the few parts that pass by these as well are searched for turning points.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import loose
+
+FEW = 4
+"""Terms by which most parts are left out."""
+_EXCESS = 1.5  # by which values pass the middle of those at Chebyshev points: 2^(1/2), and a reserve
+
+
+class Parts(NamedTuple):
+    """Parts of a motion, each within one region and one interval between two samples."""
+
+    duration: Any  # (K,) in periods
+    region: Any  # (K,)
+    start: Any  # (K,) the sample whose state the series starts from, or -1 - the carried state
+    backward: Any  # (K,) whether that is the state at the end of the part
+    whole: Any  # (K,) whether the part is the whole interval
+    samples: Any  # (t, Z) sampled states z
+    carried: Any  # (C, Z) states carried on to parts without one
+
+
+class Rows(NamedTuple):
+    """Power series of q rows in every region; flat arrays by block, then row."""
+
+    count: Any  # (R,) blocks of an interval
+    block: Any  # (R,) their length, in periods
+    terms: Any  # (R,) highest power P
+    cells: Any  # (R,) of a block: in each a rate changes its sign once at most
+    first: Any  # (R,) where the coefficients of a region begin
+    coefficients: Any  # (P + 1, Z) of each block and row
+    first_rest: Any  # (R,)
+    rest: Any  # (Z,) of each block and row: sums of the moduli of the coefficients from the power ``FEW`` on
+    points: Any  # (R,) Chebyshev points of a block
+    first_look: Any  # (R,)
+    looks: Any  # (2, points, Z) of each block and row: the row at each point after the state, and before it
+    moving: Any  # (R, q) whether a row is not 0 there
+    nodes: Any  # (R,) of Gauss's rule for moments
+    abscissas: Any  # (R, J) in 0 ... 1
+    weights: Any  # (R, J)
+    first_seen: Any  # (R,)
+    seen: Any  # (J, Z) of each block and row: the row at each node
+    known: Any  # (R, S) memories on entering, scaled; NaN where they go on
+    first_memory: int  # where they stand in z
+
+
+@loose
+def _begin(parts, rows, i, z):
+    """Write the state that the series of a part start from."""
+    start = parts.start[i]
+    if start >= 0:
+        for k in range(z.size):
+            z[k] = parts.samples[start, k]
+    else:
+        for k in range(z.size):
+            z[k] = parts.carried[-1 - start, k]
+    for k in range(rows.known.shape[1]):
+        if rows.known[parts.region[i], k] == rows.known[parts.region[i], k]:  # not NaN
+            z[rows.first_memory + k] = rows.known[parts.region[i], k]
+
+
+@loose
+def _dot(flat, at, z):
+    """The row that begins there times the state."""
+    row, total = flat[at : at + z.size], 0.0
+    for k in range(z.size):
+        total += row[k] * z[k]
+    return total
+
+
+@loose
+def _reach(rows, region, row, x, z):
+    """Least and largest value that a row may have from its state on to x, in blocks: by few terms and a bound."""
+    width, flat = z.size, rows.coefficients
+    at = rows.first[region] + row * (rows.terms[region] + 1) * width
+    a0, a1 = _dot(flat, at, z), _dot(flat, at + width, z)
+    a2, a3 = _dot(flat, at + 2 * width, z), _dot(flat, at + 3 * width, z)
+    beyond, left = rows.first_rest[region] + row * width, 0.0
+    rest = rows.rest[beyond : beyond + width]
+    for k in range(width):
+        left += rest[k] * abs(z[k])
+    a1, a2, a3, left = a1 * x, a2 * x * x, a3 * x * x * x, left * x * x * x * x
+    low = a0 + min(a1, 0.0) + min(a2, 0.0) + min(a3, 0.0) - left
+    return low, a0 + max(a1, 0.0) + max(a2, 0.0) + max(a3, 0.0) + left
+
+
+@loose
+def _look(rows, region, row, is_backward, z):
+    """The same for the whole block, by values at Chebyshev points."""
+    count, width = rows.points[region], z.size
+    at = rows.first_look[region] + (2 * row + is_backward) * count * width
+    low = high = _dot(rows.looks, at, z)
+    for g in range(1, count):
+        value = _dot(rows.looks, at + g * width, z)
+        low, high = min(low, value), max(high, value)
+    rise = 0.5 * (_EXCESS - 1.0) * (high - low)
+    return low - rise, high + rise
+
+
+@loose
+def _expand(rows, region, row, x, z, terms):
+    """Write the terms of powers of the share of a part, 0 ... 1, that ends x blocks from its state."""
+    width, top = z.size, rows.terms[region]
+    at, power = rows.first[region] + row * (top + 1) * width, 1.0
+    for p in range(top + 1):
+        terms[p] = _dot(rows.coefficients, at + p * width, z) * power
+        power *= x
+    return top
+
+
+@loose
+def _value(terms, top, x):
+    """A polynomial at x."""
+    value = terms[top]
+    for p in range(top - 1, -1, -1):
+        value = value * x + terms[p]
+    return value
+
+
+@loose
+def _rate(terms, top, x):
+    """Its first derivative."""
+    value = top * terms[top]
+    for p in range(top - 1, 0, -1):
+        value = value * x + p * terms[p]
+    return value
+
+
+@loose
+def _bend(terms, top, x):
+    """Its second derivative."""
+    value = top * (top - 1) * terms[top]
+    for p in range(top - 1, 1, -1):
+        value = value * x + p * (p - 1) * terms[p]
+    return value
+
+
+@loose
+def _turn(terms, top, begin, end, before, after):
+    """Where the rate vanishes between two points with rates of opposite signs."""
+    x = begin + (end - begin) * before / (before - after)
+    for _ in range(5):
+        bend = _bend(terms, top, x)
+        if bend != 0.0:
+            x = min(max(x - _rate(terms, top, x) / bend, begin), end)
+    return x
+
+
+@loose
+def extremes(parts, rows, first, last, scratch, low, high):
+    """Widen low and high (q,) to the extremes of every row through the parts from first to last.
+
+    Args:
+        parts, rows: see ``Parts``, ``Rows``.
+        first, last: parts.
+        scratch: (2, room for the state and for the terms).
+        low, high: (q,) extremes so far.
+    """
+    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], low.size
+    for i in range(first, last):
+        region = parts.region[i]
+        _begin(parts, rows, i, z)
+        sign = -1.0 if parts.backward[i] else 1.0
+        for c in range(count):
+            if not rows.moving[region, c]:
+                low[c], high[c] = min(low[c], 0.0), max(high[c], 0.0)
+                continue
+            left = parts.duration[i]
+            for j in range(rows.count[region]):
+                x = sign * min(left, rows.block[region]) / rows.block[region]
+                least, most = _reach(rows, region, j * count + c, x, z)
+                if most > high[c] or least < low[c]:
+                    least, most = _look(rows, region, j * count + c, parts.backward[i], z)
+                if most > high[c] or least < low[c]:
+                    top = _expand(rows, region, j * count + c, x, z, terms)
+                    cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
+                    before = terms[1]
+                    low[c], high[c] = min(low[c], terms[0]), max(high[c], terms[0])
+                    for g in range(1, cells + 1):
+                        end = g / cells
+                        value, after = _value(terms, top, end), _rate(terms, top, end)
+                        low[c], high[c] = min(low[c], value), max(high[c], value)
+                        if before * after < 0.0:
+                            value = _value(terms, top, _turn(terms, top, (g - 1) / cells, end, before, after))
+                            low[c], high[c] = min(low[c], value), max(high[c], value)
+                        before = after
+                left -= rows.block[region]
+                if left <= 0.0:
+                    break
+
+
+@loose
+def _weigh(weight, value, about, c, sums):
+    """Add the powers of a value about a reference."""
+    away = value - about[c]
+    square = away * away
+    sums[0, c] += weight * away
+    sums[1, c] += weight * square
+    sums[2, c] += weight * square * away
+    sums[3, c] += weight * square * square
+
+
+@loose
+def moments(parts, rows, first, last, wanted, about, scratch, sums, powers):
+    """Add the integrals of powers 1 ... 4 of rows about a reference, of those that are not 0 in a region.
+
+    Args:
+        parts, rows, first, last, scratch: as in ``extremes``.
+        wanted: (m,) rows whose moments are wanted.
+        about: (q,) references.
+        sums: (4, q) room.
+        powers: (4, q) added to.
+    """
+    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], about.size
+    for i in range(first, last):
+        region, width = parts.region[i], z.size
+        _begin(parts, rows, i, z)
+        sign = -1.0 if parts.backward[i] else 1.0
+        for m in range(wanted.size):
+            c = wanted[m]
+            left = parts.duration[i]
+            for j in range(rows.count[region] if rows.moving[region, c] else 0):
+                row, length = j * count + c, min(left, rows.block[region])
+                if parts.whole[i]:
+                    at = rows.first_seen[region] + row * rows.nodes[region] * width
+                    for g in range(rows.nodes[region]):
+                        value = _dot(rows.seen, at + g * width, z)
+                        _weigh(rows.block[region] * rows.weights[region, g], value, about, c, sums)
+                elif length > 0.0:
+                    top = _expand(rows, region, row, sign * length / rows.block[region], z, terms)
+                    for g in range(rows.nodes[region]):
+                        value = _value(terms, top, rows.abscissas[region, g])
+                        _weigh(length * rows.weights[region, g], value, about, c, sums)
+                left -= rows.block[region]
+        if i % 256 == 255 or i == last - 1:  # sums of sums round less
+            for p in range(4):
+                for c in range(count):
+                    powers[p, c] += sums[p, c]
+                    sums[p, c] = 0.0
+
+
+@loose
+def reaches(parts, rows, first, last, c, scratch, low, high):
+    """Write bounds (K,) on a row in every part."""
+    z, count = scratch[0, : parts.samples.shape[1]], rows.moving.shape[1]
+    for i in range(first, last):
+        region, left = parts.region[i], parts.duration[i]
+        low[i] = high[i] = 0.0
+        if not rows.moving[region, c]:
+            continue
+        _begin(parts, rows, i, z)
+        low[i], high[i] = np.inf, -np.inf
+        for j in range(rows.count[region]):
+            x = min(left, rows.block[region]) / rows.block[region]
+            least, most = _reach(rows, region, j * count + c, -x if parts.backward[i] else x, z)
+            lowest, highest = _look(rows, region, j * count + c, parts.backward[i], z)
+            low[i], high[i] = min(low[i], max(least, lowest)), max(high[i], min(most, highest))
+            left -= rows.block[region]
+            if left <= 0.0:
+                break
+
+
+@loose
+def _above(terms, top, sign, level, begin, end):
+    """Share of begin ... end, where a polynomial is monotonic, in which sign times it is above a level, and its loss
+    with the level."""
+    at_begin = sign * _value(terms, top, begin) - level
+    at_end = sign * _value(terms, top, end) - level
+    if at_begin <= 0.0 and at_end <= 0.0:
+        return 0.0, 0.0
+    if at_begin > 0.0 and at_end > 0.0:
+        return end - begin, 0.0
+    low, high, rate = begin, end, 0.0
+    x = begin + (end - begin) * at_begin / (at_begin - at_end)
+    for _ in range(60):
+        value, rate = sign * _value(terms, top, x) - level, sign * _rate(terms, top, x)
+        if (value > 0.0) == (at_begin > 0.0):
+            low = x
+        else:
+            high = x
+        moved = x - value / rate if rate != 0.0 else low
+        if not low < moved < high:
+            moved = 0.5 * (low + high)
+        step, x = abs(moved - x), moved
+        if step <= 1e-9 * (end - begin):  # of which Newton's next error is the square
+            break
+    loss = 1.0 / abs(rate) if rate != 0.0 else np.inf
+    return (x - begin if at_begin > 0.0 else end - x), loss
+
+
+@loose
+def time_above(parts, rows, which, c, level, scratch):
+    """Return how long the modulus of a row is above a level in some parts, in periods, and its loss with the level."""
+    z, terms, count = scratch[0, : parts.samples.shape[1]], scratch[1], rows.moving.shape[1]
+    time = loss = 0.0
+    for n in range(which.size):
+        i = which[n]
+        region, left = parts.region[i], parts.duration[i]
+        _begin(parts, rows, i, z)
+        for j in range(rows.count[region]):
+            length = min(left, rows.block[region])
+            x = (-length if parts.backward[i] else length) / rows.block[region]
+            top = _expand(rows, region, j * count + c, x, z, terms)
+            cells = max(1, int(np.ceil(rows.cells[region] * abs(x))))
+            before = terms[1]
+            for g in range(1, cells + 1):
+                begin, end = (g - 1) / cells, g / cells
+                after = _rate(terms, top, end)
+                middle = _turn(terms, top, begin, end, before, after) if before * after < 0.0 else end
+                for sign in (1.0, -1.0):
+                    share, lost = _above(terms, top, sign, level, begin, middle)
+                    time, loss = time + length * share, loss + length * lost
+                    if middle < end:
+                        share, lost = _above(terms, top, sign, level, middle, end)
+                        time, loss = time + length * share, loss + length * lost
+                before = after
+            left -= rows.block[region]
+            if left <= 0.0:
+                break
+    return time, loss

@@ -1,0 +1,392 @@
+"""The certified march inside one region, and the crossing to the next.
+
+Each step tries the longest dyadic h for which no clearance can leave its region: with gap g and its first three
+derivatives exact at the start and |delta''''| <= b for as long as the region lasts (``system.majorant``), a minorant of
+every gap must stay positive over the whole step. If even the finest step is not safe, the deflections over it are
+polynomials to rounding and the first crossing is the first root (``polynomial.first_exit``). Nothing can be skipped:
+every instant lies in a step proven free of crossings or in a window searched from its beginning.
+
+The kernel works in slices and hands back an ``Outcome`` code, so that the floor above can show progress, grow the log,
+or build a region met for the first time. Where a slice ends changes no bit of the motion; nor does it when all samples
+are stored and the march goes on with fresh ones, for the step in which the last one lies is not taken before that.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels.corners import (
+    CHATTER,
+    DONE,
+    LOG_FULL,
+    MOST_STALLED,
+    NEEDS_REGION,
+    NO_PROGRESS,
+    NON_FINITE,
+    NOTES_FULL,
+    SLICE_SPENT,
+    band_of,
+    has_left,
+    lifted,
+    log_crossing,
+)
+from gearrattle.engine.kernels.instants import stand_at_instant, until_instant, write_chains
+from gearrattle.engine.kernels.notes import note
+from gearrattle.engine.kernels.oscillators import inputs_at, turn_little, turn_step
+from gearrattle.engine.kernels.packed import (
+    CYCLE,
+    ENTERED,
+    ENTRY,
+    EVENTS,
+    EXPANSIONS,
+    INSTANT,
+    INTERVAL,
+    LEVEL,
+    LONGEST,
+    NOTED,
+    ORDER,
+    PASSED,
+    PENDING,
+    SAMPLE,
+    SLOT,
+    STALLED,
+    STEPS,
+    TICKS,
+    TRIALS,
+    UNANCHORED,
+    UNBOUNDED,
+)
+from gearrattle.engine.kernels.polynomial import NEVER, SIXTH, stays_inside
+from gearrattle.engine.kernels.products import multiply, multiply_add
+from gearrattle.engine.kernels.window import (
+    advance,
+    enter,
+    first_crossing,
+    leave,
+    move_within,
+    reach_of,
+    recall,
+    strips_of,
+    window_scratch,
+)
+
+_REACH = 4  # levels: how much longer than the last one a step may be
+_LEAP = 6  # the same after a finest step: behind a crossing all may be quiet
+_ANCHOR_EVERY = 16  # steps between fresh sines; in between the inputs are turned
+_SMALL = 4.0  # how many times smaller than the gaps the fast modes must be to be bounded by their amplitude
+_BOUND_EVERY = 3  # steps a bound is used for; it stays true for twice the longest step
+_NEAR = 1e-9  # periods: a sample this near is timed afresh; in between its distance is a running difference
+
+
+@inlined
+def _counted(gap, rate, band):
+    """A gap as it counts: where the motion sits on the corner, lifted by a band > 0; zero where it opens from below."""
+    if band > 0.0:
+        return lifted(gap, band)
+    return 0.0 if gap <= 0.0 and rate > 0.0 else gap
+
+
+@inlined
+def _third(jerk, fourth, h):
+    """The third derivative of a cubic minorant over h: fourth s^4 / 24 <= (h fourth / 4) s^3 / 6 for 0 <= s <= h."""
+    return max(0.25 * h * fourth - jerk, 0.0)
+
+
+@inlined
+def _ends_inside(low, high, rate, curvature, jerk, fourth, h):
+    """Whether the minorants of both gaps are positive at the end of a step h: they cannot stay so otherwise."""
+    near = rate + h * (0.5 * curvature - h * SIXTH * _third(jerk, fourth, h))
+    far = rate + h * (0.5 * curvature + h * SIXTH * _third(-jerk, fourth, h))
+    return low + h * near > 0.0 and high - h * far > 0.0
+
+
+@inlined
+def _choose_level(lower, upper, bands, slot, near, steps, level, fine, unsafe):
+    """The longest dyadic step, from ``level`` on, over which every clearance stays in its region.
+
+    Where fast modes are small against a clearance's gaps it is judged without them (``calm``), every gap taken smaller
+    by their bound.
+
+    Returns:
+        (level, safe): not safe if even the finest step might reach a corner; ``unsafe`` marks which, (k, lower or
+        upper). A step safe for one clearance stays so when another shortens it.
+    """
+    seen, calm, bound, side, band = near
+    count, safe = side.size, True
+    for k in range(count):
+        value, rate, curvature, jerk = seen[4 * k], seen[4 * k + 1], seen[4 * k + 2], seen[4 * k + 3]
+        below, above, fourth, margin = value - lower[slot, k], upper[slot, k] - value, bound[k], bound[k + 2 * count]
+        unsafe[k, 0], unsafe[k, 1] = False, False
+        h, room = steps[level], min(below, above)
+        if room > h * (abs(rate) + h * (0.5 * abs(curvature) + h * SIXTH * (abs(jerk) + 0.25 * h * fourth))):
+            continue
+        travel = steps[fine] * (abs(rate) + steps[fine] * 0.5 * abs(curvature))
+        band[k] = band_of(bands[slot, k], travel)
+        if has_left(side[k], below, above, band[k]):
+            side[k] = 0
+        if room > _SMALL * margin:
+            below, above = calm[4 * k] - lower[slot, k] - margin, upper[slot, k] - calm[4 * k] - margin
+            rate, curvature, jerk, fourth = calm[4 * k + 1], calm[4 * k + 2], calm[4 * k + 3], bound[k + count]
+        low = _counted(below, rate, band[k] if side[k] == -1 else 0.0)
+        high = _counted(above, -rate, band[k] if side[k] == 1 else 0.0)
+        while level < fine and not _ends_inside(low, high, rate, curvature, jerk, fourth, steps[level]):
+            level += 1
+        while True:
+            h = steps[level]
+            nears = low < 1e300 and not stays_inside(low, rate, curvature, _third(jerk, fourth, h), h)
+            fars = high < 1e300 and not stays_inside(high, -rate, -curvature, _third(-jerk, fourth, h), h)
+            if not (nears or fars):
+                break
+            if level == fine:
+                unsafe[k, 0], unsafe[k, 1], safe = nears, fars, False
+                break
+            level += 1
+    return level, safe
+
+
+@inlined
+def _bound_pushes(pushes, fourth, slot, interval, size, bound):
+    """Add what the fourth derivatives of chains make of the bounds."""
+    for j in range(fourth.shape[1]):
+        size[j] = fourth[interval, j]
+    multiply_add(pushes, slot, bound.size // 4, fourth.shape[1], size, bound)
+
+
+@inlined
+def _bound(bounds, weights, constant, slot, width, modes, y, parts, size, bound):
+    """Bound fourth derivatives and fast modes for as long as the region lasts, from the moduli of the modes."""
+    groups = strips_of(modes)
+    multiply(bounds, slot, 2 * groups, width, y, parts, 0)
+    for g in range(groups):
+        r, i = 8 * g, 8 * g + 4
+        for j in range(4):
+            size[4 * g + j] = np.sqrt(parts[r + j] * parts[r + j] + parts[i + j] * parts[i + j])
+    for i in range(0, bound.size, 4):
+        b0, b1, b2, b3 = constant[slot, i], constant[slot, i + 1], constant[slot, i + 2], constant[slot, i + 3]
+        bound[i], bound[i + 1], bound[i + 2], bound[i + 3] = b0, b1, b2, b3
+    multiply_add(weights, slot, bound.size // 4, modes, size, bound)
+
+
+@inlined
+def _pass_time(counts, clock, h, dyadic):
+    """Advance the clock; the offset stays an exact dyadic fraction until a crossing sets a new anchor."""
+    if dyadic:
+        clock[1] += h
+    else:
+        clock[0] += clock[1] + h
+        clock[1] = 0.0
+    while clock[0] + clock[1] >= 1.0:
+        counts[CYCLE] += 1
+        clock[1] -= 1.0
+
+
+@inlined
+def _count(counts, clock, first, level, safe, passed):
+    """Count a step, of a level tried from another on."""
+    counts[TRIALS] += level - first + 1
+    counts[STEPS] += 1
+    counts[LEVEL] = level
+    counts[EXPANSIONS] += not safe
+    clock[3] += passed
+    counts[UNANCHORED] += 1
+    counts[UNBOUNDED] += 1
+    counts[PASSED] = 0
+
+
+@inlined
+def _elapsed(counts, clock):
+    """Time in the region, in periods."""
+    return (counts[CYCLE] - counts[ENTRY]) + (clock[0] + clock[1] - clock[2])
+
+
+@inlined
+def _ahead(counts, clock, i, per_cycle):
+    """Time from now to sample i, in periods."""
+    whole = i // per_cycle
+    part = (i - whole * per_cycle) / per_cycle
+    return (whole - counts[CYCLE]) + (part - (clock[0] + clock[1]))
+
+
+@inlined
+def _pass_samples(march, samples, notes, h):
+    """Note every sample in [now, now + h), as long as there is room for notes."""
+    counts, per_cycle = march.counts, samples.per_cycle
+    elapsed, last = _elapsed(counts, march.clock), samples.first + samples.pieces.shape[0]
+    # If a period's first sample was passed in this step before the run went on, the next ones follow from it.
+    i = counts[SAMPLE] - (1 if counts[PASSED] and (counts[SAMPLE] - 1) % per_cycle == 0 else 0)
+    while counts[SAMPLE] < last and counts[NOTED] < notes.row.size:
+        first, ahead = i, max(_ahead(counts, march.clock, i, per_cycle), 0.0)
+        while i < last and (i == first or i % per_cycle != 0):
+            reached = ahead + (i - first) / per_cycle
+            if reached >= h and reached > 0.0:
+                break
+            i += 1
+        if i <= counts[SAMPLE]:
+            break
+        rows = first - samples.first, i - first
+        note(notes, counts, rows, counts[SLOT], march.y, march.carried, ahead, elapsed + ahead)
+        counts[SAMPLE], counts[PASSED] = i, 1
+
+
+@inlined
+def _cross(regions, march, log, k, upward, rate, behind):
+    """Log that k leaves its piece, and make for the region beyond; PENDING is set if that is not built yet.
+
+    The force integrals of the clearances are the last of the ``behind`` carried quantities.
+    """
+    counts, clock, slot, memories = march.counts, march.clock, march.counts[SLOT], regions.known.shape[1]
+    integral = march.carried[behind - regions.clearances + k] if k < regions.clearances else 0.0
+    i, piece = counts[EVENTS], regions.piece[slot, k]
+    log_crossing(log, i, counts[CYCLE], clock[0] + clock[1], k, upward, piece, rate, integral)
+    for s in range(memories):
+        log.memory[i, s] = march.y[regions.states - memories + s]
+    counts[EVENTS] = i + 1
+    counts[ENTERED] = 0
+    march.side[k] = -1 if upward else 1
+    beyond = regions.neighbour[slot, k, upward]
+    if beyond < 0:
+        counts[PENDING] = 2 * k + upward
+    else:
+        counts[SLOT] = beyond
+
+
+@inlined
+def _pass_instant(regions, instants, march, log, out, behind):
+    """Begin the next interval of the signals, or let a companion change by the clock."""
+    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    k = instants.watch[counts[INSTANT]]
+    counts[INSTANT] += 1
+    counts[UNBOUNDED] = _BOUND_EVERY
+    if k < 0:
+        counts[INTERVAL] += 1
+        return
+    counts[TICKS] += 1
+    if counts[ENTERED]:
+        past = _elapsed(counts, clock)
+        leave(regions.particular, regions.drift, regions.states, slot, march.u, past, march.y, march.carried, out)
+    _cross(regions, march, log, k, 1, 0.0, behind)
+
+
+@inlined
+def _anchor(inputs, regions, march, end):
+    """Compute the inputs afresh, those kept as states, up to the entry ``end``, too."""
+    counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
+    inputs_at(inputs, counts[CYCLE], clock[0] + clock[1], march.u)
+    counts[UNANCHORED] = 0
+    states = regions.states
+    if counts[ENTERED]:
+        for i in range(states, end):
+            march.y[i] = march.u[regions.kept[slot, i - states]]
+
+
+@inlined
+def _look(forced, probe, calm_rows, slot, width, watched, y, u, seen, calm):
+    """Deflections and their first three derivatives, a strip a clearance, with and without the fast modes."""
+    multiply(forced, slot, watched, u.size, u, seen, 0)
+    for i in range(0, 4 * watched, 4):
+        calm[i], calm[i + 1], calm[i + 2], calm[i + 3] = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
+    multiply_add(probe, slot, watched, width, y, seen)
+    multiply_add(calm_rows, slot, watched, width, y, calm)
+
+
+@kernel
+def march_on(regions, inputs, instants, march, samples, notes, log, budget):
+    """March until all samples are noted, ``budget`` steps are taken or something above is needed; an ``Outcome`` code.
+
+    Args:
+        all but budget: see ``packed``; march, notes and log change. instants: None where no times are known beforehand.
+    """
+    steps, tables, first_table, powers = inputs.steps, regions.tables, regions.first_table, regions.powers
+    cosines, sines, frequency = inputs.turn_cosine, inputs.turn_sine, inputs.frequency
+    lower, upper, states, widths, finest = regions.lower, regions.upper, regions.states, regions.width, regions.fine
+    probe, calm, forced, bounds, modes = regions.probe, regions.calm, regions.forced, regions.bounds, regions.modes
+    weights, constant, kept, particular = regions.weights, regions.constant, regions.kept, regions.particular
+    series, forced_series, forced_strips = regions.series, regions.forced_series, regions.forced_strips
+    y, carried, u, clock, counts, side = march.y, march.carried, march.u, march.clock, march.counts, march.side
+    bound, tried, bands, watched, per_cycle = march.bound, march.tried, regions.band, side.size, samples.per_cycle
+    last, room, behind = samples.first + samples.pieces.shape[0], log.cycle.size, samples.states.shape[1] - states
+    # Scratch is made here, where the compiler sees that nothing else is stored in it.
+    rows, longest, until, chain = carried.size + y.size, y.size, np.inf, 0 if instants is None else regions.chain
+    scratch, gap, band = window_scratch(carried.size, longest), np.zeros(ORDER + 1), np.zeros(side.size)
+    out, terms, unsafe = scratch[0], scratch[1], np.zeros((side.size, 2), dtype=np.bool_)
+    seen, still, parts, size = np.zeros(4 * watched), np.zeros(4 * watched), np.zeros(2 * longest), np.zeros(rows)
+    near, ahead = (seen, still, bound, side, band), _ahead(counts, clock, counts[SAMPLE], per_cycle)
+    for _ in range(budget):
+        if counts[SAMPLE] >= last:
+            return DONE
+        if counts[PENDING] >= 0:
+            return NEEDS_REGION
+        if counts[EVENTS] >= room:
+            return LOG_FULL
+        slot = counts[SLOT]
+        fine, width = finest[slot], widths[slot]
+        if counts[UNANCHORED] >= _ANCHOR_EVERY:
+            _anchor(inputs, regions, march, width - chain)
+            ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
+        if instants is not None:
+            until = until_instant(instants, counts, clock)
+            if until <= 0.0:
+                _pass_instant(regions, instants, march, log, out, behind)
+                continue
+        if not counts[ENTERED]:
+            recall(regions, slot, y)
+            enter(particular, kept, states, width - chain, slot, u, y, carried, out)
+            counts[ENTERED], counts[UNBOUNDED] = 1, _BOUND_EVERY
+            counts[ENTRY], clock[2] = counts[CYCLE], clock[0] + clock[1]
+        if instants is not None:
+            write_chains(regions, inputs, march, terms)
+        if counts[UNBOUNDED] >= _BOUND_EVERY or clock[3] > LONGEST:
+            counts[UNBOUNDED], clock[3] = 0, 0.0
+            _bound(bounds, weights, constant, slot, width, modes[slot], y, parts, size, bound)
+            if instants is not None:
+                _bound_pushes(regions.pushes, inputs.fourth, slot, counts[INTERVAL], size, bound)
+        _look(forced, probe, calm, slot, width, watched, y, u, seen, still)
+        first = max(0, counts[LEVEL] - _REACH if counts[LEVEL] < fine else fine - _LEAP)
+        level, safe = _choose_level(lower, upper, bands, slot, near, steps, first, fine, unsafe)
+        while steps[level] > until and level < fine:
+            level += 1
+        h = steps[level]
+        passed, k, upward, rate, x, chained = h, -1, 0, 0.0, NEVER, (chain, inputs.links, inputs.pace * steps[fine])
+        if not safe:
+            reach = 1.0 if instants is None else reach_of(until, h)
+            x, k, upward, rate = first_crossing(
+                series, forced_series, forced_strips, lower, upper, slot, width, y, u, side, band, unsafe, gap, h, reach
+            )
+            if x < 0.0:
+                return NO_PROGRESS if np.isfinite(y.sum()) else NON_FINITE
+            passed = x * h if x < NEVER else h
+        if passed > until:
+            passed, x = until, NEVER
+        if ahead < passed + _NEAR:
+            _pass_samples(march, samples, notes, passed)
+            ahead = _ahead(counts, clock, counts[SAMPLE], per_cycle)
+            if counts[SAMPLE] >= last:
+                return DONE  # the step is not taken yet: a later run begins with it, and counts it then
+            if counts[NOTED] >= notes.row.size:
+                return NOTES_FULL  # nor here
+        tried[0] += 2.0 * steps[first] - h
+        _count(counts, clock, first, level, safe, passed)
+        ahead -= passed
+        if x < NEVER:
+            move_within(powers, slot, width, chained, x, y, carried, scratch)
+            turn_little(frequency, passed, u)
+            before = clock[0] + clock[1]
+            _pass_time(counts, clock, passed, False)
+            leave(particular, regions.drift, states, slot, u, _elapsed(counts, clock), y, carried, out)
+            _cross(regions, march, log, k, upward, rate, behind)
+            counts[STALLED] = counts[STALLED] + 1 if clock[0] + clock[1] == before else 0
+            if counts[STALLED] > MOST_STALLED:
+                return CHATTER
+            continue
+        if instants is not None and passed < h:
+            move_within(powers, slot, width, chained, passed / h, y, carried, scratch)
+            turn_little(frequency, passed, u)
+            stand_at_instant(instants, counts, clock)
+            continue
+        advance(tables, first_table[slot] + level, width, chain, y, carried, out)
+        turn_step(cosines, sines, level, u)
+        _pass_time(counts, clock, h, True)
+        if not np.isfinite(y[0]):
+            return NON_FINITE
+    return SLICE_SPENT

@@ -1,0 +1,288 @@
+"""The march over CVODE's steps: samples and corner crossings from its own interpolant, restarts at corners.
+
+CVODE is called by address (``Library``), one step at a time; nothing but numbers passes through Python. A step hands
+back its end; in between, CVodeGetDky evaluates the polynomial CVODE itself predicts with.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import call_code, kernel
+from gearrattle.engine.kernels.products import copy
+from gearrattle.engine.kernels.vector_field import element_states
+
+DONE, SLICE_SPENT, LOG_FULL, CHATTER, NON_FINITE, NO_CONVERGENCE = 0, 1, 3, 4, 5, 7  # outcome.Outcome
+ONE_STEP, ROOT_FOUND = 2, 2
+RHS_FAILED = (-8, -11)  # CV_RHSFUNC_FAIL ... CV_UNREC_RHSFUNC_ERR
+LARGEST = 1e150  # a state this many times an ordinary motion's is on its way out of the numbers
+PATIENCE = 1000  # steps or crossings in a row without any time passing
+
+SAMPLE, EVENTS, STEPS, CALLS, ERROR_FAILS, SOLVE_FAILS, JACOBIANS, IDLE = range(8)
+"""Indices into ``March.counts``; STEPS to JACOBIANS count up to the last restart, CVODE counts on from there."""
+TIME, SMALLEST, TRIED, LAST, NEXT, SPARE = range(6)
+"""Indices into ``March.numbers``; TRIED is the sum of all steps tried."""
+
+
+class Library(NamedTuple):
+    """Addresses: CVODE's memory, two of its vectors, its functions."""
+
+    memory: Any
+    vector: Any  # holds March.z
+    between: Any  # holds March.point
+    step: Any  # CVode
+    interpolate: Any  # CVodeGetDky
+    statistics: Any  # CVodeGetIntegratorStats
+    solve_fails: Any  # CVodeGetNumStepSolveFails
+    jacobians: Any  # CVodeGetNumJacEvals
+    roots: Any  # CVodeGetRootInfo
+    restart: Any  # CVodeReInit
+    stop: Any  # CVodeSetStopTime
+    first: Any  # CVodeSetInitStep
+    newton: Any  # whether there is a matrix
+
+
+class March(NamedTuple):
+    """Everything that changes; S states, K clearances, m elements."""
+
+    z: Any  # (S,) scaled state
+    point: Any  # (S,) scaled state between
+    counts: Any  # (8,)
+    numbers: Any  # (6,)
+    current: Any  # (8,) CVODE's own counts
+    found: Any  # (2 K,) int32, the roots found
+    piece: Any  # (m,) int64
+    deflection: Any  # (m,) at the end of the last step
+    times: Any  # (samples,) output grid
+    states: Any  # (samples, S) output
+    event_time: Any  # (capacity,)
+    event_element: Any  # (capacity,)
+    event_pieces: Any  # (capacity, 2) from, to
+    event_rate: Any  # (capacity,)
+    event_integral: Any  # (capacity,)
+
+
+class Held(NamedTuple):
+    """The pieces held between corners; ``field`` has one piece an element. ``on`` is False for blind stepping."""
+
+    on: Any
+    field: Any
+    bounds: Any  # (K, 2)
+    clearances: Any  # (K,)
+
+
+class Scratch(NamedTuple):
+    """The elements' states at one instant."""
+
+    y: Any
+    wave: Any
+    deflection: Any
+    rate: Any
+    piece: Any
+    force: Any
+
+
+@kernel
+def _look(field, size, time, z, s):
+    """Put the elements' states at a scaled state into the scratch."""
+    for i in range(z.size):
+        s.y[i] = z[i] * size[i]
+    element_states(field, time, s.y, s.wave, s.deflection, s.rate, s.piece, s.force)
+
+
+@kernel
+def _between(library, time):
+    """Put the scaled state at a time inside the last step into ``March.point``."""
+    call_code(library.interpolate, (library.memory, time, 0, library.between))
+
+
+@kernel
+def _log(m, s, begin, time, k, piece, target):
+    """Log a crossing with the rate and integral in the scratch, in its place among those of this step."""
+    i = m.counts[EVENTS]
+    while i > begin and m.event_time[i - 1] > time:
+        m.event_time[i] = m.event_time[i - 1]
+        m.event_element[i] = m.event_element[i - 1]
+        m.event_pieces[i] = m.event_pieces[i - 1]
+        m.event_rate[i] = m.event_rate[i - 1]
+        m.event_integral[i] = m.event_integral[i - 1]
+        i -= 1
+    m.event_time[i], m.event_element[i] = time, k
+    m.event_pieces[i, 0], m.event_pieces[i, 1] = piece, target
+    m.event_rate[i] = s.rate[k]
+    m.event_integral[i] = s.y[s.y.size - s.force.size + k]
+    m.counts[EVENTS] += 1
+
+
+@kernel
+def _locate(field, size, library, m, s, k, corner, begin, end, low, high):
+    """When deflection k, low and high from the corner at begin and end (opposite signs), passes it.
+
+    Regula falsi by the Illinois rule (Dowell, Jarratt, BIT 11 (1971) 168), every fourth time a bisection; the scratch
+    keeps the elements' states there.
+    """
+    a, b, rises, side, last = begin, end, high > low, 0, end
+    for i in range(100):
+        at = b - high * (b - a) / (high - low) if i % 4 != 3 else 0.5 * (a + b)
+        if not a < at < b:
+            at = 0.5 * (a + b)
+        _between(library, at)
+        _look(field, size, at, m.point, s)
+        value = s.deflection[k] - corner
+        if value == 0.0 or abs(at - last) <= 4e-16 * abs(at) or b - a <= 4e-16 * abs(b):
+            return at
+        last = at
+        if (value > 0.0) == rises:
+            low = 0.5 * low if side == 1 else low
+            b, high, side = at, value, 1
+        else:
+            high = 0.5 * high if side == -1 else high
+            a, low, side = at, value, -1
+    return last
+
+
+@kernel
+def _pass_corners(field, size, library, m, s, after, begin, end):
+    """Log every corner between the pieces at the beginning and the end of a step."""
+    first = m.counts[EVENTS]
+    for k in range(m.piece.size):
+        piece, target = m.piece[k], int(after.piece[k])
+        while piece != target:
+            up = 1 if target > piece else -1
+            corner = field.upper_corner[field.first_piece[k] + (piece if up > 0 else piece - 1)]
+            low, high = m.deflection[k] - corner, after.deflection[k] - corner
+            at = _locate(field, size, library, m, s, k, corner, begin, end, low, high)
+            _log(m, s, first, at, k, piece, piece + up)
+            piece += up
+        m.piece[k] = piece
+
+
+@kernel
+def hold(field, held, i, piece):
+    """Hold clearance i in a piece: its law and the piece's corners."""
+    k = held.clearances[i]
+    p, last = field.first_piece[k] + piece, field.first_piece[k + 1] - 1
+    held.field.stiffness[k] = field.stiffness[p]
+    held.field.damping[k] = field.damping[p]
+    held.field.offset[k] = field.offset[p]
+    held.bounds[i, 0] = field.upper_corner[p - 1] if piece > 0 else -np.inf
+    held.bounds[i, 1] = field.upper_corner[p] if p < last else np.inf
+
+
+@kernel
+def _leave(field, held, library, m, after, root):
+    """Change the pieces that end here, by CVODE's roots or, if it found none, by the deflections; how many did."""
+    if root:
+        call_code(library.roots, (library.memory, m.found.ctypes.data))
+    changed, first, time = 0, m.counts[EVENTS], m.numbers[TIME]
+    for i in range(held.clearances.size):
+        k, way = held.clearances[i], 0
+        if root:
+            way = int(m.found[2 * i + 1] != 0) - int(m.found[2 * i] != 0)
+        elif after.deflection[k] < held.bounds[i, 0]:  # it turned back on the corner it had just passed
+            way = -1
+        elif after.deflection[k] > held.bounds[i, 1]:
+            way = 1
+        if way != 0:
+            _log(m, after, first, time, k, m.piece[k], m.piece[k] + way)
+            m.piece[k] += way
+            hold(field, held, i, m.piece[k])
+            changed += 1
+    return changed
+
+
+@kernel
+def _count(library, m):
+    """Read CVODE's counts; smallest, last and next step, and the sum of the steps tried.
+
+    Of several rejected tries of one step CVODE tells the first; the others are taken for as long as the one accepted.
+    """
+    c, f, memory = m.current, m.numbers, library.memory
+    failed = c[ERROR_FAILS] + c[SOLVE_FAILS]
+    at, width = c.ctypes.data, 8
+    spare, real = f[SPARE:].ctypes.data, f.ctypes.data
+    first = f[NEXT]
+    call_code(
+        library.statistics,
+        (memory, at + width * STEPS, at + width * CALLS, at, at + width * ERROR_FAILS, at, at,
+         spare, real + width * LAST, real + width * NEXT, spare),
+    )  # fmt: skip
+    call_code(library.solve_fails, (memory, at + width * SOLVE_FAILS))
+    if library.newton:
+        call_code(library.jacobians, (memory, at + width * JACOBIANS))
+    failed = c[ERROR_FAILS] + c[SOLVE_FAILS] - failed
+    h = f[LAST]
+    f[SMALLEST] = min(f[SMALLEST], h)
+    f[TRIED] += h + (max(first, h) + (failed - 1) * h if failed > 0 else 0.0)
+
+
+@kernel
+def _restart(library, m, end):
+    """Begin anew at the state reached; CVODE's counts go to the sums."""
+    m.counts[STEPS : JACOBIANS + 1] += m.current[STEPS : JACOBIANS + 1]
+    m.current[:] = 0
+    m.numbers[NEXT] = 0.0
+    flag = call_code(library.restart, (library.memory, m.numbers[TIME], library.vector))
+    call_code(library.first, (library.memory, 0.0))  # its own choice; a first step given is for the beginning
+    return min(flag, call_code(library.stop, (library.memory, end)))
+
+
+@kernel
+def _store(library, m, size, through):
+    """Store the samples up to a time; those from ``TIME`` on are the state reached."""
+    i = m.counts[SAMPLE]
+    while i < m.times.size and m.times[i] <= through:
+        if m.times[i] < m.numbers[TIME]:
+            _between(library, m.times[i])
+            for j in range(size.size):
+                m.states[i, j] = m.point[j] * size[j]
+        else:
+            for j in range(size.size):
+                m.states[i, j] = m.z[j] * size[j]
+        i += 1
+    m.counts[SAMPLE] = i
+
+
+@kernel
+def settle(field, size, held, m, s):
+    """Find the elements' states at the beginning; hold the pieces it starts in, where pieces are held."""
+    _look(field, size, m.numbers[TIME], m.z, s)
+    copy(s.deflection, m.deflection.size, m.deflection)
+    if held.on:
+        for i in range(held.clearances.size):
+            hold(field, held, i, m.piece[held.clearances[i]])
+
+
+@kernel
+def march_on(field, size, held, library, m, s, after, most_events, budget):
+    """Take CVODE's steps until all samples are stored; ``s`` and ``after`` are scratch. Returns an ``Outcome`` code."""
+    end = m.times[m.times.size - 1]
+    for _ in range(budget):
+        if m.counts[SAMPLE] >= m.times.size:
+            return DONE
+        if m.counts[EVENTS] + most_events > m.event_time.size:
+            return LOG_FULL
+        begin = m.numbers[TIME]
+        if end - begin <= 1e-14 * end:  # too short a way for a library that has just been restarted
+            _store(library, m, size, end)
+            return DONE
+        flag = call_code(library.step, (library.memory, end, library.vector, m.numbers[TIME:].ctypes.data, ONE_STEP))
+        if not np.abs(m.z).max() <= LARGEST or RHS_FAILED[1] <= flag <= RHS_FAILED[0]:
+            return NON_FINITE
+        if flag < 0:
+            return NO_CONVERGENCE
+        _count(library, m)
+        time = m.numbers[TIME]
+        m.counts[IDLE] = 0 if time > begin else m.counts[IDLE] + 1
+        _look(field, size, time, m.z, after)
+        _store(library, m, size, time)
+        if not held.on:
+            _pass_corners(field, size, library, m, s, after, begin, time)
+        elif _leave(field, held, library, m, after, flag == ROOT_FOUND) > 0 and _restart(library, m, end) < 0:
+            return NO_CONVERGENCE
+        copy(after.deflection, m.deflection.size, m.deflection)
+        if m.counts[IDLE] > PATIENCE:
+            return CHATTER if held.on else NO_CONVERGENCE
+    return SLICE_SPENT

@@ -1,0 +1,89 @@
+"""States at the samples. The march only notes what it passes them with; here the notes are worked out.
+
+A note is of the samples of one step, but for that at the begin of a period, with which another note begins. The first
+sample of a note is reached from the state at the step's begin, every other from the one before it. As runs go on at
+begins of periods, where one ends and the next goes on changes no bit of the samples.
+
+Kept out of the march's loop, for what is written into that loop is compiled once more with every caller.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels.oscillators import inputs_at
+from gearrattle.engine.kernels.packed import NOTED
+from gearrattle.engine.kernels.products import copy
+from gearrattle.engine.kernels.window import advance, leave, move_within, window_scratch
+
+
+@inlined
+def note(notes, counts, rows, slot, y, carried, ahead, elapsed):
+    """Note samples, the first of which lies ``ahead`` of a state and ``elapsed`` behind the entry of its region."""
+    n = counts[NOTED]
+    for i in range(y.size):
+        notes.y[n, i] = y[i]
+    for i in range(carried.size):
+        notes.carried[n, i] = carried[i]
+    notes.row[n], notes.count[n] = rows
+    notes.slot[n], notes.ahead[n], notes.elapsed[n] = slot, ahead, elapsed
+    counts[NOTED] = n + 1
+
+
+@inlined
+def _inputs_of(inputs, samples, row, u):
+    """Write the inputs at a sample: those of any period where all are alike, else worked out."""
+    whole = (samples.first + row) // samples.per_cycle
+    part = samples.first + row - whole * samples.per_cycle
+    if samples.waves.shape[0] == 0:
+        inputs_at(inputs, whole, part / samples.per_cycle, u)
+        return
+    count = inputs.frequency.size
+    u[0] = inputs.scale[0]
+    for j in range(count):
+        u[1 + j] = inputs.scale[1 + j] * samples.waves[part, 1 + j]
+        u[1 + count + j] = inputs.scale[1 + j] * samples.waves[part, 1 + count + j]
+
+
+@inlined
+def _take(rows, n, out):
+    """out = rows[n]."""
+    for i in range(out.size):
+        out[i] = rows[n, i]
+
+
+@kernel
+def work_out(regions, inputs, notes, samples, counts):
+    """Store the samples that were noted, and forget the notes."""
+    longest, behind, states, spacing = notes.y.shape[1], notes.carried.shape[1], regions.states, 1.0 / samples.per_cycle
+    y, carried, u = np.zeros(longest), np.zeros(behind), np.zeros(1 + 2 * inputs.frequency.size)
+    x, totals = np.zeros(longest), np.zeros(behind)
+    scratch = window_scratch(behind, longest)
+    for n in range(counts[NOTED]):
+        slot, fine = notes.slot[n], regions.fine[notes.slot[n]]
+        chained = regions.chain, inputs.links, inputs.pace * inputs.steps[fine]
+        for i in range(notes.count[n]):
+            h, done, row = spacing, 0.0, notes.row[n] + i
+            if i == 0 or regions.chain > 0:  # a move within a finest step leaves chains behind
+                h = notes.ahead[n] + i * spacing
+                _take(notes.y, n, y)
+                _take(notes.carried, n, carried)
+            for level in range(fine + 1):
+                while h - done >= inputs.steps[level]:
+                    index = regions.first_table[slot] + level
+                    advance(regions.tables, index, regions.width[slot], 0, y, carried, scratch[0])
+                    done += inputs.steps[level]
+            if h > done:
+                part = (h - done) / inputs.steps[fine]
+                move_within(regions.powers, slot, regions.width[slot], chained, part, y, carried, scratch)
+            _inputs_of(inputs, samples, row, u)
+            copy(y, longest, x)
+            copy(carried, behind, totals)
+            elapsed = notes.elapsed[n] + i * spacing
+            leave(regions.particular, regions.drift, states, slot, u, elapsed, x, totals, scratch[0])
+            for j in range(samples.states.shape[1]):
+                samples.states[row, j] = x[j] if j < states else totals[j - states]
+            for k in range(samples.pieces.shape[1]):
+                samples.pieces[row, k] = regions.piece[slot, k]
+    counts[NOTED] = 0

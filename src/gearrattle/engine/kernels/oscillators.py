@@ -1,0 +1,74 @@
+"""The inputs u = (1, cos 2 pi p_j s, sin 2 pi p_j s), all cosines first, scaled: at a time, and turned on from it.
+
+Signals are chains of derivatives, which are written afresh where they are needed.
+"""
+
+from __future__ import annotations
+
+from math import cos, factorial, floor, pi, sin
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, kernel, strip_product
+
+_SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(8))
+_COSINE = tuple(-((-1) ** i) / factorial(2 * i + 2) for i in range(8))  # of cos - 1, divided by the square
+
+_PART = np.array([0.0] + [1.0 / k for k in range(1, 64)])
+
+
+@kernel
+def inputs_at(inputs, cycle, fraction, u):
+    """Write the inputs at time cycle + fraction (periods), phases reduced turn by turn."""
+    count = inputs.cycles_high.size
+    u[0] = inputs.scale[0]
+    for j in range(count):
+        high, low = inputs.cycles_high[j], inputs.cycles_low[j]
+        turn = high * cycle
+        turn = (turn - floor(turn)) + low * cycle + (high + low) * fraction
+        angle = 2.0 * pi * (turn - floor(turn))
+        u[1 + j] = inputs.scale[1 + j] * cos(angle)
+        u[1 + count + j] = inputs.scale[1 + j] * sin(angle)
+
+
+@kernel
+def chains_at(inputs, interval, since, y, first, scratch):
+    """Write the signals' chains into y, s periods after their interval began: q_j = sum_k q_(j+k) (w s)^k / k!."""
+    moved, links, padded, part = inputs.pace * since, inputs.links, inputs.chains.shape[2], 1.0
+    strips = (links + 3) // 4
+    for k in range(links):
+        scratch[k] = part
+        part *= moved * _PART[k + 1]
+    for c in range(inputs.chains.shape[1]):
+        begin = (interval * inputs.chains.shape[1] + c) * padded
+        # columns one entry apart: entry i is made from what lies from begin + i on
+        strip_product(inputs.chains, (begin, 4, 1, strips, links), scratch, scratch, links)
+        for j in range(links):
+            y[first + c * links + j] = scratch[links + j]
+
+
+@inlined
+def turn_step(cosines, sines, level, u):
+    """Turn the inputs on by one step of a level."""
+    count = cosines.shape[1]
+    for j in range(count):
+        c, s = u[1 + j], u[1 + count + j]
+        u[1 + j] = c * cosines[level, j] - s * sines[level, j]
+        u[1 + count + j] = s * cosines[level, j] + c * sines[level, j]
+
+
+@kernel
+def turn_little(frequency, h, u):
+    """Turn the inputs on by less than a finest step: angles below 0.55, where these series end at 1e-19."""
+    count = frequency.size
+    for j in range(count):
+        a = frequency[j] * h
+        q = a * a
+        sine, lack = _SINE[7], _COSINE[7]
+        for i in range(6, -1, -1):
+            sine = sine * q + _SINE[i]
+            lack = lack * q + _COSINE[i]
+        sine, lack = sine * a, lack * q
+        c, s = u[1 + j], u[1 + count + j]
+        u[1 + j] = c + (c * lack - s * sine)
+        u[1 + count + j] = s + (s * lack + c * sine)

@@ -1,0 +1,167 @@
+"""Perturbations along a known sequence of regions, without a table of any region: Taylor series of sparse products.
+
+A train of many clearances hardly ever comes back to a region, and the generator of every one is sparse. So a few
+perturbations are carried through the crossings at about the cost of the motion itself, and no memory grows.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gearrattle.engine.kernels._jit import kernel
+
+_NORM = 4.0  # of a step's generator: beyond, the terms of the series cancel
+_MOST_TERMS = 60
+_NEGLIGIBLE = 1e-17
+
+
+class Sparse(NamedTuple):
+    """A matrix by rows: entries ``start[i]`` to ``start[i + 1]`` of ``column`` and ``value`` are those of row i."""
+
+    start: Any
+    column: Any
+    value: Any
+
+
+class Driveline(NamedTuple):
+    """What does not depend on the region, in scaled states: r deflections x, n velocities v, S memories.
+
+    Attributes:
+        turning: (r, n) x' of v.
+        deflection: (m, r) every element's deflection of x [SI].
+        rate: (m, n) its rate of v [SI].
+        push: (n, m) v' of the elements' forces [SI].
+        drag: (n,) rate at which drag slows every velocity.
+        element: (S,) the element beside which a memory stands.
+        norm: no less than the norm of the generator of any region, about.
+    """
+
+    turning: Sparse
+    deflection: Sparse
+    rate: Sparse
+    push: Sparse
+    drag: Any
+    element: Any
+    norm: float
+
+
+class Regions(NamedTuple):
+    """The regions along the path.
+
+    Attributes:
+        stiffness, damping: (regions, m) of every element, its companions' included [SI].
+        memory: (regions, S) force by a unit of a memory.
+        moves: (regions, S) pace of a memory by a unit of its element's rate.
+    """
+
+    stiffness: Any
+    damping: Any
+    memory: Any
+    moves: Any
+
+
+class Path(NamedTuple):
+    """Intervals between crossings and ends of segments.
+
+    Attributes:
+        region: (I,) the region in every interval.
+        duration: (I,) its length in periods.
+        crossed: (I,) element crossed at its end; -1: none.
+        kick: (I, n) change of the velocities for a unit of the crossed element's deflection, crossing damping jump.
+        engaged: (I, S) change of the memories likewise.
+        reset: (I, S) whether a memory does not depend on what was before the crossing.
+    """
+
+    region: Any
+    duration: Any
+    crossed: Any
+    kick: Any
+    engaged: Any
+    reset: Any
+
+
+@kernel
+def add_rows(matrix, i, source, first, weight, out, at):
+    """out[at] += weight times row i of a sparse matrix times the rows of ``source`` from ``first`` on."""
+    for entry in range(matrix.start[i], matrix.start[i + 1]):
+        factor, j = weight * matrix.value[entry], first + matrix.column[entry]
+        for p in range(source.shape[1]):
+            out[at, p] += factor * source[j, p]
+
+
+@kernel
+def rates(plan, regions, region, y, force, out):
+    """out = A y in one region for every column of y (N, P); ``force`` is room for (m, P)."""
+    r, n, m = plan.turning.start.size - 1, plan.drag.size, plan.rate.start.size - 1
+    for k in range(m):
+        for p in range(y.shape[1]):
+            force[k, p] = 0.0
+        add_rows(plan.deflection, k, y, 0, regions.stiffness[region, k], force, k)
+        add_rows(plan.rate, k, y, r, regions.damping[region, k], force, k)
+    for i in range(y.shape[0]):
+        for p in range(y.shape[1]):
+            out[i, p] = 0.0
+    for s in range(plan.element.size):
+        k = plan.element[s]
+        for p in range(y.shape[1]):
+            force[k, p] += regions.memory[region, s] * y[r + n + s, p]
+        add_rows(plan.rate, k, y, r, regions.moves[region, s], out, r + n + s)
+    for i in range(r):
+        add_rows(plan.turning, i, y, r, 1.0, out, i)
+    for i in range(n):
+        add_rows(plan.push, i, force, 0, 1.0, out, r + i)
+        for p in range(y.shape[1]):
+            out[r + i, p] -= plan.drag[i] * y[r + i, p]
+
+
+@kernel
+def flow_on(plan, regions, region, h, y, term, made, force):
+    """y <- exp(A h) y, in equal steps of norm ``_NORM`` at most, each by its Taylor series."""
+    steps = int(plan.norm * h / _NORM) + 1
+    for _ in range(steps):
+        size = 0.0
+        for i in range(y.shape[0]):
+            for p in range(y.shape[1]):
+                term[i, p] = y[i, p]
+                size = max(size, abs(y[i, p]))
+        for m in range(1, _MOST_TERMS + 1):
+            rates(plan, regions, region, term, force, made)
+            largest, factor = 0.0, h / steps / m
+            for i in range(y.shape[0]):
+                for p in range(y.shape[1]):
+                    term[i, p] = factor * made[i, p]
+                    y[i, p] += term[i, p]
+                    largest = max(largest, abs(term[i, p]))
+            if largest <= _NEGLIGIBLE * size:
+                break
+
+
+@kernel
+def carry(plan, regions, path, first, last, y, term, made, force, deflected):
+    """Carry perturbations (N, P) through the intervals ``first`` to ``last`` - 1 and the crossings at their ends.
+
+    Args:
+        plan, regions, path: the driveline and its motion.
+        first, last: intervals.
+        y: (N, P) perturbations, scaled; overwritten.
+        term, made: (N, P) room; force (m, P) and deflected (1, P) too.
+    """
+    r, n, columns = plan.turning.start.size - 1, plan.drag.size, y.shape[1]
+    for i in range(first, last):
+        if path.duration[i] > 0.0:
+            flow_on(plan, regions, path.region[i], path.duration[i], y, term, made, force)
+        k = path.crossed[i]
+        for p in range(columns):
+            deflected[0, p] = 0.0
+        if k >= 0:
+            add_rows(plan.deflection, k, y, 0, 1.0, deflected, 0)
+        for s in range(plan.element.size):
+            for p in range(columns):
+                if path.reset[i, s]:
+                    y[r + n + s, p] = 0.0
+                y[r + n + s, p] += path.engaged[i, s] * deflected[0, p]
+        if k >= 0:
+            for j in range(n):
+                if path.kick[i, j] != 0.0:
+                    for p in range(columns):
+                        y[r + j, p] += path.kick[i, j] * deflected[0, p]

@@ -1,0 +1,189 @@
+"""The first exit of a polynomial: isolate with a bound on the third derivative, then bracketed Halley steps.
+
+A gap g(s), positive inside a region, is tested on [s, s + w] by the cubic minorant
+g + g' x + g'' x^2 / 2 - b x^3 / 6 <= g(s + x), b >= |g'''|. What the minorant cannot decide is halved, left half first,
+so the crossing found is the first one; a double root (grazing) narrows cubically and is decided by its sign.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import inlined, kernel
+
+NEVER = 2.0
+UNDECIDED = -1.0
+"""A search that was given up: the coefficients are no numbers, or no width decides anything."""
+SIXTH = 1.0 / 6.0
+_SETTLED = 1e-7
+_THIRD = np.array([j * (j - 1.0) * (j - 2.0) for j in range(64)])
+_NARROWEST = 1e-13  # of the window: below this a tangency is neither promised nor denied
+_ROUNDING = 1e-15
+_MOST_TRIALS = 100_000  # widths tried in a window, some milliseconds; motions need a few hundred at most
+_MANY_TRIALS = 64  # widths tried in a window; from then on the third derivative is bounded only as far as they reach
+
+
+@kernel
+def stays_inside(gap, rate, curvature, third, h):
+    """Whether gap + rate x + curvature x^2 / 2 - third x^3 / 6 > 0 for all 0 < x <= h (third >= 0).
+
+    A gap of exactly zero counts as inside if it opens.
+    """
+    sixth = SIXTH * third
+    end = gap + h * (rate + h * (0.5 * curvature - h * sixth))
+    if end <= 0.0:
+        return False
+    if rate >= 0.0:  # rises, then falls at most once: the ends decide
+        return gap > 0.0 or (gap == 0.0 and (rate > 0.0 or curvature > 0.0))
+    if gap <= 0.0:
+        return False
+    if curvature <= 0.0:
+        return True  # falls all the way, and the end is inside
+    spread = curvature * curvature + 2.0 * third * rate
+    if spread <= 0.0:
+        return True
+    x = -2.0 * rate / (curvature + sqrt(spread))  # the minimum of the minorant
+    if x >= h:
+        return True
+    return gap + x * (rate + x * (0.5 * curvature - x * sixth)) > 0.0
+
+
+@inlined
+def evaluate(c, s):
+    """Value and first two derivatives of sum c_j s^j.
+
+    Even and odd powers are summed side by side, in q = s^2: p = E(q) + s O(q).
+    """
+    q, n = s * s, c.size
+    even, even1, even2, odd, odd1, odd2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if n % 2:
+        n -= 1
+        even = c[n]
+    for j in range(n - 2, -1, -2):
+        even2, odd2 = even2 * q + even1, odd2 * q + odd1
+        even1, odd1 = even1 * q + even, odd1 * q + odd
+        even, odd = even * q + c[j], odd * q + c[j + 1]
+    first = 2.0 * s * even1 + odd + 2.0 * q * odd1
+    second = 2.0 * even1 + 8.0 * q * even2 + s * (6.0 * odd1 + 8.0 * q * odd2)
+    return even + s * odd, first, second
+
+
+@kernel
+def slope(c, s):
+    """First derivative of sum c_j s^j."""
+    return evaluate(c, s)[1]
+
+
+@kernel
+def third_within(c, end):
+    """Bound on the modulus of the third derivative in [0, end]."""
+    third = 0.0
+    for j in range(c.size - 1, 2, -1):
+        third = third * end + abs(c[j]) * _THIRD[j]
+    return third
+
+
+@kernel
+def _is_rounding(c, third, width):
+    """Whether a third derivative moves a gap over a width by less than its coefficients are rounded."""
+    total = 0.0
+    for j in range(c.size):
+        total += abs(c[j])
+    return third * width * width * width <= _ROUNDING * total
+
+
+@inlined
+def _halley(value, first, second):
+    """Halley's step towards a zero."""
+    return -2.0 * value * first / (2.0 * first * first - value * second)
+
+
+@inlined
+def _guess(c, low, width, gap, rate, curvature):
+    """Where the parabola from the left end meets zero, bettered on the cubic if low is 0; the middle if outside."""
+    spread = rate * rate - 2.0 * curvature * gap
+    x = 2.0 * gap / (sqrt(spread) - rate) if spread > 0.0 and rate < 0.0 else 0.5 * width
+    if low == 0.0 and c.size > 3:
+        value, first = gap + x * (rate + x * (c[2] + x * c[3])), rate + x * (curvature + 3.0 * x * c[3])
+        x += _halley(value, first, curvature + 6.0 * x * c[3])
+    return x if 0.0 < x < width else 0.5 * width
+
+
+@kernel
+def _bracketed_root(c, low, high, guess):
+    """Root in [low, high] with c(low) > 0 >= c(high): Halley's steps, bisection where they leave the bracket."""
+    s = low + guess
+    for _ in range(80):
+        value, first, second = evaluate(c, s)
+        if value > 0.0:
+            low = s
+        else:
+            high = s
+        step = s + _halley(value, first, second) if first != 0.0 else low
+        change = abs(step - s)
+        if low <= step <= high and change <= _SETTLED * step and change * abs(second) <= 10.0 * _SETTLED * abs(first):
+            return step  # what is left shrinks with the cube of this change: below rounding
+        if not (low < step < high):
+            step = 0.5 * (low + high)
+            if step <= low or step >= high:
+                break
+        s = step
+    return s
+
+
+@kernel
+def first_exit(c):
+    """First s in [0, 1] at which the gap sum c_j s^j turns negative; ``NEVER`` if it does not, or ``UNDECIDED``.
+
+    A gap of zero or below at s = 0 (rounding) is an exit if it is closing, and counts as zero if it opens.
+    """
+    return exit_from(c, 0.0, c[0], c[1], 2.0 * c[2])
+
+
+@kernel
+def exit_from(c, low, gap, rate, curvature):
+    """The same in [low, 1], given the value and two derivatives at low.
+
+    The work is bounded. The bound on the third derivative is that of the whole window at first. After ``_MANY_TRIALS``
+    it is that of the part up to the end of the width tried: high powers that grow late then cost nothing early. Where
+    the gap stays zero to rounding, every width that decides nothing doubles the next one allowed, as long as what is
+    left undecided is the rounding of the gap itself. After ``_MOST_TRIALS`` it is ``UNDECIDED``: comparisons with no
+    number are false, and the narrowest width would be tried all through the window.
+    """
+    third = 0.0
+    for j in range(3, c.size):
+        third += abs(c[j]) * _THIRD[j]
+    width, narrowest, trials = 1.0, _NARROWEST, 0
+    while True:
+        if gap <= 0.0:
+            if rate < 0.0 or (rate == 0.0 and curvature < 0.0):
+                return low
+            gap = 0.0
+        width = min(width, 1.0 - low)
+        while True:
+            trials += 1
+            if trials > _MANY_TRIALS:
+                if trials > _MOST_TRIALS:
+                    return UNDECIDED
+                third = third_within(c, low + width)
+            if stays_inside(gap, rate, curvature, third, width):
+                narrowest = max(_NARROWEST, min(narrowest, 0.25 * width))
+                break
+            closing = max(rate, rate + curvature * width) + 0.5 * third * width * width < 0.0
+            if closing:
+                beyond, _first, _second = evaluate(c, low + width)
+                if beyond <= 0.0:
+                    return _bracketed_root(c, low, low + width, _guess(c, low, width, gap, rate, curvature))
+                break
+            if width < narrowest:
+                if _is_rounding(c, third, 2.0 * narrowest):
+                    narrowest *= 2.0
+                break
+            width *= 0.5
+        low += width
+        if low >= 1.0:
+            return NEVER
+        width *= 2.0
+        gap, rate, curvature = evaluate(c, low)

@@ -1,0 +1,64 @@
+"""Products of packed rows with the marcher's vectors.
+
+Rows lie in strips of four, (strips, columns, 4), so that a product keeps four sums in registers. Stacks of such
+matrices are indexed in place: taking a view of an array costs a compiled loop more than the product.
+"""
+
+from __future__ import annotations
+
+from gearrattle.engine.kernels._jit import inlined, kernel, strip_product, strip_product_added
+
+
+@inlined
+def multiply(stack, index, strips, columns, y, out, at):
+    """out[at:] = rows @ y[:columns], the first strips of stack[index]."""
+    stride = 4 * stack.shape[2]
+    strip_product(stack, (index * stack.shape[1] * stride, stride, 4, strips, columns), y, out, at)
+
+
+@inlined
+def multiply_add(stack, index, strips, columns, y, out):
+    """out += rows @ y[:columns], the first strips of stack[index]."""
+    stride = 4 * stack.shape[2]
+    strip_product_added(stack, (index * stack.shape[1] * stride, stride, 4, strips, columns), y, out, 0)
+
+
+@kernel
+def copy(source, count, out):
+    """Copy the first entries; compiling a slice assignment costs seconds for its error message alone."""
+    for i in range(count):
+        out[i] = source[i]
+
+
+@inlined
+def add(strips, out, at, y):
+    """y += out[at:], in strips of four."""
+    for c in range(strips):
+        i = 4 * c
+        j = at + i
+        s0, s1, s2, s3 = y[i] + out[j], y[i + 1] + out[j + 1], y[i + 2] + out[j + 2], y[i + 3] + out[j + 3]
+        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+
+
+@inlined
+def subtract(strips, out, at, y):
+    """y -= out[at:], in strips of four."""
+    for c in range(strips):
+        i = 4 * c
+        j = at + i
+        s0, s1, s2, s3 = y[i] - out[j], y[i + 1] - out[j + 1], y[i + 2] - out[j + 2], y[i + 3] - out[j + 3]
+        y[i], y[i + 1], y[i + 2], y[i + 3] = s0, s1, s2, s3
+
+
+@kernel
+def multiply_row(stack, index, rows, r, out):
+    """out = all rows of stack[index] @ rows[r]."""
+    for c in range(stack.shape[1]):
+        a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(stack.shape[2]):
+            weight = rows[r, j]
+            a0 += stack[index, c, j, 0] * weight
+            a1 += stack[index, c, j, 1] * weight
+            a2 += stack[index, c, j, 2] * weight
+            a3 += stack[index, c, j, 3] * weight
+        out[4 * c], out[4 * c + 1], out[4 * c + 2], out[4 * c + 3] = a0, a1, a2, a3

@@ -1,0 +1,64 @@
+"""The exact engine's own units, see ``system.scaling``: powers of two that balance states and inputs by energy."""
+
+from __future__ import annotations
+
+from math import frexp, inf, ldexp, pi, sqrt
+
+from gearrattle.engine.kernels._jit import strict, strict_entry
+
+
+@strict
+def power_below(value):
+    """The power of two nearest below a positive value."""
+    if not value < inf:
+        return value
+    return ldexp(1.0, frexp(value)[1] - 1)
+
+
+@strict
+def most_of(values, begin, end):
+    """The largest modulus of some values."""
+    largest = 0.0
+    for i in range(begin, end):
+        largest = max(largest, abs(values[i]))
+    return largest
+
+
+@strict_entry
+def scale(system, frame, scales):
+    """Write the scales of the deflections that are states, of the velocities and of the inputs.
+
+    Args:
+        system: ``variants.Coefficients`` of one driveline.
+        frame: ``variants.Frame``.
+        scales: ``variants.Scales``; the corners' stay as they are.
+    """
+    deflection, velocity, inputs = scales.deflection, scales.velocity, scales.inputs
+    rows, elements, first, cycles = frame.rows, frame.elements, frame.first, frame.cycles
+    n, period = velocity.size, system.period[0]
+    for i in range(n):
+        velocity[i] = power_below(sqrt(system.inertia[i]))
+    for i in range(deflection.size):
+        k, mobility = elements[i], 0.0
+        for j in range(n):
+            mobility += rows[k, j] * rows[k, j] * (1.0 / system.inertia[j])
+        floor = (1.0 / period) * (1.0 / period) / mobility  # an element without stiffness: one radian a period
+        deflection[i] = power_below(sqrt(max(most_of(system.stiffness, first[k], first[k + 1]), floor)))
+    for j in range(inputs.size):
+        squares = 0.0
+        for i in range(n):
+            if j == 0:
+                pushed = abs(system.mean[i])
+            else:
+                pushed = abs(system.torque_sine[i, j - 1]) + abs(system.torque_cosine[i, j - 1])
+            for k in range(rows.shape[0]):
+                if j == 0:
+                    pushed += abs(rows[k, i]) * most_of(system.offset, first[k], first[k + 1])
+                else:
+                    error = abs(system.error_sine[k, j - 1]) + abs(system.error_cosine[k, j - 1])
+                    pushed += abs(rows[k, i]) * (most_of(system.stiffness, first[k], first[k + 1]) * error)
+            pushed /= sqrt(system.inertia[i])
+            squares += pushed * pushed
+        turns = 1.0 if j == 0 else max(1.0, cycles[j - 1])
+        size = sqrt(squares) * period / (2.0 * pi * turns)
+        inputs[j] = power_below(size) if size > 0.0 else 1.0

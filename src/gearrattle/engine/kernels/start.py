@@ -1,0 +1,64 @@
+"""Where a motion starts: the states of angles and velocities, and the pieces they lie in."""
+
+from __future__ import annotations
+
+from gearrattle.engine.kernels._jit import strict, strict_entry
+from gearrattle.engine.kernels.bench import CLEARANCES, DEFLECTION, ELEMENT_COUNT, FIRST_PIECE, LOWER, PIECES, SIZES
+from gearrattle.engine.kernels.packed import ON_CORNER, PENDING, UNANCHORED
+
+
+@strict_entry
+def deflect(basis, angle, deflection):
+    """(r,) deflections of angles (n,)."""
+    for i in range(deflection.size):
+        deflection[i] = 0.0
+        for j in range(angle.size):
+            deflection[i] += basis[i, j] * angle[j]
+
+
+@strict
+def stand(frame, scales, angle, velocity, deflection, march):
+    """Put a march at t = 0: scaled states, carried angles, inputs, and nothing counted yet."""
+    r, n, count = deflection.size, angle.size, frame.cycles.size
+    deflect(frame.basis, angle, deflection)
+    march.y[:] = 0.0
+    march.carried[:] = 0.0
+    march.clock[:] = 0.0
+    march.bound[:] = 0.0
+    march.counts[:] = 0
+    march.side[:] = 0
+    march.tried[0] = 0.0
+    for i in range(r):
+        march.y[i] = deflection[i] * scales.deflection[i]
+    for i in range(n):
+        march.y[r + i] = velocity[i] * scales.velocity[i]
+    for i in range(frame.references.size):
+        march.carried[i] = angle[frame.references[i]]
+    march.u[0] = scales.inputs[0]
+    for h in range(count):
+        march.u[1 + h], march.u[1 + count + h] = scales.inputs[1 + h], 0.0
+    march.counts[PENDING], march.counts[UNANCHORED] = -1, 1 << 20
+
+
+@strict
+def choose(work, laws, marks, frame, angle, march):
+    """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
+    r, n = frame.elements.size, angle.size
+    states = r + n
+    for k in range(marks[SIZES, ELEMENT_COUNT]):
+        marks[PIECES, k] = 0
+    for i in range(frame.clearances.size):
+        k, delta, size = marks[CLEARANCES, i], 0.0, 0.0
+        for j in range(n):
+            size += abs(frame.rows[k, j]) * abs(angle[j])
+        for j in range(states + march.u.size):
+            term = work[DEFLECTION, k, j] * (march.y[j] if j < states else march.u[j - states])
+            delta += term
+            size += abs(term)
+        for p in range(marks[FIRST_PIECE, k] + 1, marks[FIRST_PIECE, k + 1]):
+            corner = laws[LOWER, p]
+            if abs(delta - corner) <= 2.0 * ON_CORNER * max(abs(corner), size):
+                return False
+            if corner <= delta:
+                marks[PIECES, k] += 1
+    return True

@@ -1,0 +1,266 @@
+"""The static equilibrium, see ``system.equilibrium`` for what is minimised and how."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import strict, strict_entry
+from gearrattle.engine.kernels.eigen import diagonalise
+from gearrattle.engine.kernels.scaling import most_of
+
+FOUND, RUNAWAY, LOST = range(3)
+"""What became of the search: an equilibrium; a direction in which the potential falls for ever; none found."""
+NEGLIGIBLE = 1e-12
+"""A load this small against the sum of all means, on the same shaft, counts as zero."""
+
+_NO_STIFFNESS = 1e-13  # of the stiffest piece of every element
+_MOST_SEARCHES = 2000
+_ROUNDING = 64 * 2.220446049250313e-16
+_REFINEMENT = 1e-6  # of the deflections: a Newton step this short is taken whole, rounding hides its length on the line
+
+
+@strict
+def piece_at(corners, begin, end, deflection):
+    """The piece a deflection lies in; on a corner the upper one."""
+    piece = 0
+    for c in range(begin, end):
+        if corners[c] <= deflection:
+            piece += 1
+    return piece
+
+
+@strict
+def _headed_for(system, frame, k, delta, travel):
+    """The piece at a deflection; exactly on a corner, the piece the motion heads for."""
+    begin = frame.first[k] - k
+    piece = piece_at(system.corners, begin, frame.first[k + 1] - k - 1, delta)
+    if piece > 0 and delta == system.corners[begin + piece - 1]:
+        lower = abs(piece - 1 + frame.label[k]) <= abs(piece + frame.label[k])
+        if travel < 0.0 or (travel == 0.0 and lower):
+            return piece - 1
+    return piece
+
+
+@strict_entry
+def accelerate_rigidly(system, motion, acceleration):
+    """(n,) acceleration of the trains that the mean torques do not balance; zero where they do."""
+    n, trains = motion.shape
+    a, net = np.empty((trains, trains)), np.empty(trains)
+    for p in range(trains):
+        total, size = 0.0, 0.0
+        for i in range(n):
+            total += motion[i, p] * system.mean[i]
+            size += abs(motion[i, p]) * abs(system.mean[i])
+        net[p] = 0.0 if abs(total) <= NEGLIGIBLE * size else total
+        for q in range(trains):
+            a[p, q] = 0.0
+            for i in range(n):
+                a[p, q] += motion[i, p] * (system.inertia[i] * motion[i, q])
+    for p in range(trains):  # positive definite: no pivots
+        for q in range(p + 1, trains):
+            weight = a[q, p] / a[p, p]
+            for j in range(p, trains):
+                a[q, j] -= weight * a[p, j]
+            net[q] -= weight * net[p]
+    for p in range(trains - 1, -1, -1):
+        for j in range(p + 1, trains):
+            net[p] -= a[p, j] * net[j]
+        net[p] /= a[p, p]
+    for i in range(n):
+        acceleration[i] = 0.0
+        for p in range(trains):
+            acceleration[i] += motion[i, p] * net[p]
+
+
+@strict
+def _direct(stiffness, residual, nothing, vectors, direction):
+    """Flat direction if the residual loads one, else the Newton direction (minimum norm); True if it is flat."""
+    size, is_loaded = residual.size, False
+    diagonalise(stiffness, vectors, size)
+    for want_flat in (True, False):
+        for i in range(size):
+            direction[i] = 0.0
+        for j in range(size):
+            value, part = stiffness[j, j], 0.0
+            if (value <= _NO_STIFFNESS) != want_flat:
+                continue
+            for i in range(size):
+                part += vectors[i, j] * residual[i]
+            if not want_flat:
+                part /= value
+            for i in range(size):
+                direction[i] += vectors[i, j] * part
+        for i in range(size):
+            is_loaded = is_loaded or (want_flat and abs(direction[i]) > nothing[i])
+        if is_loaded:
+            return True
+    return False
+
+
+@strict
+def _slide(system, frame, elastic, delta, travel, power):
+    """Step s > 0 along the line at which U stops falling, U' being piecewise linear and never falling; -1: never."""
+    begin = 0.0
+    while True:
+        end = inf
+        for e in range(elastic.size):
+            k = elastic[e]
+            if travel[e] != 0.0:
+                for c in range(frame.first[k] - k, frame.first[k + 1] - k - 1):
+                    s = (system.corners[c] - delta[e]) / travel[e]
+                    if begin < s < end:
+                        end = s
+        inside = begin + 0.5 * (end - begin) if end < inf else begin + 1.0 + abs(begin)
+        slope, force = 0.0, 0.0
+        for e in range(elastic.size):
+            k, d, v = elastic[e], delta[e], travel[e]
+            at = d + inside * v
+            p = frame.first[k] + piece_at(system.corners, frame.first[k] - k, frame.first[k + 1] - k - 1, at)
+            slope += system.stiffness[p] * v * v
+            force += (system.stiffness[p] * d + system.offset[p]) * v
+        if slope > 0.0:
+            zero = (power - force) / slope
+            if zero <= end:
+                return max(begin, zero)
+        elif power - force <= 1e-14 * abs(power):
+            return begin if begin > 0.0 else min(end, 1.0)
+        if end == inf:
+            return -1.0
+        begin = end
+
+
+@strict
+def _load(system, statics, acceleration, load, negligible):
+    """The load g on every deflection sought, and what of it counts as nothing."""
+    for j in range(load.size):
+        load[j] = negligible[j] = 0.0
+        for i in range(acceleration.size):
+            weight = statics.angle_from_basis[i, j]
+            load[j] += weight * (system.mean[i] - system.inertia[i] * acceleration[i])
+            negligible[j] += NEGLIGIBLE * (abs(weight) * abs(system.mean[i]))
+
+
+@strict
+def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
+    """Deflections and pieces at x; from the residual take their forces; scaled stiffness.
+
+    ``nothing`` is what rounding the forces makes of the residual, ``allowed`` what rounding the deflections x makes of
+    it as well: the backward error |K| |x| + |f| times some roundings. Along a direction without stiffness only the
+    first counts, for a stiff element's force acts across it.
+    """
+    size, elastic, combination = x.size, statics.elastic, statics.combination
+    for i in range(size):
+        for j in range(size):
+            stiffness[i, j] = 0.0
+        nothing[i] = allowed[i] = 0.0
+    for e in range(elastic.size):
+        delta[e], terms = 0.0, 0.0
+        for j in range(size):
+            delta[e] += combination[e, j] * x[j]
+            terms += abs(combination[e, j] * x[j])
+        pieces[e] = _headed_for(system, frame, elastic[e], delta[e], travel[e])
+        p = frame.first[elastic[e]] + pieces[e]
+        slope, offset = system.stiffness[p], system.offset[p]
+        force, rough = slope * delta[e] + offset, abs(slope * delta[e]) + abs(offset)
+        rougher = slope * terms + abs(offset)
+        for i in range(size):
+            residual[i] -= combination[e, i] * force
+            nothing[i] += _ROUNDING * (abs(combination[e, i]) * rough)
+            allowed[i] += _ROUNDING * (abs(combination[e, i]) * rougher)
+            for j in range(size):
+                stiffness[i, j] += (combination[e, i] * scale[i]) * (slope * (combination[e, j] * scale[j]))
+
+
+@strict_entry
+def rest(system, frame, statics, acceleration, x, travel):
+    """Write the deflections x (r,) of an equilibrium under the mean loads.
+
+    Args:
+        system: ``variants.Coefficients`` of one driveline.
+        frame, statics: ``variants.Frame`` and ``Statics``.
+        acceleration: (n,) from ``accelerate_rigidly``.
+        x: (r,) written.
+        travel: (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
+
+    Returns:
+        FOUND, RUNAWAY or LOST.
+    """
+    size, elastic, combination = x.size, statics.elastic, statics.combination
+    load, negligible, residual, nothing = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    scale, direction, allowed, delta = np.empty(size), np.empty(size), np.empty(size), np.empty(elastic.size)
+    stiffness, vectors = np.empty((size, size)), np.empty((size, size))
+    pieces = np.empty(elastic.size, np.int64)
+    _load(system, statics, acceleration, load, negligible)
+    for j in range(size):
+        x[j], scale[j] = 0.0, 0.0
+    for e in range(elastic.size):
+        k = elastic[e]
+        stiffest = most_of(system.stiffness, frame.first[k], frame.first[k + 1])
+        for j in range(size):
+            scale[j] += combination[e, j] * combination[e, j] * stiffest
+    for j in range(size):
+        scale[j] = 1.0 / sqrt(max(scale[j], 1e-300))
+    for e in range(elastic.size):
+        travel[e] = 0.0
+    for _ in range(_MOST_SEARCHES if size else 0):
+        for j in range(size):
+            residual[j] = load[j]
+        _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
+        is_balanced = True
+        for j in range(size):
+            nothing[j] = max(nothing[j], negligible[j])
+            is_balanced = is_balanced and abs(residual[j]) <= max(allowed[j], nothing[j])
+            residual[j] *= scale[j]
+            nothing[j] *= scale[j]
+        is_flat = _direct(stiffness, residual, nothing, vectors, direction)
+        power, stays, shift, distance = 0.0, True, 0.0, 0.0
+        for j in range(size):
+            shift, distance = max(shift, abs(direction[j])), max(distance, abs(x[j]) / scale[j])
+            direction[j] *= scale[j]
+            power += load[j] * direction[j]
+        for e in range(elastic.size):
+            k, polished, travel[e], terms = elastic[e], 0.0, 0.0, 0.0
+            for j in range(size):
+                travel[e] += combination[e, j] * direction[j]
+                terms += abs(combination[e, j] * direction[j])
+                polished += combination[e, j] * (x[j] + direction[j])
+            if is_flat and abs(travel[e]) <= _ROUNDING * terms:
+                travel[e] = 0.0
+            begin, end = frame.first[k] - k, frame.first[k + 1] - k - 1
+            stays = stays and piece_at(system.corners, begin, end, polished) == pieces[e]
+        if is_balanced and not is_flat:
+            for j in range(size):
+                x[j] += direction[j] if stays else 0.0
+            return FOUND
+        is_refined = stays and not is_flat and shift <= _REFINEMENT * distance
+        step = 1.0 if is_refined else _slide(system, frame, elastic, delta, travel, power)
+        if step < 0.0:
+            return RUNAWAY
+        for j in range(size):
+            x[j] += step * direction[j]
+    return LOST if size else FOUND
+
+
+@strict_entry
+def is_loose(system, frame, statics, x):
+    """Whether a free gap may carry no load: where one rests in it is then a matter of choice."""
+    for e in range(statics.elastic.size):
+        k, delta = statics.elastic[e], 0.0
+        for j in range(x.size):
+            delta += statics.combination[e, j] * x[j]
+        pieces = frame.first[k + 1] - frame.first[k]
+        piece = piece_at(system.corners, frame.first[k] - k, frame.first[k + 1] - k - 1, delta)
+        if 0 < piece < pieces - 1 and system.stiffness[frame.first[k] + piece] == 0.0:
+            return True
+    return False
+
+
+@strict_entry
+def turn(statics, x, angle):
+    """(n,) angles of deflections; the last inertia of every free train at zero."""
+    for i in range(angle.size):
+        angle[i] = 0.0
+        for j in range(x.size):
+            angle[i] += statics.angle_from_basis[i, j] * x[j]

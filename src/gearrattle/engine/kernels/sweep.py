@@ -1,0 +1,307 @@
+"""The march of a large driveline: window by window, all motions as polynomials, no regions and no tables.
+
+Windows have one length, so short that a Taylor series represents every motion in them to rounding whatever pieces the
+elements are in. In a window every clearance's gap is a polynomial: either its coefficients alone prove that it stays
+open, or its first root is isolated (``polynomial.exit_from``). The earliest over all clearances is the next crossing.
+There only that element's piece changes, and only the polynomials near it (``correct``); after a number of crossings,
+and at the window's end, all are made afresh from the states. Nothing can be skipped: every instant lies in a window
+searched from its beginning.
+
+The kernel works in slices, as ``march`` does; where a slice ends changes no bit of the motion.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.corners import (
+    CHATTER,
+    DONE,
+    LOG_FULL,
+    MOST_STALLED,
+    NO_PROGRESS,
+    NON_FINITE,
+    SLICE_SPENT,
+    band_of,
+    has_left,
+    lifted,
+    log_crossing,
+)
+from gearrattle.engine.kernels.correct import correct, jump_series
+from gearrattle.engine.kernels.network import error_series, expand, move, tie_up, wave_series
+from gearrattle.engine.kernels.oscillators import inputs_at
+from gearrattle.engine.kernels.packed import COUNTS, CYCLE, EVENTS, EXPANSIONS, SAMPLE, STALLED, STEPS
+from gearrattle.engine.kernels.polynomial import NEVER, evaluate, exit_from, slope
+from gearrattle.engine.kernels.products import copy
+
+WINDOW, CORRECTED, EXPANDED, SIZE = range(COUNTS, COUNTS + 4)
+"""More indices into ``counts``: the window in its period, crossings since all was made afresh, whether it ever was."""
+
+
+class Sweep(NamedTuple):
+    """The sweeper itself: all that changes, and all a later slice needs to go on with the same bits."""
+
+    windows: int  # a period
+    most: int  # crossings in a window before all is made afresh
+    counts: Any  # (SIZE,) integers, see the names above and in ``packed``
+    clock: Any  # (2,) in window lengths: the polynomials' origin in the window, and now, counted from the origin
+    table: Any  # (ORDER + 1, columns)
+    errors: Any  # (ORDER + 2, E) coefficients of transmission errors
+    reach: Any  # (m,) sum of |c_j| of each deflection's orders from 1 on
+    piece: Any  # (K,)
+    stiffness: Any  # (m,) of the present pieces
+    damping: Any  # (m,)
+    offset: Any  # (m,)
+    side: Any  # (K,) -1: sits on the lower corner (to the band), +1: on the upper one, 0: neither
+    exit: Any  # (K,) next crossing of each clearance in this window, from the origin; NEVER: none
+    upward: Any  # (K,) its direction
+    rate: Any  # (K,) and d delta / ds a window
+
+
+class Room(NamedTuple):
+    """Scratch."""
+
+    y: Any  # (columns,)
+    u: Any  # (1 + 2 H,)
+    waves: Any  # (ORDER + 2, 2 H)
+    force: Any  # (m,)
+    pull: Any  # (m + n,)
+    load: Any  # (T,)
+    jump: Any  # (ORDER,)
+    matrix: Any  # (ORDER + 1, ORDER + 1), zero below the diagonal
+    laws: Any  # (2, most elements near a clearance)
+    moved: Any  # (ORDER + 1, twice the most elements near a clearance)
+    turned: Any  # (ORDER + 1, the most inertias, and one)
+    row: Any  # as long as the longer of their rows
+    whole: Any  # (ORDER + 1,) a deflection
+    gap: Any  # (ORDER + 1,)
+
+
+@kernel
+def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, end, whole, gap):
+    """The first crossing of clearance c, element k, in [low, end] of a window: (s, upward, rate), s ``NEVER`` if none.
+
+    Args:
+        table, errors: coefficients; row: of the element's transmission error, or -1.
+        reach: sum of |c_j| of its deflection's orders from 1 on.
+        lower, upper: corners around its piece.
+        fixed: its rounding band, 0 if relative to its motion.
+        side: (K,) changed where the clearance has left the corner it sat on.
+        whole, gap: scratch.
+    """
+    start = table[0, k]
+    if row >= 0:
+        start -= errors[0, row]
+        for j in range(1, gap.size):
+            reach += abs(errors[j, row])
+    if start - lower > reach and upper - start > reach:
+        return NEVER, 0, 0.0
+    for j in range(gap.size):
+        whole[j] = table[j, k]
+    if row >= 0:
+        for j in range(gap.size):
+            whole[j] -= errors[j, row]
+    here, rate, curvature = evaluate(whole, low)
+    band = band_of(fixed, abs(rate) + 0.5 * abs(curvature))
+    if has_left(side[c], here - lower, upper - here, band):
+        side[c] = 0
+    best, upward, speed = NEVER, 0, 0.0
+    for up in range(2):
+        sign = 2 * up - 1
+        corner = upper if up else lower
+        if abs(corner) > 1e300:
+            continue
+        distance = sign * (corner - here)
+        for j in range(gap.size):
+            gap[j] = -sign * whole[j]
+        gap[0] += sign * corner
+        if side[c] == sign:
+            if low == 0.0:
+                gap[0] = lifted(gap[0], band)
+            else:
+                gap[0] += lifted(distance, band) - distance
+            distance = lifted(distance, band)
+        s = exit_from(gap, low, distance, -sign * rate, -sign * curvature)
+        if s < best and s <= end:
+            best, upward, speed = s, up, -sign * slope(gap, s)
+    return best, upward, speed
+
+
+@kernel
+def _search_all(network, laws, band, sweep, room, low):
+    """Find every clearance's next crossing."""
+    table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
+    clearances, first, error_of = network.clearances, laws.first, network.error_of
+    whole, gap, end = room.whole, room.gap, 1.0 - sweep.clock[0]
+    for c in range(side.size):
+        k = clearances[c]
+        p = first[k] + piece[c]
+        sweep.exit[c], sweep.upward[c], sweep.rate[c] = next_exit(
+            table,
+            errors,
+            error_of[k],
+            k,
+            c,
+            reach[k],
+            laws.lower[p],
+            laws.upper[p],
+            band[c],
+            side,
+            low,
+            end,
+            whole,
+            gap,
+        )
+
+
+@kernel
+def _search_near(network, laws, near, band, sweep, room, c, low):
+    """The same for the clearances near one that has crossed."""
+    table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
+    first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
+    whole, gap, end = room.whole, room.gap, 1.0 - sweep.clock[0]
+    for i in range(near.element_start[c], near.element_start[c + 1]):
+        k = np.int64(elements[i])
+        other = clearance[k]
+        if other < 0:
+            continue
+        total = 0.0
+        for j in range(1, gap.size):
+            total += abs(table[j, k])
+        reach[k] = total
+        p = first[k] + piece[other]
+        sweep.exit[other], sweep.upward[other], sweep.rate[other] = next_exit(
+            table, errors, error_of[k], k, other, total, laws.lower[p], laws.upper[p], band[other], side, low, end,
+            whole, gap,
+        )  # fmt: skip
+
+
+@kernel
+def _refresh(network, laws, band, inputs, sweep, room):
+    """Make all polynomials afresh from the states in room.y at the origin, and search them."""
+    counts, clock = sweep.counts, sweep.clock
+    for i in range(room.y.size):
+        sweep.table[0, i] = room.y[i]
+    tie_up(network, sweep.table)
+    inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, room.u)
+    wave_series(network.turn, room.u, room.waves)
+    error_series(network.error_at, network.error, room.waves, sweep.errors)
+    expand(
+        network, network.length, sweep.stiffness, sweep.damping, sweep.offset, room.waves, sweep.errors, sweep.table,
+        room.force, room.pull, room.load, sweep.reach,
+    )  # fmt: skip
+    counts[CORRECTED] = 0
+    counts[EXPANSIONS] += 1
+    clock[1] = 0.0
+    _search_all(network, laws, band, sweep, room, 0.0)
+
+
+@kernel
+def _emit(sweep, samples, until, room):
+    """Store every sample before ``until``, counted from the origin."""
+    counts, clock, per_cycle = sweep.counts, sweep.clock, samples.per_cycle
+    begun = (counts[CYCLE] * sweep.windows + counts[WINDOW]) * per_cycle
+    while counts[SAMPLE] < samples.pieces.shape[0]:
+        i = counts[SAMPLE]
+        s = (i * sweep.windows - begun) / per_cycle - clock[0]
+        if s >= until and s > clock[1]:
+            break
+        move(sweep.table, max(s, clock[1]), room.y)
+        for j in range(room.y.size):
+            samples.states[i, j] = room.y[j]
+        for c in range(sweep.piece.size):
+            samples.pieces[i, c] = sweep.piece[c]
+        counts[SAMPLE] += 1
+
+
+@kernel
+def _cross(network, laws, near, band, inputs, sweep, log, room, c):
+    """Take clearance c over its corner, and the motion on from there."""
+    counts, clock, k = sweep.counts, sweep.clock, network.clearances[c]
+    s, upward, before = sweep.exit[c], sweep.upward[c], clock[0] + clock[1]
+    column, integral = network.mean.size + c, 0.0
+    for j in range(sweep.table.shape[0] - 1, -1, -1):
+        integral = integral * s + sweep.table[j, column]
+    clock[1] = s
+    time = (counts[WINDOW] + (clock[0] + s)) / sweep.windows
+    rate = sweep.rate[c] * sweep.windows
+    log_crossing(log, counts[EVENTS], counts[CYCLE], time, c, upward, sweep.piece[c], rate, integral)
+    counts[EVENTS] += 1
+    counts[STALLED] = counts[STALLED] + 1 if clock[0] + s == before else 0
+    p = laws.first[k] + sweep.piece[c]
+    corner, q = laws.upper[p] if upward else laws.lower[p], p + 2 * upward - 1
+    sweep.piece[c] += 2 * upward - 1
+    sweep.side[c] = -1 if upward else 1
+    sweep.stiffness[k], sweep.damping[k], sweep.offset[k] = laws.stiffness[q], laws.damping[q], laws.offset[q]
+    if counts[CORRECTED] < sweep.most:
+        change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
+        jump_series(
+            sweep.table, sweep.errors, k, network.error_of[k], s, corner, change, network.length, room.jump, room.matrix
+        )
+        correct(
+            network, near, c, sweep.stiffness, sweep.damping, s, room.jump, sweep.table, room.laws, room.moved,
+            room.turned, room.pull, room.matrix, room.row,
+        )  # fmt: skip
+        counts[CORRECTED] += 1
+        _search_near(network, laws, near, band, sweep, room, c, s)
+    else:
+        move(sweep.table, s, room.y)
+        clock[0] += s
+        _refresh(network, laws, band, inputs, sweep, room)
+
+
+@kernel
+def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budget):
+    """March until all samples are stored, or until something above is needed.
+
+    Args:
+        network, laws, near: see ``network``.
+        band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
+        inputs: see ``packed``; all amplitudes one.
+        sweep, samples, log, room: see above and ``packed``; sweep, samples and log change. Samples are the columns of
+            a table.
+        budget: most windows and crossings in this slice.
+
+    Returns:
+        an ``Outcome`` code.
+    """
+    counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
+    if not counts[EXPANDED]:
+        copy(sweep.table[0], room.y.size, room.y)
+        _refresh(network, laws, band, inputs, sweep, room)
+        counts[EXPANDED] = 1
+    for _ in range(budget):
+        if counts[SAMPLE] >= samples.pieces.shape[0]:
+            return DONE
+        if counts[EVENTS] >= log.cycle.size:
+            return LOG_FULL
+        k, end = -1, NEVER
+        for c in range(exits.size):
+            if exits[c] < end:
+                k, end = c, exits[c]
+        if end < 0.0:  # undecided
+            return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
+        if k >= 0:
+            _emit(sweep, samples, end, room)
+            if counts[SAMPLE] >= samples.pieces.shape[0]:
+                return DONE
+            _cross(network, laws, near, band, inputs, sweep, log, room, k)
+            if counts[STALLED] > MOST_STALLED:
+                return CHATTER
+            continue
+        end = 1.0 - clock[0]
+        _emit(sweep, samples, end, room)
+        move(sweep.table, end, room.y)
+        clock[0] = 0.0
+        counts[STEPS] += 1
+        counts[WINDOW] += 1
+        if counts[WINDOW] == sweep.windows:
+            counts[WINDOW] = 0
+            counts[CYCLE] += 1
+        if not np.isfinite(room.y.sum()):
+            return NON_FINITE
+        _refresh(network, laws, band, inputs, sweep, room)
+    return SLICE_SPENT

@@ -1,0 +1,222 @@
+"""What is kept of the crossings of a motion: counts, sums and largest values, added up in the order of the log.
+
+One definition for a run, a chunk of a long motion (``signals.crossing_sums``) and a batch of variants (``many``).
+``tests/signals/numpy_sums.py`` has the same in NumPy, as the oracle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import strict, strict_entry
+from gearrattle.engine.kernels.variants import Crossings
+
+_SIMULTANEOUS = 4 * 2.220446049250313e-16  # periods
+
+
+@strict
+def _swap(log, i):
+    """Exchange a crossing and the next."""
+    j = i + 1
+    log.cycle[i], log.cycle[j] = log.cycle[j], log.cycle[i]
+    log.fraction[i], log.fraction[j] = log.fraction[j], log.fraction[i]
+    log.clearance[i], log.clearance[j] = log.clearance[j], log.clearance[i]
+    log.upward[i], log.upward[j] = log.upward[j], log.upward[i]
+    log.piece[i], log.piece[j] = log.piece[j], log.piece[i]
+    log.rate[i], log.rate[j] = log.rate[j], log.rate[i]
+    log.integral[i], log.integral[j] = log.integral[j], log.integral[i]
+
+
+@strict
+def _in_order(log, events, period, time):
+    """Put simultaneous crossings into element order, and write all times [s]; those of one instant are the same."""
+    i = 0
+    while i < events - 1:
+        apart = (log.cycle[i + 1] - log.cycle[i]) + (log.fraction[i + 1] - log.fraction[i])
+        if apart <= _SIMULTANEOUS and log.clearance[i + 1] < log.clearance[i]:
+            _swap(log, i)
+            i = max(i - 1, 0)
+        else:
+            i += 1
+    for i in range(events - 1, -1, -1):
+        time[i] = (log.cycle[i] + log.fraction[i]) * period
+        if i < events - 1:
+            time[i] = min(time[i], time[i + 1])
+
+
+@strict
+def _broken(judged, crossings, pieces):
+    """The first crossing that does not lead from where its clearance is to a piece beside it; -1 without any."""
+    for i in range(crossings.time.size):
+        k, origin, to = crossings.clearance[i], crossings.origin[i], crossings.to[i]
+        if not 0 <= k < pieces.size:
+            return i
+        if origin != pieces[k] or abs(to - origin) != 1 or not 0 <= to < judged.pieces[k + 1] - judged.pieces[k]:
+            return i
+        pieces[k] = to
+    return -1
+
+
+@strict
+def _clear(judged, pieces, v, out):
+    """Put all sums to zero; the flank of the last contact is that of the piece in which the motion begins."""
+    for k in range(pieces.size):
+        out.sides[v, k, 0] = out.sides[v, k, 1] = 0.0
+        out.count[v, k] = out.drive[v, k] = out.speed[v, k] = out.top_speed[v, k] = out.square[v, k] = 0.0
+        out.left[v, k] = out.top_change[v, k] = out.push[v, k] = out.top_push[v, k] = out.final[v, k] = 0.0
+        out.lost[v, k] = out.kept[v, k] = out.moving[v, k] = out.held[v, k] = 0.0
+        out.same[v, k] = out.other[v, k] = 0.0
+        begin, piece, below = judged.pieces[k], pieces[k], 0
+        for p in range(judged.pieces[k], judged.pieces[k + 1]):
+            out.dwell[v, p] = 0.0
+            below += 1 if judged.inner[p] and p < begin + piece else 0
+        out.flank[v, k] = 0.0 if judged.inner[begin + piece] else (1.0 if below else -1.0)
+    for corner in range(out.open.shape[1]):
+        out.open[v, corner] = out.begun[v, corner] = out.met[v, corner] = out.since[v, corner] = 0.0
+    out.crossings[v, 0] = 0.0
+
+
+@strict
+def _stay(judged, crossings, window, pieces, v, out):
+    """Add times in every region, and the sides on which corners are crossed."""
+    clearances, since, dwell = pieces.size, np.empty(pieces.size), np.zeros(out.dwell.shape[1])
+    for k in range(clearances):
+        since[k] = window[0]
+    for i in range(crossings.time.size):
+        k, time = crossings.clearance[i], crossings.time[i]
+        begin = judged.pieces[k]
+        if window[0] <= time <= window[1]:
+            dwell[begin + pieces[k]] += time - since[k]
+            since[k] = time
+            lower, last = begin + min(crossings.origin[i], crossings.to[i]), begin
+            inside = judged.inner[lower] + judged.inner[lower + 1]
+            if inside == 1 or (inside == 0 and not judged.gap[k]):
+                for p in range(begin, judged.pieces[k + 1]):
+                    if judged.inner[p]:
+                        last = p
+                out.sides[v, k, 0 if lower >= last else 1] = 1.0
+        if time <= window[1]:
+            pieces[k] = crossings.to[i]
+    for k in range(clearances):
+        dwell[judged.pieces[k] + pieces[k]] += window[1] - since[k]
+    for p in range(dwell.size):
+        out.dwell[v, p] += dwell[p]
+
+
+@strict
+def _larger(a, b):
+    """The larger of two numbers; NaN if one of them is."""
+    return a if b <= a or np.isnan(a) else b
+
+
+@strict
+def _end(out, v, k, met, left, push, held):
+    """Add a contact that has ended: its speeds at begin and end, its contact impulse, its length."""
+    out.left[v, k] += left
+    out.top_change[v, k] = _larger(out.top_change[v, k], met + left)
+    out.push[v, k] += push
+    out.top_push[v, k] = _larger(out.top_push[v, k], push)
+    out.lost[v, k] += met * met - left * left
+    out.held[v, k] += held
+    if met > 0.0:
+        out.kept[v, k] += left / met
+        out.moving[v, k] += 1.0
+
+
+@strict
+def _strike(judged, crossings, window, v, out):
+    """Add the impacts that begin in the window, and contacts that were open and end here."""
+    events = crossings.time.size
+    following, returns = np.empty(events, np.int64), np.full(out.open.shape[1], -1, np.int64)
+    time, rate, integral = crossings.time, crossings.rate, crossings.integral
+    for i in range(events - 1, -1, -1):
+        k = crossings.clearance[i]
+        corner = judged.pieces[k] - k + min(crossings.origin[i], crossings.to[i])
+        following[i], returns[corner] = returns[corner], i
+    for corner in range(returns.size):
+        i = returns[corner]
+        if out.open[v, corner] > 0.0 and i >= 0:
+            push, held = abs(integral[i] - out.begun[v, corner]), time[i] - out.since[v, corner]
+            _end(out, v, crossings.clearance[i], out.met[v, corner], abs(rate[i]), push, held)
+            out.open[v, corner] = 0.0
+    for i in range(events):
+        k = crossings.clearance[i]
+        begin, origin, to = judged.pieces[k], crossings.origin[i], crossings.to[i]
+        outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
+        if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
+            continue
+        flank, before = (1.0 if to + judged.label[k] >= 0 else -1.0), out.flank[v, k]
+        out.flank[v, k] = flank
+        if not window[0] <= time[i] <= window[1]:
+            continue
+        speed = abs(rate[i])
+        out.count[v, k] += 1.0
+        out.drive[v, k] += 1.0 if flank > 0.0 else 0.0
+        out.same[v, k] += 0.0 if before == -flank else 1.0
+        out.other[v, k] += 1.0 if before == -flank else 0.0
+        out.speed[v, k] += speed
+        out.top_speed[v, k] = max(out.top_speed[v, k], speed)
+        out.square[v, k] += speed * speed
+        j = following[i]
+        if j < 0:
+            corner = begin - k + min(origin, to)
+            out.open[v, corner], out.begun[v, corner] = 1.0, integral[i]
+            out.met[v, corner], out.since[v, corner] = speed, time[i]
+        else:
+            _end(out, v, k, speed, abs(rate[j]), abs(integral[j] - integral[i]), time[j] - time[i])
+
+
+@strict_entry
+def add_crossings(judged, crossings, window, initial, final, fresh, v, out):
+    """Add the next chunk of a motion.
+
+    Args:
+        judged: ``variants.Judged``.
+        crossings: ``variants.Crossings``, all of the chunk.
+        window: begin and end of the part of the chunk that counts [s], both included.
+        initial: (K,) pieces at the begin of the chunk.
+        final: (K,) force integrals at its end.
+        fresh: whether it is the first: the sums begin at zero.
+        v: which of the motions.
+        out: ``variants.Tallies``; its counts of function calls stay as they are.
+
+    Returns:
+        -1; else which crossing does not go on where the one before leads, and nothing is written.
+    """
+    broken = _broken(judged, crossings, initial.copy())
+    if broken >= 0:
+        return broken
+    if fresh:
+        _clear(judged, initial, v, out)
+    _stay(judged, crossings, window, initial.copy(), v, out)
+    _strike(judged, crossings, window, v, out)
+    for k in range(initial.size):
+        out.final[v, k] = final[k]
+    for i in range(crossings.time.size):
+        out.crossings[v, 0] += 1.0 if crossings.time[i] >= window[0] else 0.0
+    return -1
+
+
+@strict_entry
+def tally(judged, log, events, window, initial, final, scales, v, out):
+    """Write the sums of one motion that was marched to its end.
+
+    Args:
+        judged: ``variants.Judged``.
+        log: ``packed.Log``; simultaneous crossings are put into element order.
+        events: how many there are.
+        window: begin and end of the steady part [s], both included, and the period.
+        initial: (K,) pieces at t = 0.
+        final: (K,) force integrals at the end.
+        scales: ``variants.Scales``.
+        v: which of the variants.
+        out: ``variants.Tallies``; its counts of function calls stay as they are.
+    """
+    time, rate = np.empty(events), np.empty(events)
+    origin, to = np.empty(events, np.int64), np.empty(events, np.int64)
+    _in_order(log, events, window[2], time)
+    for i in range(events):
+        origin[i], to[i] = log.piece[i], log.piece[i] + 2 * log.upward[i] - 1
+        rate[i] = log.rate[i] * scales.corner[log.clearance[i]] / window[2]
+    crossings = Crossings(time, log.clearance[:events], origin, to, rate, log.integral[:events])
+    add_crossings(judged, crossings, window, initial, final, True, v, out)

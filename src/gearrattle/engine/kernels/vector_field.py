@@ -1,0 +1,120 @@
+"""The right-hand side y' = f(t, y), written straight from the equation of motion: no regions, no matrices.
+
+    x' = X v,    v' = J^-1 (T(t) - D v - W^T F(delta, delta')),    r' = v[references],    I' = F
+
+with delta = B x - e(t), delta' = W v - e'(t), and F looked up in each element's law. State y = (x, v, r, I): basis
+deflections, velocities, reference angles, force integrals, all in SI. This is the second opinion on the exact engine:
+the two share the laws and nothing else.
+"""
+
+from __future__ import annotations
+
+from math import factorial, floor, pi
+from typing import Any, NamedTuple
+
+from gearrattle.engine.kernels._jit import inlined, kernel
+
+_SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(9))
+_COSINE = tuple((-1) ** i / factorial(2 * i) for i in range(10))
+
+
+class Field(NamedTuple):
+    """The system as plain arrays: n inertias, m elements, r basis deflections, H harmonics, P pieces in all."""
+
+    inertia: Any  # (n,)
+    drag: Any  # (n,)
+    rows: Any  # (m, n) W
+    basis: Any  # (r, n) X
+    combination: Any  # (m, r) B
+    references: Any  # (R,)
+    first_piece: Any  # (m + 1,) where each element's pieces begin
+    upper_corner: Any  # (P,) upper end of each piece, +inf for the last of an element
+    stiffness: Any  # (P,)
+    damping: Any  # (P,)
+    offset: Any  # (P,)
+    mean: Any  # (n,)
+    torque_sine: Any  # (n, H)
+    torque_cosine: Any  # (n, H)
+    error_sine: Any  # (m, H)
+    error_cosine: Any  # (m, H)
+    cycles: Any  # (H,)
+    period: float
+
+
+@inlined
+def sine_cosine(turn):
+    """(sin, cos) of 2 pi turn: from the nearest quarter by Taylor series, which end below rounding at an eighth.
+
+    Without branches, and both at once: the library's two calls cost more than the rest of a right-hand side.
+    """
+    quarter = floor(4.0 * turn + 0.5)
+    a = 2.0 * pi * (turn - 0.25 * quarter)
+    q = a * a
+    sine, cosine = _SINE[8], _COSINE[9]
+    for i in range(7, -1, -1):
+        sine = sine * q + _SINE[i]
+    for i in range(8, -1, -1):
+        cosine = cosine * q + _COSINE[i]
+    sine *= a
+    rest = quarter - 4.0 * floor(0.25 * quarter)
+    odd, back = rest - 2.0 * floor(0.5 * rest) == 1.0, rest >= 2.0
+    s, c = (cosine, -sine) if odd else (sine, cosine)
+    return (-s, -c) if back else (s, c)
+
+
+@kernel
+def element_states(field, time, y, wave, deflection, rate, piece, force, held=False):
+    """Deflection, rate, piece and force of every element; wave receives sines, then cosines of the harmonics.
+
+    A piece is looked up by the deflection, or taken as it is if pieces are held.
+    """
+    count = field.cycles.size
+    elements, size = field.rows.shape
+    r = field.basis.shape[0]
+    turns, unit = time / field.period, 2.0 * pi / field.period
+    for j in range(count):
+        wave[j], wave[count + j] = sine_cosine(field.cycles[j] * turns)
+    for k in range(elements):
+        d, v = 0.0, 0.0
+        for i in range(r):
+            d += field.combination[k, i] * y[i]
+        for i in range(size):
+            v += field.rows[k, i] * y[r + i]
+        for j in range(count):
+            omega = unit * field.cycles[j]
+            d -= field.error_sine[k, j] * wave[j] + field.error_cosine[k, j] * wave[count + j]
+            v -= omega * (field.error_sine[k, j] * wave[count + j] - field.error_cosine[k, j] * wave[j])
+        p = field.first_piece[k]
+        if held:
+            p += int(piece[k])
+        else:
+            while d > field.upper_corner[p]:
+                p += 1
+        deflection[k], rate[k], piece[k] = d, v, p - field.first_piece[k]
+        force[k] = field.stiffness[p] * d + field.damping[p] * v + field.offset[p]
+
+
+@kernel
+def derivative(field, time, y, wave, deflection, rate, piece, force, out, held=False):
+    """Write y' to out; the work arrays keep the elements' states at (time, y)."""
+    element_states(field, time, y, wave, deflection, rate, piece, force, held)
+    elements, size = field.rows.shape
+    r, count = field.basis.shape[0], field.cycles.size
+    for i in range(r):
+        total = 0.0
+        for j in range(size):
+            total += field.basis[i, j] * y[r + j]
+        out[i] = total
+    for i in range(size):
+        total = field.mean[i] - field.drag[i] * y[r + i]
+        for j in range(count):
+            total += field.torque_sine[i, j] * wave[j] + field.torque_cosine[i, j] * wave[count + j]
+        for k in range(elements):
+            total -= field.rows[k, i] * force[k]
+        out[r + i] = total / field.inertia[i]
+    at = r + size
+    for i in range(field.references.size):
+        out[at + i] = y[r + field.references[i]]
+    at += field.references.size
+    for k in range(elements):
+        out[at + k] = force[k]

@@ -1,0 +1,138 @@
+"""Works and losses of a large driveline along a known motion (``quadrature`` does the same with dense regions).
+
+The motion is made afresh from every sampled state, all polynomials at every crossing, without the shortcuts of the
+sweep; the powers are integrated by Gauss-Legendre quadrature.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels.network import error_series, expand, move, tie_up, wave_series
+from gearrattle.engine.kernels.oscillators import inputs_at
+
+
+class Path(NamedTuple):
+    """The intervals between neighbouring samples and crossings, I in all."""
+
+    duration: Any  # (I,) in windows
+    sample: Any  # (I,) the sample an interval's first state is taken from; -1: goes on
+    clearance: Any  # (I,) what crosses at its end, or -1
+    piece: Any  # (I,) the piece entered
+
+
+class Works(NamedTuple):
+    """What is summed [J]."""
+
+    torque: Any  # (n,) work of the torques
+    drag: Any  # (n,) loss
+    element: Any  # (m,) loss
+    error: Any  # (m,) work of the transmission errors
+
+
+class Bench(NamedTuple):
+    """What changes on the way, and scratch; see ``sweep``."""
+
+    now: Any  # (2,) whole periods and the rest, in periods
+    table: Any
+    waves: Any
+    errors: Any
+    stiffness: Any
+    damping: Any
+    offset: Any
+    u: Any
+    y: Any
+    wave: Any  # (2 H,)
+    slip: Any  # (2, E) errors and their rates
+    torque: Any  # (m + n,) of velocities, by their columns
+    load: Any  # (T,)
+    force: Any
+    pull: Any
+    reach: Any
+    turn: Any  # (H,)
+
+
+@kernel
+def _add_powers(network, bench, works, length, s, weight):
+    """Add weight times every power at s of the window in the table."""
+    y, wave, slip, load, m = bench.y, bench.wave, bench.slip, bench.torque, bench.force.size
+    n = network.mean.size - m
+    stiffness, damping, offset = bench.stiffness, bench.damping, bench.offset
+    move(bench.table, s, y)
+    move(bench.waves, s, wave)
+    for i in range(slip.shape[1]):
+        value, rate = 0.0, 0.0
+        for j in range(bench.errors.shape[0] - 1, -1, -1):
+            rate = rate * s + value
+            value = value * s + bench.errors[j, i]
+        slip[0, i], slip[1, i] = value, rate / length
+    for i in range(load.size):
+        load[i] = network.mean[i]
+    for i in range(network.driven.size):
+        for h in range(wave.size):
+            load[network.driven[i]] += network.torque[h, i] * wave[h]
+    for i in range(n):
+        works.torque[i] += weight * load[m + i] * y[m + i]
+        works.drag[i] += weight * network.drag[m + i] * y[m + i] * y[m + i]
+    for k in range(m):
+        rate = network.first_arm[k] * y[network.first[k]] + network.second_arm[k] * y[network.second[k]]
+        row = network.error_of[k]
+        if row >= 0:
+            rate -= slip[1, row]
+            force = stiffness[k] * (y[k] - slip[0, row]) + damping[k] * rate + offset[k]
+            works.error[k] -= weight * force * slip[1, row]
+        works.element[k] += weight * damping[k] * rate * rate
+
+
+@kernel
+def _over(network, inputs, bench, works, windows, share, abscissas, weights):
+    """Add the powers over a share of a window from the state in the table, and move that to the end."""
+    length = share * network.length
+    for j in range(bench.turn.size):
+        bench.turn[j] = share * network.turn[j]
+    inputs_at(inputs, bench.now[0], bench.now[1], bench.u)
+    tie_up(network, bench.table)
+    wave_series(bench.turn, bench.u, bench.waves)
+    error_series(network.error_at, network.error, bench.waves, bench.errors)
+    expand(
+        network, length, bench.stiffness, bench.damping, bench.offset, bench.waves, bench.errors, bench.table,
+        bench.force, bench.pull, bench.load, bench.reach,
+    )  # fmt: skip
+    for q in range(weights.size):
+        _add_powers(network, bench, works, length, abscissas[q], length * weights[q])
+    move(bench.table, 1.0, bench.y)
+    bench.table[0] = bench.y
+    bench.now[1] += share / windows
+    if bench.now[1] >= 1.0:
+        bench.now[0] += 1.0
+        bench.now[1] -= 1.0
+
+
+@kernel
+def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, bench, works, nodes):
+    """Integrate every power over the intervals first ... last - 1.
+
+    Args:
+        network, laws: see ``network``. inputs: see ``packed``, amplitudes one.
+        path, bench, works: see above; bench and works change.
+        first, last: intervals.
+        samples: (t, columns) of the table; per_cycle: how many a period.
+        windows: a period.
+        nodes: (2, Q) abscissas in 0 ... 1 and weights.
+    """
+    for i in range(first, last):
+        if path.sample[i] >= 0:
+            bench.table[0] = samples[path.sample[i]]
+            bench.now[0] = path.sample[i] // per_cycle
+            bench.now[1] = (path.sample[i] % per_cycle) / per_cycle
+        left = path.duration[i]
+        while left > 0.0:
+            share = min(left, 1.0)
+            _over(network, inputs, bench, works, windows, share, nodes[0], nodes[1])
+            left -= share
+        c = path.clearance[i]
+        if c >= 0:
+            k = network.clearances[c]
+            p = laws.first[k] + path.piece[i]
+            bench.stiffness[k], bench.damping[k], bench.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]

@@ -1,0 +1,161 @@
+"""What a solver is: it starts on a task, works in slices, and hands over a motion.
+
+A solver never meets a model, a file or a unit: it gets a piecewise system, initial angles and velocities and an output
+grid. The loop that drives it, shows progress and listens to Ctrl-C is ``simulate.simulate``, the same for all.
+To add a solver: write its file with a function ``Task -> Marching``, add one line to the table in ``__init__``, and its
+test page; the laws over the table test it by its existing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.variation import Path
+from gearrattle.outcome import Outcome
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to integrate and where to sample.
+
+    Attributes:
+        system: the piecewise-linear system [SI].
+        angle, velocity: (n,) state at t = 0 [rad, rad/s].
+        cycles: length of the run in periods.
+        samples_per_cycle: output grid.
+        tolerance: None for the solver's default.
+        step: fixed step [s]; None for the solver's default.
+        audit: whether to audit the energy, where the solver can.
+    """
+
+    system: PiecewiseSystem
+    angle: Array
+    velocity: Array
+    cycles: int
+    samples_per_cycle: int
+    tolerance: float | None
+    step: float | None
+    audit: bool = True
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Corner crossings in a solver's own terms: (E,) each; pieces are indices into the element's law."""
+
+    time: Array
+    clearance: IntArray
+    from_piece: IntArray
+    to_piece: IntArray
+    velocity: Array
+    force_integral: Array
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What companions did; C of them, S with a memory [SI].
+
+    Attributes:
+        force, memory, piece: (t, C) force, state e and piece at the samples.
+        initial: (C,) piece at the start.
+        path: all crossings, clearances' and companions', in the order in which they came.
+    """
+
+    force: Array
+    memory: Array
+    piece: IntArray
+    initial: IntArray
+    path: Path
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
+
+    ``function_calls`` are those of the algorithm; what only output needs is not counted. ``aside`` is the time [s] that
+    notes took, which is not the algorithm's either.
+    """
+
+    angle: Array
+    velocity: Array
+    acceleration: Array
+    deflection: Array
+    force: Array
+    piece: IntArray
+    crossings: Crossings
+    initial_piece: IntArray
+    final_force_integral: Array
+    steps: int
+    function_calls: int
+    average_step: float
+    average_trial_step: float
+    rejected_steps: int = 0
+    jacobian_calls: int = 0
+    smallest_step: float | None = None
+    notes: tuple[str, ...] = ()
+    energy: EnergyAudit | None = None
+    aside: float = 0.0
+    beside: Beside | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a run stands.
+
+    Attributes:
+        time: [s].
+        deflection: (K,) of the clearances.
+        last_crossed: the clearance that crossed last, if any.
+        fastest: the element whose own motion needs the shortest steps; None where that is not known.
+    """
+
+    time: float
+    deflection: Array
+    last_crossed: int | None
+    fastest: int | None = None
+
+
+class Marching(Protocol):
+    """A run under way."""
+
+    def advance(self) -> Outcome:
+        """Do a slice of work (a few milliseconds); SLICE_SPENT means there is more."""
+
+    def fraction(self) -> float:
+        """How much of the run is done, 0 ... 1."""
+
+    def place(self) -> Place:
+        """Where the run stands, for a message about a failure."""
+
+    def motion(self) -> Motion:
+        """The motion, once ``advance`` has answered DONE."""
+
+
+@runtime_checkable
+class Extensible(Marching, Protocol):
+    """A run that can go on where it ended, with the same bits as if it had been longer from the beginning.
+
+    A long run is made in chunks of bounded size: ``advance`` until DONE, ``motion``, ``extend``, and so on. The last
+    sample of a chunk is the first of the next; force integrals go on, logs and counts of steps begin anew.
+    """
+
+    def extend(self, cycles: int) -> None:
+        """After DONE: let go of what is stored, and make ready for some cycles more."""
+
+    def snapshot(self) -> dict[str, Array | IntArray]:
+        """After DONE: all that another process needs to go on; owns its arrays."""
+
+    def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
+        """Begin with a snapshot of a run on the same task, and make ready for some cycles more."""
+
+
+Solver = Callable[[Task], Marching]

@@ -1,0 +1,109 @@
+"""Many variants of a driveline by ``exact``, in threads: the same bits as one at a time, in the order they were given.
+
+A thread takes a task, marches it to its end and hands the motion to a function that keeps what is wanted of it; the
+motion itself is let go. So a few motions are held at a time, however many variants there are. The march and the
+building of regions let go of the interpreter (``kernels``); the little Python between them is what threads share.
+Nothing is looked for on the shelf of earlier systems (``slots.slots_of``), which thousands of variants would only wash
+out.
+
+A variant that fails - crossings that pile up, a state or a region that is not finite - is an outcome among the others.
+Takes an iterable of tasks; gives an iterator of ``Ended``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.choice import is_large
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.slots import fresh_slots
+from gearrattle.engine.solvers.sweep import SweepMarch
+from gearrattle.engine.system.store import Room
+from gearrattle.errors import ConvergenceError
+from gearrattle.outcome import Outcome
+
+T = TypeVar("T")
+
+_WAITING = 4  # tasks a thread may have ahead of the one whose result is asked for
+
+
+@dataclass(frozen=True)
+class Ended(Generic[T]):
+    """How one variant ended.
+
+    Attributes:
+        index: which, counted from 0 in the order given.
+        outcome: DONE, or what stopped it: CHATTER, NON_FINITE.
+        kept: what was kept of its motion; None if it failed.
+        place: where it stopped; None if it is done, or could not begin.
+        reason: words for what could not be computed at all; empty otherwise.
+    """
+
+    index: int
+    outcome: Outcome
+    kept: T | None
+    place: Place | None = None
+    reason: str = ""
+
+
+def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int | None = None) -> Iterator[Ended[T]]:
+    """March every task and keep something of each motion, in the order given.
+
+    The tasks are drawn as threads become free: a generator may assemble them on the way. A result is the same for any
+    number of threads.
+
+    Args:
+        tasks: what to integrate, each on its own.
+        keep: called in the thread that made the motion; what it raises is raised here, when its turn comes.
+        threads: how many; as many as the machine has cores by default.
+    """
+    count = threads or os.cpu_count() or 1
+    numbered, rooms = enumerate(tasks), deque[Room](maxlen=1)
+    if count == 1:
+        for index, task in numbered:
+            yield march_one(index, task, keep, rooms)
+        return
+    ahead: deque[Future[Ended[T]]] = deque()
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            for index, task in numbered:
+                ahead.append(pool.submit(march_one, index, task, keep, rooms))
+                if len(ahead) >= _WAITING * count:
+                    yield ahead.popleft().result()
+            while ahead:
+                yield ahead.popleft().result()
+        finally:
+            for future in ahead:
+                future.cancel()
+
+
+def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[Room]) -> Ended[T]:
+    """March one task to its end, alone with its regions; ``rooms`` tells how much room the last one took."""
+    march: Marching
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is told by the outcome
+            if is_large(task.system):
+                march = SweepMarch(task)
+            else:
+                march = ExactMarch(task, fresh_slots(task.system, next(iter(rooms), None)))
+    except (ConvergenceError, FloatingPointError, ArithmeticError, ValueError) as error:
+        return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
+    try:
+        outcome = march.advance()
+        while outcome is Outcome.SLICE_SPENT:
+            outcome = march.advance()
+    except (ConvergenceError, FloatingPointError) as error:
+        return Ended(index, Outcome.NON_FINITE, None, march.place(), str(error))
+    if outcome is not Outcome.DONE:
+        return Ended(index, outcome, None, march.place())
+    if isinstance(march, ExactMarch):
+        rooms.append(march.slots.store.room())
+    return Ended(index, outcome, keep(march.motion()))

@@ -1,0 +1,99 @@
+"""An initial-value problem packed for C: the block of counts and addresses that ``kernels.callbacks`` reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.solvers.vector_field import FieldProblem
+
+if TYPE_CHECKING:
+    from gearrattle.engine.kernels.vector_field import Field
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+UNCONTROLLED = 1e100
+"""Absolute tolerance of what does not feed back: reference angles and force integrals never drive the step size."""
+
+
+def contiguous(field: Field) -> Field:
+    """The field with arrays of the very types that C reads."""
+    indices = {"references": np.int64, "first_piece": np.int64}
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(a, indices.get(name, np.float64)) if isinstance(a, np.ndarray) else float(a)
+        for name, a in field._asdict().items()
+    }
+    return field._replace(**arrays)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A problem in scaled variables z = y / size with every array its callbacks use; it must outlive them.
+
+    Attributes:
+        problem: what to integrate.
+        field: the arrays the callbacks look pieces up in; each C-contiguous.
+        clearances: (K,) elements with corners.
+        bounds: (K, 2) corners of the pieces held, where pieces are held.
+    """
+
+    problem: FieldProblem
+    field: Field
+    clearances: IntArray
+    bounds: Array
+
+    @classmethod
+    def of(cls, problem: FieldProblem, field: Field | None = None) -> Block:
+        """Pack a problem; ``field`` replaces its own where pieces are held."""
+        clearances = np.array(problem.task.system.clearances, dtype=np.int64)
+        return cls(problem, contiguous(field or problem.field), clearances, np.empty((len(clearances), 2)))
+
+    @property
+    def states(self) -> int:
+        """S, the length of y."""
+        return int(self.problem.initial.size)
+
+    @cached_property
+    def size(self) -> Array:
+        """(S,) the unit of each state [SI]; 1 for reference angles and force integrals."""
+        carried = self.states - self.problem.active
+        return np.concatenate([self.problem.size, np.ones(carried)])
+
+    @cached_property
+    def initial(self) -> Array:
+        """(S,) z at t = 0."""
+        return self.problem.initial / self.size
+
+    def tolerances(self, tolerance: float) -> tuple[float, Array]:
+        """Relative and (S,) absolute tolerance for a root mean square over all of z.
+
+        The uncontrolled states weigh nothing but are counted, so both are made as much smaller as that mean is.
+        """
+        tolerance *= float(np.sqrt(self.problem.active / self.states))
+        absolute = np.full(self.states, tolerance)
+        absolute[self.problem.active :] = UNCONTROLLED
+        return tolerance, absolute
+
+    @cached_property
+    def _work(self) -> list[Array]:
+        """State, wave, deflection, rate, piece, force: what the callbacks write to."""
+        m, waves = len(self.field.rows), 2 * self.field.cycles.size
+        return [np.zeros(self.states), np.zeros(waves), *(np.zeros(m) for _ in range(4))]
+
+    @cached_property
+    def _period(self) -> Array:
+        return np.array([self.field.period])
+
+    @cached_property
+    def words(self) -> IntArray:
+        """The block itself; the two accessors' addresses, 0 here, are the C library's to fill in."""
+        f = self.field
+        (m, n), r = f.rows.shape, f.basis.shape[0]
+        counts = [n, m, r, f.references.size, f.stiffness.size, f.cycles.size, len(self.clearances)]
+        arrays = [*f[:-1], self._period, self.size, *self._work, self.clearances, self.bounds]
+        return np.array([0, 0, *counts, *(a.ctypes.data for a in arrays)], dtype=np.int64)

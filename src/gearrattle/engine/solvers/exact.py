@@ -1,0 +1,251 @@
+"""``exact``: event-driven, certified, exact between corners.
+
+Inside a region the motion is propagated by tables of the matrix exponential; crossings are isolated and located to
+rounding (``kernels.march``). Nothing here approximates the model: what remains is rounding, amplified by the motion's
+own sensitivity. Takes a task, gives a motion; the regions come from ``system.region``, one at a time as they are met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers.base import Beside, Motion, Place, Task
+from gearrattle.engine.solvers.handover import (
+    StepLimit,
+    chatters,
+    crossings_of,
+    doubled,
+    empty_log,
+    fastest_of,
+    first_of,
+    path_of,
+    sampled_quantities,
+    sampled_z,
+)
+from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
+from gearrattle.engine.solvers.start import starting_pieces
+from gearrattle.engine.system.energy import Auditor
+from gearrattle.engine.system.store import Size, aligned, strips_for
+from gearrattle.outcome import Outcome
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_BUDGET = 20_000  # steps a slice
+_PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C is heard
+_BUILDING = 2.4e11  # regions built in a period of the fastest input, times states cubed: about an hour
+_NOTES = 1024  # steps with samples in them before these are worked out
+_NOTED = 1_000_000  # samples a cycle, times notes
+
+
+def paper(size: Size, per_cycle: int) -> packed.Notes:
+    """Room for some notes: few where a step passes many samples, so that Ctrl-C is heard while they are worked out."""
+    room = max(1, min(_NOTES, _NOTED // per_cycle))
+    whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
+    row, count, slot = np.empty((3, room), np.int64)
+    ahead, elapsed = np.empty((2, room))
+    return packed.Notes(row, count, slot, ahead, elapsed, np.empty((room, whole)), np.empty((room, carried)))
+
+
+class ExactMarch:
+    """A run of the exact algorithm under way (see ``base.Marching``)."""
+
+    def __init__(self, task: Task, slots: Slots | None = None) -> None:
+        from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.march import march_on
+        from gearrattle.engine.kernels.notes import work_out
+        from gearrattle.engine.kernels.start import deflect
+
+        self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
+        self.task = task
+        self.slots = slots_of(task.system) if slots is None else slots
+        self.flow = self.slots.flow
+        flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
+        deflection, unloaded = np.empty(len(flow.coordinates.elements)), np.zeros(size.memories)
+        deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
+        states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, unloaded])
+        u = flow.inputs_at(np.zeros(1), np.zeros(1))[0]
+        pieces, side = starting_pieces(flow, np.concatenate([states, u]), task.angle)
+        counts = np.zeros(packed.COUNTS, np.int64)
+        counts[packed.SLOT] = self.slots.slot_of(pieces)
+        counts[packed.PENDING] = -1
+        counts[packed.UNANCHORED] = 1 << 20
+        counts[packed.LEVEL] = self.slots.store.fine(counts[packed.SLOT])
+        y = aligned(4 * strips_for(size.longest))
+        y[: size.states] = states
+        references = task.angle[list(flow.coordinates.references)]
+        carried = aligned(4 * strips_for(size.carried))
+        carried[: references.size] = references
+        bound = aligned(4 * strips_for(3 * size.watched))
+        self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
+        self.notes = paper(size, task.samples_per_cycle)
+        self.inputs = packed_inputs(flow)
+        self.log = empty_log(size.memories)
+        rows = size.longest + size.carried + 12 * size.watched
+        self._most_steps = max(100, _PRODUCTS // (rows * size.longest))
+        self._limit = StepLimit(task.system)
+        most = max(1, int(_BUILDING / max(1, size.states) ** 3))
+        self._built, self._limit_of_regions = 0, StepLimit(task.system, most, most)
+        self._begin(0, task.cycles, np.concatenate([states, carried[: size.carried]]))
+
+    def _begin(self, first_cycle: int, cycles: int, sample: Array) -> None:
+        """Make room for the samples of some cycles, the first of them taken already, and count anew."""
+        counts, per_cycle = self.march.counts, self.task.samples_per_cycle
+        rows, pieces_now = cycles * per_cycle + 1, self.slots.pieces[counts[packed.SLOT]]
+        self.initial = np.array([pieces_now[k] for k in self.flow.system.places], dtype=np.int64)
+        states, pieces = np.zeros((rows, sample.size)), np.zeros((rows, self.initial.size), np.int64)
+        states[0], pieces[0] = sample, self.initial
+        self.samples = packed.Samples(per_cycle, first_cycle * per_cycle, states, pieces, self.flow.waves(per_cycle))
+        self.first_cycle, self.cycles = first_cycle, cycles
+        counts[packed.SAMPLE], counts[packed.EVENTS] = self.samples.first + 1, 0
+        self.instants = packed_instants(self.flow, counts, first_cycle + cycles)
+        counts[packed.INSTANT] = 0
+        self.before = counts.copy(), float(self.march.tried[0])
+        self.auditor: Auditor | None = None
+        self._sampled_z: Array | None = None
+
+    def extend(self, cycles: int) -> None:
+        """Go on for some cycles more, with fresh samples and an empty log (see ``base.Extensible``)."""
+        self._begin(self.first_cycle + self.cycles, cycles, self.samples.states[-1])
+
+    def snapshot(self) -> dict[str, Array | IntArray]:
+        """The march, its last sample, and where both stand; regions by their pieces, for slots are numbered as met."""
+        arrays = {name: np.array(value) for name, value in self.march._asdict().items()}
+        region = np.array(self.slots.pieces[self.march.counts[packed.SLOT]], dtype=np.int64)
+        cycle = np.array(self.first_cycle + self.cycles)
+        arrays["counts"][packed.SLOT] = 0
+        return {**arrays, "sample": self.samples.states[-1].copy(), "region": region, "cycle": cycle}
+
+    def restore(self, snapshot: Mapping[str, Array | IntArray], cycles: int) -> None:
+        """Go on from a snapshot for some cycles."""
+        for name, value in self.march._asdict().items():
+            value[...] = snapshot[name]
+        self.march.counts[packed.SLOT] = self.slots.slot_of(tuple(int(piece) for piece in snapshot["region"]))
+        self._begin(int(snapshot["cycle"]), cycles, np.asarray(snapshot["sample"], dtype=float))
+
+    def advance(self) -> Outcome:
+        """March one slice, then audit slice by slice."""
+        if self.auditor is not None:
+            return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
+        outcome = self._march()
+        if outcome is Outcome.DONE and self.task.audit:
+            self.auditor = self._audit()
+            return Outcome.AUDIT_TOO_LONG if self.auditor.is_endless else Outcome.SLICE_SPENT
+        return outcome
+
+    def _march(self) -> Outcome:
+        """March one slice; build the next region or grow the log where the kernel asks for it."""
+        counts, regions = self.march.counts, self.slots.packed
+        budget = min(_BUDGET, self._most_steps)
+        outcome = Outcome(
+            self._march_on(regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, budget)
+        )
+        if counts[packed.NOTED]:
+            self._work_out(regions, self.inputs, self.notes, self.samples, counts)
+        if outcome is Outcome.NOTES_FULL:
+            return Outcome.SLICE_SPENT
+        if outcome is Outcome.NEEDS_REGION:
+            return self._enter_next_region()
+        if outcome is Outcome.LOG_FULL:
+            self.log = doubled(self.log)
+            return Outcome.SLICE_SPENT
+        if outcome is Outcome.SLICE_SPENT:
+            now = self._now()
+            if chatters(self.log, int(counts[packed.EVENTS]), now):
+                return Outcome.CHATTER
+            if self._limit.is_exceeded(int(counts[packed.STEPS]), now):
+                return Outcome.NO_PROGRESS
+        return outcome
+
+    def _enter_next_region(self) -> Outcome:
+        """Go to the region across the corner; build it if it is new."""
+        counts, before, known = self.march.counts, self.slots, len(self.slots.pieces)
+        clearance, upward = divmod(int(counts[packed.PENDING]), 2)
+        self.slots, counts[packed.SLOT] = before.beyond(int(counts[packed.SLOT]), clearance, upward)
+        counts[packed.PENDING] = -1
+        self._built += self.slots is not before or len(self.slots.pieces) > known
+        is_exceeded = self._limit_of_regions.is_exceeded(self._built, self._now())
+        return Outcome.TOO_MANY_REGIONS if is_exceeded else Outcome.SLICE_SPENT
+
+    def _now(self) -> float:
+        """The time of the march in periods."""
+        return float(self.march.counts[packed.CYCLE] + self.march.clock[:2].sum())
+
+    def fraction(self) -> float:
+        """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
+        marched = float((self.march.counts[packed.SAMPLE] - self.samples.first) / len(self.samples.pieces))
+        if not self.task.audit:
+            return marched
+        return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
+
+    def place(self) -> Place:
+        """Time, deflections and the last clearance crossed."""
+        counts = self.march.counts
+        cycle, fraction = counts[packed.CYCLE], self.march.clock[:2].sum()
+        states = self.march.y[: self.flow.states].copy()
+        if counts[packed.ENTERED]:
+            states += self.slots.store.particular(counts[packed.SLOT]) @ self.march.u
+        z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
+        deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
+        time, pieces = (cycle + fraction) * self.flow.system.inputs.period, self.slots.pieces[counts[packed.SLOT]]
+        return Place(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
+
+    def _last_crossed(self) -> int | None:
+        """The clearance that was crossed last, by itself or by what stands beside it."""
+        count, system = int(self.march.counts[packed.EVENTS]), self.flow.system
+        if not count:
+            return None
+        element = system.element_watched(int(self.log.clearance[count - 1]))
+        return system.clearances.index(element) if element in system.clearances else None
+
+    def motion(self) -> Motion:
+        """Sampled states turned into angles, accelerations and forces of the region each sample lies in."""
+        flow, period = self.flow, self.flow.system.inputs.period
+        counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
+        steps = int(counted[packed.STEPS])
+        sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
+        clearances, beside, log = len(flow.system.clearances), sampled.pop("beside"), self._logged()
+        initial, path = self.initial[clearances:], path_of(flow, log)
+        return Motion(
+            **sampled,
+            crossings=crossings_of(flow, log),
+            beside=Beside(*(*beside, initial, path)) if flow.system.companions else None,
+            initial_piece=self.initial[:clearances],
+            final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
+            steps=steps,
+            function_calls=steps + int(counted[packed.EXPANSIONS]),
+            average_step=self.cycles * period / max(steps, 1),
+            average_trial_step=tried / max(int(counted[packed.TRIALS]), 1) * period,
+            energy=None if self.auditor is None else self.auditor.result(),
+        )
+
+    def sampled_z(self) -> Array:
+        """(t, Z) states and inputs at the samples, once all are there."""
+        if self._sampled_z is None:
+            self._sampled_z = sampled_z(self.flow, self.samples)
+        return self._sampled_z
+
+    def _audit(self) -> Auditor:
+        system, log = self.flow.system, self._logged()
+        pieces = [0] * (len(system.laws) + len(system.companions))
+        for k, piece in zip(system.places, self.initial, strict=True):
+            pieces[k] = int(piece)
+        return Auditor(
+            self.flow,
+            tuple(pieces),
+            samples=self.sampled_z(),
+            per_cycle=self.samples.per_cycle,
+            time=log.cycle + log.fraction - self.first_cycle,
+            watch=log.clearance,
+            upward=log.upward,
+            memory=log.memory,
+            first_cycle=self.first_cycle,
+        )
+
+    def _logged(self) -> packed.Log:
+        return first_of(self.log, int(self.march.counts[packed.EVENTS]))

@@ -1,0 +1,228 @@
+"""From what the kernels of ``exact`` store to a motion: samples and crossings [SI], the same for both its marches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers.base import Crossings
+from gearrattle.engine.system.flow import Flow
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.region import strips
+from gearrattle.engine.system.variation import Path
+from gearrattle.slices import slices
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FIRST_LOG = 8192
+_MOST_A_PERIOD = 1_000_000  # crossings; more is chatter
+_MOST_STEPS = 2_000_000  # without progress
+_PRODUCTS = 50_000_000  # a slice
+_MOST_OF_EXACT = 1024.0 * _MOST_STEPS  # in a period of the fastest input
+MOST_CHOSEN = 1e6
+"""Steps in a period of the fastest input that an algorithm which chooses them may take: a second or more."""
+_SIMULTANEOUS = 4 * np.finfo(float).eps  # periods
+
+
+def empty_log(memories: int = 0) -> packed.Log:
+    """Room for some crossings."""
+    kinds = (np.int64, float, np.int64, np.int64, np.int64, float, float)
+    return packed.Log(*[np.empty(FIRST_LOG, kind) for kind in kinds] + [np.empty((FIRST_LOG, memories))])
+
+
+def doubled(log: packed.Log) -> packed.Log:
+    """The same log with as much room again."""
+    return packed.Log(*(np.concatenate([a, np.empty_like(a)]) for a in log))
+
+
+def chatters(log: packed.Log, count: int, now: float) -> bool:
+    """Whether more than a million crossings, of those logged, lie in the period before now (in periods)."""
+    first = count - _MOST_A_PERIOD
+    return first >= 0 and bool(now - (log.cycle[first] + log.fraction[first]) < 1.0)
+
+
+class StepLimit:
+    """Whether a march takes too many steps: two million in too small a part of the fastest input's period.
+
+    That part is 1/1024 unless said otherwise: such a march needs more than two thousand million steps for the period,
+    hours, if it ends at all. The measure is the period of the fastest input and not T, which is long where orders have
+    no small common multiple.
+
+    Args:
+        system: the driveline.
+        most: steps after which a march is judged; fewer where steps are made in Python.
+        a_period: most steps in a period of the fastest input.
+
+    Attributes:
+        average: mean step of those that were too many, in periods; None: there were none yet.
+    """
+
+    def __init__(self, system: PiecewiseSystem, most: int = _MOST_STEPS, a_period: float = _MOST_OF_EXACT) -> None:
+        self._most = most
+        self._least = most / a_period / max(1.0, float(system.inputs.cycles.max(initial=1.0)))
+        self._steps, self._time = 0, -1.0
+        self.average: float | None = None
+
+    def is_exceeded(self, steps: int, now: float) -> bool:
+        """Whether so many steps up to a time, in periods, are too many; steps and times that fall begin another run."""
+        if steps < self._steps or now < self._time or now - self._time >= self._least:
+            self._steps, self._time = steps, now
+        if steps - self._steps <= self._most:
+            return False
+        self.average = (now - self._time) / (steps - self._steps)
+        return True
+
+
+def fastest_of(system: PiecewiseSystem, pieces: Sequence[int]) -> int | None:
+    """The element that moves fastest by itself (see ``rates_of``); None where none moves."""
+    rates = rates_of(system, pieces)
+    return int(np.argmax(rates)) if rates.any() else None
+
+
+def rates_of(system: PiecewiseSystem, pieces: Sequence[int]) -> Array:
+    """(m,) how fast elements move by themselves [rad/s]: sqrt(k / m) or c / m, 1 / m the sum of w_i^2 / J_i of a row.
+
+    Args:
+        system: the driveline.
+        pieces: (m,) piece of every element.
+    """
+    lightness = (system.rows**2 / system.inertia).sum(axis=1)
+    pairs = list(zip(system.laws, pieces, strict=False))
+    stiffness, damping = (np.array([getattr(law, kind)[p] for law, p in pairs]) for kind in ("stiffness", "damping"))
+    rates: Array = np.maximum(np.sqrt(stiffness * lightness), damping * lightness)
+    return rates
+
+
+def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
+    """(t, Z) states and inputs at the samples."""
+    out = np.empty((len(samples.states), flow.width))
+    behind = flow.states + flow.inputs
+    for part in slices(*out.shape):
+        cycle, remainder = np.divmod(samples.first + np.arange(part.start, part.stop), samples.per_cycle)
+        out[part, : flow.states] = samples.states[part, : flow.states]
+        if len(samples.waves):
+            out[part, flow.states : behind] = samples.waves[remainder] * flow.input_size
+            out[part, behind:] = flow.chains_at(cycle, remainder / samples.per_cycle)
+        else:
+            out[part, flow.states :] = flow.inputs_at(cycle, remainder / samples.per_cycle)
+    return out
+
+
+def _by_row(rows: Array, states: Array) -> Array:
+    """states @ rows.T, each state by itself: how many there are changes no bit."""
+    from gearrattle.engine.kernels._jit import vectorised
+    from gearrattle.engine.kernels.sampling import rows_at
+
+    stack = strips(rows)[None]
+    out = np.empty((len(states), 4 * stack.shape[1]))
+    part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C is heard
+    for i in range(0, len(states), part):
+        some = states[i : i + part]
+        vectorised(rows_at)(stack, np.zeros(len(some), np.int64), some, out[i : i + part])
+    return np.ascontiguousarray(out[:, : len(rows)])
+
+
+def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[str, Any]:
+    """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
+    system, count, clearances = flow.system, len(z), len(flow.system.clearances)
+    sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
+    out = {name: np.empty((count, size)) for name, size in sizes.items()}
+    out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
+    forces, memory = np.empty((2, count, len(system.companions)))
+    for part in slices(count, flow.width + sum(sizes.values())):
+        pieces = samples.pieces[part]
+        sampled = _seen(flow, z[part])
+        deflection, rate, torque = sampled["deflection"], sampled["rate"], sampled["torque"]
+        force = out["force"][part]
+        force[...] = _forces_of_laws(system, pieces, deflection, rate)
+        forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
+        for c, each in enumerate(system.companions):
+            force[:, each.element] += forces[part, c]
+        balance = torque - system.drag * sampled["velocity"] - _by_row(np.ascontiguousarray(system.rows.T), force)
+        references = samples.states[part, flow.states :][:, : len(flow.coordinates.references)]
+        turned = _by_row(flow.coordinates.angle_from_reference, np.ascontiguousarray(references))
+        out["angle"][part] = sampled["angle"] + turned
+        out["velocity"][part] = sampled["velocity"]
+        out["acceleration"][part] = balance / system.inertia
+        out["deflection"][part] = deflection[:, list(system.clearances)]
+    beside = forces, memory, samples.pieces[:, clearances:]
+    return {**out, "piece": samples.pieces[:, :clearances], "beside": beside}
+
+
+def _seen(flow: Flow, z: Array) -> dict[str, Array]:
+    """Angles but for those of the references, velocities, torques, deflections and rates at some states [SI]."""
+    coordinates, n, m = flow.coordinates, flow.system.size, len(flow.system.laws)
+    shape = np.zeros((n, flow.width))
+    shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
+    rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
+    names = ("angle", "velocity", "torque", "deflection", "rate")
+    return dict(zip(names, np.split(_by_row(rows, z), np.cumsum([n, n, n, m]), axis=1), strict=True))
+
+
+def _forces_of_laws(system: PiecewiseSystem, pieces: IntArray, deflection: Array, rate: Array) -> Array:
+    """(t, m) forces of all elements, without what stands beside their laws [SI]."""
+    force, piece_of = np.empty_like(deflection), dict(zip(system.places, pieces.T, strict=True))
+    linear = np.zeros(len(pieces), np.int64)
+    for k, law in enumerate(system.laws):
+        piece = piece_of.get(k, linear)
+        force[:, k] = law.stiffness[piece] * deflection[:, k] + law.damping[piece] * rate[:, k] + law.offset[piece]
+    return force
+
+
+def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rate: Array) -> tuple[Array, Array]:
+    """Force and state e of every companion at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
+    memory = z @ flow.memory_rows.T
+    force, first = np.empty_like(memory), len(flow.system.clearances)
+    for c, each in enumerate(flow.system.companions):
+        k, piece = each.element, pieces[:, first + c]
+        force[:, c] = each.stiffness[piece] * deflection[:, k] + each.damping[piece] * rate[:, k] + each.offset[piece]
+        force[:, c] += each.memory[piece] * memory[:, c]
+    return force, memory
+
+
+def first_of(log: packed.Log, count: int) -> packed.Log:
+    """The first crossings of a log."""
+    return packed.Log(*(a[:count] for a in log))
+
+
+def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
+    """The clearances' among the crossings of a log, those of one instant in element order and with one time."""
+    own = np.flatnonzero(log.clearance < len(flow.system.clearances))
+    log = packed.Log(*(a[own] for a in log))
+    order = _element_order(log)
+    log = packed.Log(*(a[order] for a in log))
+    period = flow.system.inputs.period
+    return Crossings(
+        time=np.minimum.accumulate(((log.cycle + log.fraction) * period)[::-1])[::-1],  # one time if simultaneous
+        clearance=log.clearance,
+        from_piece=log.piece,
+        to_piece=log.piece + 2 * log.upward - 1,
+        velocity=log.rate * flow.corner_scale[log.clearance] / period,
+        force_integral=log.integral,
+    )
+
+
+def path_of(flow: Flow, log: packed.Log) -> Path:
+    """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
+    period, count = flow.system.inputs.period, len(flow.system.clearances)
+    velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
+    time, watch, upward = (log.cycle + log.fraction) * period, log.clearance.copy(), log.upward.copy()
+    return Path(time, watch, upward, velocity, log.memory / flow.memory)
+
+
+def _element_order(log: packed.Log) -> IntArray:
+    """Order of the log with simultaneous crossings (to rounding) of different elements in element order."""
+    order = np.arange(len(log.cycle))
+    apart = np.diff(log.cycle) + np.diff(log.fraction)
+    together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance) < 0)
+    while np.any(together):
+        at = int(np.flatnonzero(together)[0])
+        order[[at, at + 1]] = order[[at + 1, at]]
+        apart = np.diff(log.cycle[order]) + np.diff(log.fraction[order])
+        together = (apart <= _SIMULTANEOUS) & (np.diff(log.clearance[order]) < 0)
+    return order.astype(np.int64)

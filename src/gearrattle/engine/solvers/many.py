@@ -1,0 +1,240 @@
+"""Variants of a driveline that differ in numbers alone, marched by ``exact`` and judged in one compiled loop.
+
+The loop (``kernels.many``) runs the machine code of a single run, so every variant comes out to the same bits as one
+alone; the interpreter is let go of for a few hundred milliseconds at a time, so threads scale. Variants the loop cannot
+do - no equilibrium, a start on a corner, a state that is not finite, chatter - it leaves out, and says so.
+
+Takes a system as the pattern and ``Coefficients`` with a leading axis; gives ``Tallies`` with one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, one, room_for
+from gearrattle.engine.solvers.choice import is_large
+from gearrattle.engine.solvers.exact import paper
+from gearrattle.engine.solvers.handover import StepLimit, chatters, doubled, empty_log
+from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
+from gearrattle.engine.system.building import ELIMINATION
+from gearrattle.engine.system.coordinates import relative_coordinates
+from gearrattle.engine.system.equilibrium import elastic_elements, statics_of
+from gearrattle.engine.system.flow import Flow, flow_of
+from gearrattle.engine.system.laid_out import frame_of
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.store import Room, Size, Store, aligned, strips_for
+
+Array = NDArray[np.float64]
+
+_SLICES = 20  # of 20 000 steps, or variants: between two looks at whether to stop
+_LARGEST_LOG = 1 << 21  # crossings; a motion of more goes the general way
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """What variants share, and how long they run.
+
+    Attributes:
+        system: one of them.
+        is_static: whether they start from their equilibrium; else from the angles given.
+        cycles: length of the run in periods.
+        judged: which pieces of the clearances are their centres.
+    """
+
+    system: PiecewiseSystem
+    is_static: bool
+    cycles: int
+    judged: Judged
+
+    def can_march(self) -> bool:
+        """Whether the loop marches them: there is one, and clearances whose crossings it counts."""
+        return has_loop(self.system) and bool(self.system.clearances)
+
+    def frame(self) -> Frame:
+        """What the compiled code needs to know of the structure."""
+        return frame_of(self.system, relative_coordinates(self.system))
+
+    def statics(self) -> Statics:
+        """The same for the equilibrium."""
+        elastic = elastic_elements(self.system)
+        return statics_of(elastic, relative_coordinates(self.system, elastic))
+
+
+def has_loop(system: PiecewiseSystem) -> bool:
+    """Whether there is a compiled loop for variants of a system.
+
+    There is none for inputs over time, friction, clipped damping or alternation, for large systems, which the sweep
+    suits better, and without a compiler.
+    """
+    from gearrattle.engine.kernels._jit import is_compiling
+
+    return is_compiling() and system.is_plain and not is_large(system)
+
+
+def march_variants(
+    pattern: Pattern,
+    numbers: Coefficients,
+    start: tuple[Array, Array],
+    window: Array,
+    told: Callable[[float], None] | None = None,
+) -> tuple[Tallies, NDArray[np.bool_]]:
+    """March all variants and judge them.
+
+    Args:
+        pattern: what they share.
+        numbers: V variants.
+        start: (V, n) angles [rad], ignored for a static start, and (V, n) velocities [rad/s].
+        window: (V, 3) begin and end of the steady part [s], and the period.
+        told: called now and then with the finished share; what it raises ends the work.
+
+    Returns:
+        Tallies with a leading axis, and (V,) which variants are judged.
+    """
+    place = _Place(pattern, numbers, start, window)
+    while place.go_on():
+        if told is not None:
+            told(place.done / len(window))
+    return place.out, place.is_judged
+
+
+class _Place:
+    """Everything the loop works on; one thread's."""
+
+    def __init__(self, pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array) -> None:
+        from gearrattle.engine.kernels import many
+
+        self._many, count = many, len(window)
+        flow = flow_of(pattern.system)
+        size = Size.of(flow)
+        longest = size.states + size.inputs
+        self.store = Store(flow, Room(4, 64, longest, longest))
+        self.log = empty_log()
+        self.outcome, self.books = np.zeros(count, np.int64), np.zeros(many.BOOKS, np.int64)
+        angle, velocity = (np.array(part, dtype=float) for part in start)
+        is_static = np.array([int(pattern.is_static)])
+        shared = pattern.frame(), pattern.statics(), pattern.judged
+        self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
+        self.shop, self.desk = _shop(self.store), _desk(flow, self.cases)
+        self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
+        self.inputs, self.notes = packed_inputs(flow), paper(size, 1)
+        self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
+        self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
+        self.out = room_for(count, self.cases.judged)
+        self.at, self.limit = self._addresses(), StepLimit(pattern.system)
+
+    @property
+    def done(self) -> int:
+        """Variants that are through."""
+        return int(self.books[self._many.AT])
+
+    @property
+    def is_judged(self) -> NDArray[np.bool_]:
+        """(V,)."""
+        return np.asarray(self.outcome == self._many.JUDGED)
+
+    def go_on(self) -> bool:
+        """Do a slice of work, make what room it asked for; whether there is more to do."""
+        many, counts = self._many, self.march.counts
+        answer = many.march_many(
+            self.at, self.shop, self.cases, self.desk, (self.inputs, self.instants), self.store.packed, self.march,
+            self.samples, self.notes, self.log, self.out, self.books, _SLICES,
+        )  # fmt: skip
+        if answer == many.MORE_ROOM:
+            self.store.grow()
+        elif answer == many.MORE_LOG:
+            self.log = doubled(self.log)
+        now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
+        is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
+        is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
+        if self.books[many.UNDER_WAY] and is_lost:
+            self.outcome[self.done] = many.LEFT
+            self.books[many.AT], self.books[many.UNDER_WAY] = self.done + 1, 0
+        return self.done < self.outcome.size
+
+    def _addresses(self) -> NDArray[np.int64]:
+        """Where the compiled stages lie, for arguments of these types."""
+        cases, shop, desk, regions = self.cases, self.shop, self.desk, self.store.packed
+        work, waves, laws, marks = shop[:4]
+        system, frame = one(cases.numbers, 0), cases.frame
+        flowing, stack = (work, waves, marks), (regions.probe, 0, 0, work, 0, 0, 0, 0)
+        sought = (system, frame, cases.statics)
+        arguments: dict[str, tuple[Any, ...]] = {
+            "scale": (system, frame, desk.scales),
+            "lay_out": (system, frame, desk.scales, work, laws, marks),
+            "stiffest": (laws, marks), "accelerate": (work, laws, marks), "typical": flowing,
+            "look": (work, laws, marks), "split_inputs": flowing, "generate": (work, marks), "split_off": (work, marks),
+            "transpose_states": flowing, "triangular_form": flowing, "block_diagonalise": (waves, marks, 0.0),
+            "weigh": (*flowing, 0, 0), "gather": flowing, "finish_bounds": (work, marks),
+            "finest_level": (work, marks), "fill": stack, "fill_in_turn": (regions.probe, 0, work, 0, 0, 0),
+            "fill_bounds": (regions.bounds, 0, waves, 0, 0),
+            "fill_tables": (regions.tables, 0, work, 0, 0, 0), "fill_powers": (regions.powers, 0, 0, work, 0, 0, 0.0),
+            "fill_series": (regions.series, 0, work, marks, 0.0),
+            "fill_forced": (regions.forced_series, 0, work, marks, 0.0),
+            "accelerate_rigidly": (system, cases.statics.motion, desk.acceleration),
+            "rest": (*sought, desk.acceleration, desk.sought, desk.travel), "is_loose": (*sought, desk.sought),
+            "turn": (cases.statics, desk.sought, cases.angle[0]),
+            "tally": (cases.judged, self.log, 0, cases.window[0], desk.initial, desk.final, desk.scales, 0, self.out),
+            "march_on": (regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0),
+            "work_out": (regions, self.inputs, self.notes, self.samples, self.march.counts),
+        }  # fmt: skip
+        return np.array([_address(name, arguments.get(name, ())) for name in self._many.STAGES], np.int64)
+
+
+def _address(name: str, arguments: tuple[Any, ...]) -> int:
+    """Where one stage lies."""
+    from gearrattle.engine.kernels._jit import address_of, lapack_address
+
+    return lapack_address(name) if name == "zgees" else address_of(_entries()[name], *arguments)
+
+
+@cache
+def _entries() -> dict[str, Callable[..., Any]]:
+    """The stages, each as it is compiled for a single run."""
+    from gearrattle.engine.kernels import march, notes, scaling, statics, tallies
+    from gearrattle.engine.kernels._jit import compact, vectorised
+    from gearrattle.engine.system.building import stages
+
+    own = [scaling.scale, statics.accelerate_rigidly, statics.rest, statics.is_loose, statics.turn, tallies.tally]
+    found = {**vars(stages()), **{entry.__name__: compact(entry) for entry in own}}
+    return found | {"march_on": vectorised(march.march_on), "work_out": vectorised(notes.work_out)}
+
+
+def _shop(store: Store) -> Any:
+    from gearrattle.engine.kernels.many import Shop
+
+    bench = store.bench
+    arguments = np.array([each or 0 for each in bench.arguments], np.int64)
+    return Shop(bench.work, bench.waves, bench.laws, bench.marks, bench.integers, arguments)
+
+
+def _desk(flow: Flow, cases: Any) -> Any:
+    from gearrattle.engine.kernels.many import Desk
+
+    deflections, inertias, clearances = len(flow.coordinates.elements), flow.system.size, len(flow.system.clearances)
+    scales = Scales(*map(np.empty, (deflections, inertias, 1 + flow.frequency.size, clearances)))
+    statics = cases.statics
+    return Desk(
+        scales, np.empty(deflections), np.empty(inertias), np.empty(statics.at.size), np.empty(statics.elastic.size),
+        np.zeros(clearances, np.int64), np.empty(clearances), np.array([ELIMINATION]),
+    )  # fmt: skip
+
+
+def _march(size: Size) -> packed.March:
+    """A march before it stands anywhere."""
+    y, carried = aligned(4 * strips_for(size.states + size.inputs)), aligned(4 * strips_for(size.carried))
+    bound = aligned(4 * strips_for(3 * size.clearances))
+    counts, side = np.zeros(packed.COUNTS, np.int64), np.zeros(size.clearances, np.int64)
+    return packed.March(y, carried, np.zeros(size.inputs), np.zeros(4), counts, np.zeros(1), bound, side)
+
+
+def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
+    """Room for the state at the end alone."""
+    states, pieces = np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
+    return packed.Samples(1, cycles, states, pieces, flow.waves(1))

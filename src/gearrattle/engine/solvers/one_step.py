@@ -1,0 +1,197 @@
+"""Solvers that go step by step, each from the one state before: Runge-Kutta of fixed and of chosen step, extrapolation.
+
+The kernel integrates the equation of motion as written (``kernels.vector_field``): the independent second opinion on
+``exact``. With chosen steps the error estimate of every deflection and velocity must stay below the tolerance times the
+larger of its own size and its size in an ordinary motion; angles and force integrals do not feed back and are left out.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
+from gearrattle.engine.solvers.stability import default_step, regions_visited, stability_notes
+from gearrattle.engine.solvers.tableaus import Tableau
+from gearrattle.engine.solvers.vector_field import FieldProblem
+from gearrattle.errors import ModelError, Problem
+from gearrattle.outcome import Outcome
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""Of a step, where the caller gives none."""
+MOST_STEPS = 1e9
+"""Fixed steps in a run; a run of more is refused: it takes hours."""
+_BUDGET = 5_000
+_PRODUCTS = 10_000_000  # the same, of large drivelines in products
+_CALLS_A_STEP = 8  # of Runge-Kutta methods with chosen steps
+_CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C is heard
+_FIRST_LOG = 4096
+_SHORTEST = 1e-14  # of a period
+
+
+class StepMarch:
+    """A run under way (see ``base.Marching``).
+
+    Args:
+        task: what to integrate; its ``step`` is the step, or the first one tried.
+        tableau: the Runge-Kutta method; None: extrapolation.
+        fixed: whether every step is the same.
+        held: whether to restart at every corner.
+    """
+
+    def __init__(self, task: Task, tableau: Tableau | None, *, fixed: bool, held: bool) -> None:
+        from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.steps import Stepper, step_on
+
+        self._step_on = vectorised(step_on)
+        self.task, self.tableau, self.fixed, self.problem = task, tableau, fixed, FieldProblem.of(task)
+        self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
+        if fixed:
+            _check_count(task, self.step)
+        slice_steps = min(_BUDGET, _PRODUCTS // (self.problem.field.rows.size + 1))
+        self._steps = max(10, slice_steps if tableau is not None else slice_steps // _CALLS_OF_EXTRAPOLATION)
+        self.method, self.control = _method(tableau), self._control(held)
+        y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
+        self.stepper = Stepper(
+            y.copy(), np.array([0.0, self.step, 0.0, np.inf]), np.zeros(8, np.int64), start,
+            np.zeros((len(self.problem.sample_times), y.size)), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG, np.int64),
+            np.zeros((_FIRST_LOG, 2), np.int64), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG),
+        )  # fmt: skip
+
+    def _control(self, held: bool) -> object:
+        from gearrattle.engine.kernels.one_step import Control
+
+        tolerance = self.task.tolerance if self.task.tolerance is not None else TOLERANCE
+        shortest = _SHORTEST * self.task.system.inputs.period
+        return Control(self.fixed, held, float(self.step), shortest, float(tolerance), self.problem.size)
+
+    def advance(self, steps: int | None = None) -> Outcome:
+        """Take at most so many steps; grow the log where the kernel asks for it."""
+        steps = self._steps if steps is None else steps
+        s, most = self.stepper, int(sum(law.pieces for law in self.task.system.laws))
+        outcome = Outcome(
+            self._step_on(self.problem.field, self.method, self.control, s, self.task.samples_per_cycle, most, steps)
+        )
+        if outcome is Outcome.SLICE_SPENT and not self.fixed and self._is_stuck():
+            return Outcome.NO_PROGRESS
+        if outcome is Outcome.LOG_FULL:
+            log = {name: array for name, array in s._asdict().items() if name.startswith("event")}
+            self.stepper = s._replace(**{name: np.concatenate([a, np.zeros_like(a)]) for name, a in log.items()})
+            return Outcome.SLICE_SPENT
+        return outcome
+
+    def _is_stuck(self) -> bool:
+        """Whether chosen steps hardly get on; one of extrapolation counts as several, by its evaluations."""
+        from gearrattle.engine.kernels.steps import CALLS, NOW
+
+        now = float(self.stepper.clock[NOW]) / self.task.system.inputs.period
+        return self._limit.is_exceeded(int(self.stepper.counts[CALLS]) // _CALLS_A_STEP, now)
+
+    def fraction(self) -> float:
+        """Samples stored, as a fraction of all."""
+        from gearrattle.engine.kernels.steps import SAMPLE
+
+        return float(self.stepper.counts[SAMPLE] / self.stepper.states.shape[0])
+
+    def place(self) -> Place:
+        """Time, deflections (transmission errors left out) and the last element crossed."""
+        from gearrattle.engine.kernels.steps import EVENTS, NOW
+
+        count = int(self.stepper.counts[EVENTS])
+        last = int(self.stepper.event_element[count - 1]) if count else None
+        return self.problem.place(float(self.stepper.clock[NOW]), self.stepper.y, last, self._limit.average)
+
+    def motion(self) -> Motion:
+        """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""
+        from gearrattle.engine.kernels.steps import CALLS, EVENTS, REJECTED, SMALLEST, STEP, TRIED
+
+        s = self.stepper
+        steps, rejected, count = int(s.counts[STEP]), int(s.counts[REJECTED]), int(s.counts[EVENTS])
+        log = (a[:count] for a in (s.event_time, s.event_element, s.event_pieces, s.event_rate, s.event_integral))
+        crossings = self.problem.crossings(*log)
+        notes: tuple[str, ...] = ()
+        begin = time.perf_counter()
+        if self.fixed and self.tableau is not None:
+            visited = regions_visited(self.problem.flow, self.problem.start, crossings.clearance, crossings.to_piece)
+            notes = stability_notes(self.tableau, self.step, self.problem.flow, *visited)
+        aside = time.perf_counter() - begin
+        return self.problem.motion(
+            s.states,
+            crossings,
+            steps=steps,
+            function_calls=int(s.counts[CALLS]),
+            average_step=float(self.problem.sample_times[-1]) / max(steps, 1),
+            average_trial_step=float(s.clock[TRIED]) / max(steps + rejected, 1),
+            rejected_steps=rejected,
+            smallest_step=float(s.clock[SMALLEST]),
+            notes=notes,
+            aside=aside,
+        )
+
+
+def _check_count(task: Task, step: float) -> None:
+    """Refuse a step that is too short for the length of the run.
+
+    Raises:
+        ModelError: more than a thousand million steps.
+    """
+    length = task.cycles * task.system.inputs.period
+    if length / step <= MOST_STEPS:
+        return
+    rule = (
+        f"a run of {length:.6g} s would take {length / step:.3g} steps of this length; at most {MOST_STEPS:g} are taken"
+    )
+    remedy = f"a step of {length / MOST_STEPS:.3g} s or longer, fewer cycles, or algorithm = 'exact'"
+    chosen = "" if task.step is not None else ", the default for the fastest mode"
+    raise ModelError(Problem("simulation.step", f"{step:.6g} s{chosen}", rule, remedy))
+
+
+def _first_step(problem: FieldProblem) -> float:
+    """The step of a run, or the first it tries [s]."""
+    step = problem.task.step
+    return step if step is not None else default_step(problem.flow, problem.start)
+
+
+def _method(tableau: Tableau | None) -> object:
+    from gearrattle.engine.kernels.one_step import EXTRAPOLATION, RUNGE_KUTTA, Method
+
+    if tableau is None:
+        return Method(EXTRAPOLATION, np.zeros((1, 1)), np.ones(1), np.zeros(1), np.zeros(1), 0)
+    return Method(RUNGE_KUTTA, *tableau.arrays(), tableau.error, min(tableau.order, tableau.estimator_order) + 1)
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """A solver of fixed step from a tableau; what it makes of a mode in a step can be told beforehand."""
+
+    tableau: Tableau
+
+    def __call__(self, task: Task) -> Marching:
+        """Start a run."""
+        return StepMarch(task, self.tableau, fixed=True, held=False)
+
+    def step_of(self, task: Task) -> float:
+        """The step a run takes [s]."""
+        return _first_step(FieldProblem.of(task))
+
+
+def chosen_step(tableau: Tableau) -> Callable[[Task], Marching]:
+    """A solver that chooses its steps by the tableau's embedded solution, blind to corners."""
+    return lambda task: StepMarch(task, tableau, fixed=False, held=False)
+
+
+def restarted(tableau: Tableau) -> Callable[[Task], Marching]:
+    """The same, restarted at every corner, so that no step contains one."""
+    return lambda task: StepMarch(task, tableau, fixed=False, held=True)
+
+
+def extrapolation(task: Task) -> Marching:
+    """The solver of Bulirsch and Stoer, blind to corners."""
+    return StepMarch(task, None, fixed=False, held=False)

@@ -1,0 +1,73 @@
+"""The region a motion starts in.
+
+Off the corners the deflection decides. Exactly on a corner (to rounding) the first non-zero derivative of the
+deflection decides; the inner region if there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels.packed import ON_CORNER
+from gearrattle.engine.system.flow import Flow
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_NOTHING = 1e-12  # a derivative this small against its own terms is rounding
+_DERIVATIVES = 6
+
+
+def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...], IntArray]:
+    """Pieces of all elements and companions at the state z (Z,), and of all watched the side of the piece they sit on.
+
+    ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
+
+    Returns:
+        pieces: (m + companions,) indices.
+        side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
+    """
+    pieces = [0] * len(flow.system.laws)
+    on_corner: dict[int, int] = {}
+    for i, k in enumerate(flow.system.clearances):
+        law = flow.system.laws[k]
+        delta = float(flow.deflection[k] @ z)
+        size = float(np.abs(flow.system.rows[k]) @ np.abs(angle) + np.abs(flow.deflection[k]) @ np.abs(z))
+        pieces[k] = law.piece_at(delta)
+        for c, corner in enumerate(law.corners):
+            if abs(delta - corner) <= ON_CORNER * max(abs(corner), size):
+                pieces[k] = law.inner(c, c + 1)
+                on_corner[i] = c
+    undecided = dict(on_corner)
+    for order in range(1, _DERIVATIVES + 1 if undecided else 1):
+        signs = _signs(flow, _accompanied(flow, pieces, z), z, order)
+        for i, c in list(undecided.items()):
+            if signs[i] != 0:  # a lower derivative of one element may change a higher one of another: pieces at once
+                pieces[flow.system.clearances[i]] = c + 1 if signs[i] > 0 else c
+                del undecided[i]
+    side = np.zeros(flow.system.watched, dtype=np.int64)
+    for i, c in on_corner.items():
+        side[i] = -1 if pieces[flow.system.clearances[i]] == c + 1 else 1
+    return _accompanied(flow, pieces, z), side
+
+
+def _accompanied(flow: Flow, pieces: Sequence[int], z: Array) -> tuple[int, ...]:
+    """The pieces of all elements, and those in which their companions start."""
+    beside = [
+        each.start(pieces[each.element], float(flow.deflection[each.element] @ z), float(flow.rate[each.element] @ z))
+        for each in flow.system.companions
+    ]
+    return (*pieces, *beside)
+
+
+def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:
+    """(K,) sign of one derivative of every clearance's deflection; 0 where it is rounding."""
+    matrix, rows = flow.generator(pieces), flow.deflection[list(flow.system.clearances)]
+    derivative, size = z, np.abs(z)
+    for _ in range(order):
+        derivative, size = matrix @ derivative, np.abs(matrix) @ size
+    value = rows @ derivative
+    return np.where(np.abs(value) > _NOTHING * (np.abs(rows) @ size), np.sign(value), 0.0).astype(np.int64)

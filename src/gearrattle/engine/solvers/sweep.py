@@ -1,0 +1,246 @@
+"""``exact`` for large drivelines: a sweep of Taylor windows, every clearance watched, no regions (``kernels.sweep``).
+
+The same promises as the march through tables, at a cost that grows with the number of elements and not with its square,
+and a memory that does not grow with the number of regions met.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers.base import Crossings, Motion, Place, Task
+from gearrattle.engine.solvers.handover import (
+    StepLimit,
+    chatters,
+    crossings_of,
+    doubled,
+    empty_log,
+    fastest_of,
+    sampled_quantities,
+    sampled_z,
+)
+from gearrattle.engine.solvers.start import starting_pieces
+from gearrattle.engine.solvers.works import SweepAuditor
+from gearrattle.engine.system.flow import Flow, flow_of, split_cycles
+from gearrattle.engine.system.network import Majorant, laws_of, near_of, network_of, windows_of
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.outcome import Outcome
+from gearrattle.remember import kept
+from gearrattle.slices import slices
+
+if TYPE_CHECKING:
+    from gearrattle.engine.kernels.network import Laws, Near, Network
+
+Array = NDArray[np.float64]
+
+_BUDGET = 5_000  # windows and crossings a slice
+_COLUMNS = 500_000  # the same, of large drivelines in columns of the table: some tenths of a second
+MOST_CORRECTED = 16  # crossings in a window before its polynomials are made afresh
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What does not depend on a run."""
+
+    flow: Flow
+    windows: int
+    network: Network
+    laws: Laws
+    near: Near
+    band: Array
+
+
+@kept
+def plan_of(system: PiecewiseSystem) -> Plan:
+    """Lay out a system."""
+    flow, bound = flow_of(system), Majorant(system)
+    windows = windows_of(system, bound)
+    laws = [system.laws[k] for k in system.clearances]
+    scaled = np.array([packed.BAND if np.any(law.corners != 0.0) else 0.0 for law in laws])
+    return Plan(
+        flow,
+        windows,
+        network_of(flow, windows),
+        laws_of(system),
+        near_of(flow, bound, system.inputs.period / windows),
+        scaled * flow.corner_scale,
+    )
+
+
+class SweepMarch:
+    """A run of the sweep under way (see ``base.Marching``)."""
+
+    def __init__(self, task: Task) -> None:
+        from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.sweep import sweep_on
+
+        self._sweep_on = vectorised(sweep_on)
+        self.task, self.plan = task, plan_of(task.system)
+        self.flow = self.plan.flow
+        flow, system, inputs = self.flow, task.system, task.system.inputs
+        scaling, clearances = flow.scaling, list(system.clearances)
+        basis = flow.coordinates.basis @ task.angle
+        z = np.concatenate(
+            [basis * scaling.deflection, task.velocity * scaling.velocity, flow.inputs_at(np.zeros(1), np.zeros(1))[0]]
+        )
+        pieces, side = starting_pieces(flow, z, task.angle)
+        self.initial = np.array([pieces[k] for k in clearances], dtype=np.int64)
+        deflection = np.zeros(len(system.laws))
+        deflection[list(flow.coordinates.elements)] = basis
+        columns = np.concatenate(
+            [deflection, task.velocity, np.zeros(len(clearances)), task.angle[list(flow.coordinates.references)]]
+        )
+        self.sweep = _sweep(self.plan, pieces, side, columns)
+        self.room = _room(self.plan, columns.size)
+        count = task.cycles * task.samples_per_cycle + 1
+        self.samples = packed.Samples(
+            task.samples_per_cycle, 0, np.zeros((count, columns.size)), np.zeros((count, len(clearances)), np.int64),
+            flow.waves(task.samples_per_cycle),
+        )  # fmt: skip
+        self.samples.states[0], self.samples.pieces[0] = columns, self.initial
+        self.sweep.counts[packed.SAMPLE] = 1
+        high, low = split_cycles(inputs.cycles)
+        none, rows = np.zeros(0), np.zeros((0, 0))
+        self.inputs = packed.Inputs(
+            high, low, flow.frequency, np.ones(1 + inputs.count), none, none, none, rows[None], rows, 0.0, 1, rows, rows
+        )
+        self.log = empty_log()
+        self._limit = StepLimit(system)
+        self.auditor: SweepAuditor | None = None
+
+    def advance(self) -> Outcome:
+        """March one slice, then audit slice by slice."""
+        if self.auditor is not None:
+            return Outcome.DONE if self.auditor.advance() else Outcome.SLICE_SPENT
+        outcome = self._march()
+        if outcome is Outcome.DONE and self.task.audit:
+            plan, arrays = self.plan, (self.plan.network, self.plan.laws, self.inputs)
+            self.auditor = SweepAuditor(
+                self.flow, arrays, windows=plan.windows, samples=self.samples, crossings=self._crossings()
+            )
+            return Outcome.SLICE_SPENT
+        return outcome
+
+    def _march(self) -> Outcome:
+        """March one slice; grow the log where the kernel asks for it."""
+        plan = self.plan
+        outcome = Outcome(
+            self._sweep_on(
+                plan.network, plan.laws, plan.near, plan.band, self.inputs, self.sweep, self.samples, self.log,
+                self.room, min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
+            )
+        )  # fmt: skip
+        if outcome is Outcome.LOG_FULL:
+            self.log = doubled(self.log)
+            return Outcome.SLICE_SPENT
+        if outcome is Outcome.SLICE_SPENT:
+            if chatters(self.log, int(self.sweep.counts[packed.EVENTS]), self._now()):
+                return Outcome.CHATTER
+            if self._limit.is_exceeded(int(self.sweep.counts[packed.STEPS]), self._now()):
+                return Outcome.NO_PROGRESS
+        return outcome
+
+    def _now(self) -> float:
+        """Time in periods."""
+        from gearrattle.engine.kernels.sweep import WINDOW
+
+        counts = self.sweep.counts
+        return float(counts[packed.CYCLE] + (counts[WINDOW] + self.sweep.clock.sum()) / self.plan.windows)
+
+    def fraction(self) -> float:
+        """Samples stored, as a fraction of all; with an audit to follow, half of the work each."""
+        marched = float(self.sweep.counts[packed.SAMPLE] / len(self.samples.pieces))
+        if not self.task.audit:
+            return marched
+        return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
+
+    def place(self) -> Place:
+        """Time, deflections and the last clearance crossed."""
+        count, now = int(self.sweep.counts[packed.EVENTS]), self.sweep.clock[1]
+        states = np.polynomial.polynomial.polyval(now, self.sweep.table)
+        whole = self._now()
+        samples = self._states(states[None])
+        u = self.flow.inputs_at(np.array([whole // 1.0]), np.array([whole % 1.0]))
+        z = np.hstack([samples[:, : self.flow.states], u])[0]
+        deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
+        last = int(self.log.clearance[count - 1]) if count else None
+        pieces = [0] * len(self.flow.system.laws)
+        for k, piece in zip(self.flow.system.clearances, self.sweep.piece, strict=True):
+            pieces[k] = int(piece)
+        return Place(whole * self.flow.system.inputs.period, deflection, last, fastest_of(self.flow.system, pieces))
+
+    def _states(self, columns: Array) -> Array:
+        """(t, N + R + K) scaled states, reference angles and force integrals, from columns of the table."""
+        flow, m, n = self.flow, len(self.flow.system.laws), self.flow.system.size
+        elements, carried = list(flow.coordinates.elements), m + n + len(flow.system.clearances)
+        out = np.empty((len(columns), len(elements) + columns.shape[1] - m))
+        for part in slices(*columns.shape):
+            x = columns[part, elements] * flow.scaling.deflection
+            v = columns[part, m : m + n] * flow.scaling.velocity
+            out[part] = np.hstack([x, v, columns[part, carried:], columns[part, m + n : carried]])
+        return out
+
+    def motion(self) -> Motion:
+        """Sampled states turned into angles, accelerations and forces."""
+        task, counts, period = self.task, self.sweep.counts, self.flow.system.inputs.period
+        samples = self.samples._replace(states=self._states(self.samples.states))
+        sampled: dict[str, Any] = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
+        del sampled["beside"]  # there is nothing beside the laws
+        steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
+        step = task.cycles * period / max(steps, 1)
+        return Motion(
+            **sampled,
+            crossings=self._crossings(),
+            initial_piece=self.initial,
+            final_force_integral=samples.states[-1, self.flow.states + len(self.flow.coordinates.references) :].copy(),
+            steps=steps,
+            function_calls=expansions,
+            average_step=step,
+            average_trial_step=step,
+            energy=None if self.auditor is None else self.auditor.result(),
+        )
+
+    def _crossings(self) -> Crossings:
+        count = int(self.sweep.counts[packed.EVENTS])
+        log = packed.Log(*(a[:count] for a in self.log))
+        log = log._replace(rate=log.rate / self.flow.corner_scale[log.clearance])
+        return crossings_of(self.flow, log)
+
+
+def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns: Array) -> Any:
+    """The sweeper at the start."""
+    from gearrattle.engine.kernels.sweep import SIZE, Sweep
+
+    system, clearances = plan.flow.system, list(plan.flow.system.clearances)
+    table = np.zeros((packed.ORDER + 1, columns.size))
+    table[0] = columns
+    laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
+    stiffness, damping, offset = np.array(laws, dtype=float).reshape(-1, 3).T.copy()
+    count = len(clearances)
+    return Sweep(
+        plan.windows, MOST_CORRECTED, np.zeros(SIZE, np.int64), np.zeros(2), table,
+        np.zeros((packed.ORDER + 2, plan.network.erring.size)), np.zeros(len(system.laws)),
+        np.array([pieces[k] for k in clearances], dtype=np.int64), stiffness, damping, offset, side,
+        np.full(count, 2.0), np.zeros(count, np.int64), np.zeros(count),
+    )  # fmt: skip
+
+
+def _room(plan: Plan, columns: int) -> Any:
+    """Scratch."""
+    from gearrattle.engine.kernels.sweep import Room
+
+    system, orders = plan.flow.system, packed.ORDER + 1
+    elements = int(np.diff(plan.near.element_start).max(initial=0))
+    inertias = int(np.diff(plan.near.inertia_start).max(initial=0))
+    lengths = {
+        "y": columns, "u": 1 + 2 * system.inputs.count, "waves": (orders + 1, 2 * system.inputs.count),
+        "force": len(system.laws), "pull": len(system.laws) + system.size, "load": plan.network.driven.size,
+        "jump": orders - 1, "matrix": (orders, orders), "laws": (2, elements), "moved": (orders, 2 * elements),
+        "turned": (orders, inertias + 1), "row": max(2 * elements, inertias + 1), "whole": orders, "gap": orders,
+    }  # fmt: skip
+    return Room(**{name: np.zeros(length) for name, length in lengths.items()})

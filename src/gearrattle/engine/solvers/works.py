@@ -1,0 +1,108 @@
+"""The energy audit of a sweep (``system.energy`` says what is audited), in slices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import packed
+from gearrattle.engine.solvers.base import Crossings
+from gearrattle.engine.system.energy import NODES, EnergyAudit, stored_energy
+from gearrattle.engine.system.flow import Flow
+
+Array = NDArray[np.float64]
+
+_COLUMNS = 200_000  # of the table, over all windows of a slice: some tenths of a second
+
+
+class SweepAuditor:
+    """An audit under way."""
+
+    def __init__(
+        self, flow: Flow, arrays: tuple[Any, Any, Any], *, windows: int, samples: packed.Samples, crossings: Crossings
+    ) -> None:
+        """Prepare the audit of a motion.
+
+        Args:
+            flow: the system.
+            arrays: its network, laws and inputs.
+            windows: a period.
+            samples: columns of the sweep's table, and the pieces.
+            crossings: the log.
+        """
+        from gearrattle.engine.kernels.works import Path
+
+        self.flow, self.arrays, self.windows, self.samples = flow, arrays, windows, samples
+        grid = np.arange(1, len(samples.states)) / samples.per_cycle
+        at = np.concatenate([grid, crossings.time / flow.system.inputs.period])
+        order = np.argsort(at, kind="stable")
+        event = order - len(grid)
+        crossed = event >= 0
+        begins = np.concatenate([[0], np.where(crossed, -1, order + 1)[:-1]])  # a sample's own interval follows it
+        self.path = Path(
+            np.diff(at[order], prepend=0.0) * windows,
+            begins.astype(np.int64),
+            np.where(crossed, np.append(crossings.clearance, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
+            np.where(crossed, np.append(crossings.to_piece, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
+        )
+        self.bench, self.works = _bench(flow, arrays, samples)
+        x, w = np.polynomial.legendre.leggauss(NODES)
+        self.nodes = np.array([0.5 * (x + 1.0), 0.5 * w])
+        self.done = 0
+        self._work = np.cumsum(np.ceil(self.path.duration) * samples.states.shape[1])
+
+    def advance(self, columns: float = _COLUMNS) -> bool:
+        """Work through the next intervals, of about so many columns of windows; whether that was the last of them."""
+        from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.works import integrate_works
+
+        network, laws, inputs = self.arrays
+        spent = self._work[self.done - 1] if self.done else 0.0
+        last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
+        last = min(last, len(self.path.duration))
+        vectorised(integrate_works)(
+            network, laws, inputs, self.path, self.done, last, self.samples.states, self.samples.per_cycle,
+            self.windows, self.bench, self.works, self.nodes,
+        )  # fmt: skip
+        self.done = last
+        return self.done == len(self.path.duration)
+
+    def fraction(self) -> float:
+        """How much of the audit is done, 0 ... 1."""
+        return self.done / max(1, len(self.path.duration))
+
+    def result(self) -> EnergyAudit:
+        """The audit, once ``advance`` has answered True."""
+        m, n = len(self.flow.system.laws), self.flow.system.size
+        ends = []
+        for i in (0, -1):
+            columns = self.samples.states[i]
+            cycle, part = divmod(i % len(self.samples.states), self.samples.per_cycle)
+            u = self.flow.inputs_at(np.array([float(cycle)]), np.array([part / self.samples.per_cycle]))[0]
+            x = columns[list(self.flow.coordinates.elements)] * self.flow.scaling.deflection
+            z = np.concatenate([x, columns[m : m + n] * self.flow.scaling.velocity, u])
+            ends.append(stored_energy(self.flow, self.flow.deflection @ z, columns[m : m + n]))
+        works = self.works
+        return EnergyAudit(works.torque, works.error, works.drag, works.element, (ends[0], ends[1]))
+
+
+def _bench(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
+    """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
+    from gearrattle.engine.kernels.works import Bench, Works
+
+    network = arrays[0]
+    system, orders, columns = flow.system, packed.ORDER + 1, samples.states.shape[1]
+    pieces = np.zeros(len(system.laws), dtype=np.int64)
+    pieces[network.clearances] = samples.pieces[0]
+    laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
+    present = np.array(laws, dtype=float).reshape(-1, 3).T
+    m, n, count, errors = len(system.laws), system.size, system.inputs.count, network.erring.size
+    bench = Bench(
+        np.zeros(2), np.zeros((orders, columns)), np.zeros((orders + 1, 2 * count)), np.zeros((orders + 1, errors)),
+        present[0].copy(), present[1].copy(), present[2].copy(), np.zeros(1 + 2 * count), np.zeros(columns),
+        np.zeros(2 * count), np.zeros((2, errors)), np.zeros(m + n), np.zeros(network.driven.size), np.zeros(m),
+        np.zeros(m + n), np.zeros(m), np.zeros(count),
+    )  # fmt: skip
+    return bench, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))

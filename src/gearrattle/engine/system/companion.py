@@ -1,0 +1,185 @@
+"""A force beside an element's law, on the same deflection, with a memory or a limit of its own.
+
+    F = k_p delta + c_p delta' + s_p e + f_p,        e' = m_p delta'
+
+in its piece p, which holds while lower_p <= g <= upper_p with g = a_p delta + b_p delta' + d_p e. Beyond, ``below`` and
+``above`` say which piece comes next; ``follow`` says which one comes when the element itself enters another piece of
+its law. All is piecewise linear, so the exact engine sees nothing new: e is one more state, g one more thing to watch.
+
+* ``slider``: a spring in series with a Coulomb slider (Jenkins element; G. M. Jenkins, Analysis of the stress-strain
+  relationships in reactor grade graphite, British Journal of Applied Physics 13, 1962, pp. 30-32). It sticks, e' =
+  delta', until its spring carries H; then it slips with the torque H until delta' changes sign.
+* ``limiters``: what damping c delta' lacks where contact can neither be pulled nor be pushed by more than the spring
+  does. With the elastic force's size E >= 0,
+
+      min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
+
+  so what damping would push, and what it would pull, beyond E is a companion each: nothing, or the elastic force
+  without the damping.
+
+* ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
+
+Takes numbers; gives companions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.law import PiecewiseLaw
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STICK, FORWARD, BACKWARD, OFF = range(4)
+"""Pieces of a slider."""
+
+
+@dataclass(frozen=True)
+class Companion:
+    """One companion; arrays are over its P pieces.
+
+    Attributes:
+        element: whose deflection it acts on.
+        kind: "slider", "limiter" or "alternation".
+        stiffness, damping, memory, offset: (P,) k, c, s, f.
+        moves: (P,) m.
+        known: (P,) the value of e in a piece where it is constant; NaN where e goes on.
+        watched: (P, 3) a, b [s], d.
+        lower, upper: (P,) bounds of g, infinite where there is none.
+        below, above: (P,) the piece entered beyond them.
+        follow: (pieces of the element, P) the piece it is in once the element has entered one of its own.
+        scale: size of g.
+    """
+
+    element: int
+    kind: str
+    stiffness: Array
+    damping: Array
+    memory: Array
+    offset: Array
+    moves: Array
+    known: Array
+    watched: Array
+    lower: Array
+    upper: Array
+    below: IntArray
+    above: IntArray
+    follow: IntArray
+    scale: float
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces P."""
+        return int(self.stiffness.size)
+
+    @cached_property
+    def remembers(self) -> bool:
+        """Whether it has a state e."""
+        return bool(np.any(self.moves != 0.0))
+
+    def start(self, piece: int, deflection: float, rate: float) -> int:
+        """The piece it starts in while its element is in ``piece``, e = 0: the first whose bounds hold g."""
+        allowed = [p for p in range(self.pieces) if self.follow[piece, p] == p]
+        for p in allowed:
+            value = self.watched[p, 0] * deflection + self.watched[p, 1] * rate
+            if self.lower[p] <= value <= self.upper[p]:
+                return p
+        return allowed[0]
+
+
+def slider(
+    element: int, law: PiecewiseLaw, spring: tuple[float, float], labels: Sequence[int], period: float
+) -> Companion:
+    """A spring in series with a slider that slips at a torque.
+
+    Args:
+        element: whose deflection it acts on.
+        law: the element's.
+        spring: its stiffness, and H > 0, the torque at which it slips.
+        labels: of the pieces of the law in which it is engaged; it is let go, and its spring relaxes, in the others.
+        period: a time [s] by which rates are made deflections.
+    """
+    (stiffness, limit), none = spring, np.inf
+    reach = limit / stiffness
+    follow = np.full((law.pieces, 4), OFF, dtype=np.int64)
+    for piece in range(law.pieces):
+        if piece + law.first_label in labels:
+            follow[piece] = STICK, FORWARD, BACKWARD, STICK
+    return Companion(
+        element, "slider",
+        stiffness=np.zeros(4), damping=np.zeros(4),
+        memory=np.array([stiffness, 0.0, 0.0, 0.0]),
+        offset=np.array([0.0, limit, -limit, 0.0]),
+        moves=np.array([1.0, 0.0, 0.0, 0.0]),
+        known=np.array([np.nan, reach, -reach, 0.0]),
+        watched=np.array([[0.0, 0.0, 1.0], [0.0, period, 0.0], [0.0, period, 0.0], [0.0, 0.0, 0.0]]),
+        lower=np.array([-reach, 0.0, -none, -none]),
+        upper=np.array([reach, none, 0.0, none]),
+        below=np.array([BACKWARD, STICK, BACKWARD, OFF]),
+        above=np.array([FORWARD, FORWARD, STICK, OFF]),
+        follow=follow,
+        scale=reach,
+    )  # fmt: skip
+
+
+def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
+    """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
+
+    Args:
+        element: whose deflection they act on.
+        law: its law, a free gap with one contact piece on either side, E = |k delta + f| there.
+    """
+    return _limiter(element, law, 1.0), _limiter(element, law, -1.0)
+
+
+def _limiter(element: int, law: PiecewiseLaw, way: float) -> Companion:
+    """The part that limits pushing (way 1) or pulling (-1); pieces: off, then idle and limiting for each of the law's.
+
+    On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles
+    while s delta - sign (c / k) delta' >= -s f / k.
+    """
+    count = 1 + 2 * law.pieces
+    stiffness, damping, offset, watched = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, 3))
+    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
+    below, above, follow = np.arange(count), np.arange(count), np.zeros((law.pieces, count), dtype=np.int64)
+    for piece in range(law.pieces):
+        k, c, f = float(law.stiffness[piece]), float(law.damping[piece]), float(law.offset[piece])
+        if k == 0.0 or c == 0.0:
+            continue
+        side, idle, limiting = np.sign(piece + law.first_label), 1 + 2 * piece, 2 + 2 * piece
+        stiffness[limiting], damping[limiting], offset[limiting] = way * k, -c, way * f
+        watched[idle] = watched[limiting] = side, -way * side * c / k, 0.0
+        lower[idle] = upper[limiting] = -side * f / k
+        below[idle], above[limiting] = limiting, idle
+        follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
+        follow[piece, [idle, limiting]] = idle, limiting
+    return Companion(
+        element, "limiter", stiffness, damping, np.zeros(count), offset, np.zeros(count), np.full(count, np.nan),
+        watched, lower, upper, below, above, follow, scale=float(np.abs(law.corners).max()),
+    )  # fmt: skip
+
+
+def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Companion:
+    """A part of the elastic force that is lacking now, and not lacking then.
+
+    Args:
+        element: whose force it is.
+        law: its law.
+        lacking: the part, 0 ... 1.
+        begins_lacking: whether it is lacking at the start.
+    """
+    p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
+    part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])
+    nothing = np.zeros(2 * p)
+    return Companion(
+        element, "alternation", np.outer(part, law.stiffness).ravel(), nothing, nothing,
+        np.outer(part, law.offset).ravel(), nothing, np.full(2 * p, np.nan), np.zeros((2 * p, 3)),
+        np.full(2 * p, -none), np.full(2 * p, none), both, (both + p) % (2 * p),
+        np.stack([np.where(both < p, q, p + q) for q in range(p)]), scale=1.0,
+    )  # fmt: skip

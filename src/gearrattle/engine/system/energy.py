@@ -1,0 +1,385 @@
+"""The energy audit: does what goes in equal what is lost and stored?
+
+    d/dt [ v.J v / 2 + sum_k U_k(delta_k) ] = sum_i T_i v_i - sum_i D_i v_i^2 - sum_k L_k delta_k' - sum_k F_k e_k'
+
+with U_k the elastic potential, L_k = F_k - dU_k/d delta_k what the element takes beyond its elastic force (c_k delta_k'
+for a law alone), and the last sum the work of the transmission errors. A slider's spring stores s e^2 / 2, which is
+lost where the slider is let go. The right side is integrated by Gauss-Legendre quadrature of the power on dense output,
+interval by interval between crossings and samples that are a long step apart or more; where an interval would take many
+steps, as with stiff or strongly damped elements, the integrals over 2, 4, 8 ... steps are made beforehand
+(``system.leaps``). The left side is taken from the sampled states at both ends. The two share no formula: a wrong
+table, a missed crossing or a wrong region shows up as a residual. Inputs over time, which polynomials stand for in z,
+count as they are specified: the power of the difference is integrated by three more nodes an interval of theirs, so a
+wrong polynomial shows up as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels.packed import ORDER, step_of
+from gearrattle.engine.system.flow import Flow, Pieces
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.leaps import Leaps
+from gearrattle.engine.system.region import finest_level, strips
+from gearrattle.engine.system.signals import INNER, INNER_WEIGHTS, Signals
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+NODES = 7
+"""Nodes that integrate a quadratic power over the finest step to rounding: with n of them the error is about
+(n!)^4 / ((2n)!^3 (2n + 1)) (2 a)^2n of the power (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions,
+25.4.30), a = |(h A)^20|^(1/20) <= 1.17 there (``finest_level``)."""
+LONG, LONG_NODES = 4, 12
+"""A long step is so many finest ones, and takes so many nodes for the same."""
+FEW = 64
+"""Long steps in an interval; regions in which one takes more have leaps."""
+MOST_STEPS = 1e6
+"""Long steps in an interval; more are refused."""
+SLICE = 5e7
+"""Products a slice: some tenths of a second, so that Ctrl-C is heard."""
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """Where the energy went [J].
+
+    Attributes:
+        torque_work: (n,) work of the torques on every inertia that is a degree of freedom, mean drag torques included.
+        error_work: (m,) work of every transmission error, and of prescribed motions through every element.
+        drag_loss: (n,) viscous drag.
+        element_loss: (m,) damping and friction of every element, and what a stiffness that alternates takes; negative
+            where that gives more.
+        stored: energy at the start and at the end.
+        friction_loss: (m,) the share of the element_loss that dry friction took; empty in files of before.
+    """
+
+    torque_work: Array
+    error_work: Array
+    drag_loss: Array
+    element_loss: Array
+    stored: tuple[float, float]
+    friction_loss: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def residual(self) -> float:
+        """Energy that appeared from nowhere (negative: vanished)."""
+        gained = self.torque_work.sum() + self.error_work.sum()
+        lost = self.drag_loss.sum() + self.element_loss.sum()
+        return float(self.stored[1] - self.stored[0] - gained + lost)
+
+    @property
+    def turnover(self) -> float:
+        """All works and losses without sign, and the energy stored: what the residual is measured against."""
+        parts = (self.torque_work, self.error_work, self.drag_loss, self.element_loss)
+        return float(np.abs(np.concatenate(parts)).sum() + max(abs(energy) for energy in self.stored))
+
+    @property
+    def relative_residual(self) -> float:
+        """|residual| / turnover; 0 for a motion without any energy."""
+        return abs(self.residual) / self.turnover if self.turnover > 0.0 else 0.0
+
+
+def stored_energy(flow: Flow, deflection: Array, velocity: Array) -> float:
+    """Kinetic and elastic energy; deflections (m,) of every element, velocities (n,) [SI]."""
+    kinetic = 0.5 * float(flow.system.inertia @ velocity**2)
+    return kinetic + sum(_potential(law, float(d)) for law, d in zip(flow.system.laws, deflection, strict=True))
+
+
+def _sliders(flow: Flow) -> Array:
+    """(companions,) half the stiffness of every slider's spring."""
+    return np.array([0.5 * each.memory.max() for each in flow.system.companions])
+
+
+def _potential(law: PiecewiseLaw, deflection: float) -> float:
+    """Elastic energy: the force integrated from zero, piece by piece."""
+    low, high = min(0.0, deflection), max(0.0, deflection)
+    ends = np.concatenate([[low], law.corners[(law.corners > low) & (law.corners < high)], [high]])
+    middle = 0.5 * (ends[:-1] + ends[1:])
+    area = float(np.diff(ends) @ [law.elastic(float(d)) for d in middle])
+    return area if deflection >= 0.0 else -area
+
+
+class Auditor:
+    """An audit under way: works in slices, so that a long one shows progress and can be cancelled."""
+
+    def __init__(
+        self,
+        flow: Flow,
+        initial: Pieces,
+        *,
+        samples: Array,
+        per_cycle: int,
+        time: Array,
+        watch: IntArray,
+        upward: IntArray,
+        memory: Array,
+        first_cycle: int = 0,
+    ) -> None:
+        """Prepare the audit of a motion.
+
+        Args:
+            flow: the system.
+            initial: piece of every element and companion at the start.
+            samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
+            per_cycle: samples a period.
+            time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
+            memory: (E, S) memories before each crossing, scaled.
+            first_cycle: whole periods before the first sample.
+        """
+        self.flow, self.samples = flow, samples
+        regions, visited = _visited(flow, initial, watch, upward)
+        short = [step_of(finest_level(_turning(flow, flow.generator(pieces)))) for pieces in regions]
+        apart = max(1, int(per_cycle * LONG * max(short)))
+        restarts = np.append(np.arange(apart, len(samples) - 1, apart), len(samples) - 1)
+        knots = flow.knots[1:-1] - first_cycle
+        first_knot = int(np.searchsorted(knots, 0.0, side="right"))
+        knots = knots[first_knot : np.searchsorted(knots, restarts[-1] / per_cycle)]
+        at = np.concatenate([restarts / per_cycle, time, knots])
+        order = np.argsort(at, kind="stable")
+        self.durations = np.diff(np.concatenate([[0.0], at[order]]))
+        self.powers = _powers(flow, regions, np.array(short), float(self.durations.max(initial=0.0)))
+        begins = np.concatenate([[-1], order[:-1]])  # what each interval begins with: a sample, a crossing or a knot
+        of_sample, of_knot = begins < len(restarts), begins - len(restarts) - len(time)
+        self.path = np.stack(
+            [
+                visited[np.cumsum(~of_sample & (of_knot < 0))],
+                np.where(of_sample, np.append(restarts, 0)[np.where(of_sample, begins, 0)], -1),
+                np.where(of_knot >= 0, of_knot + first_knot + 1, -1),
+            ],
+            axis=1,
+        )
+        self.let_go = _let_go(flow, initial, watch, upward, memory)
+        self.first_cycle, self.grid = first_cycle, np.arange(len(samples)) / per_cycle
+        self.regions, self.of_sample = regions, visited[np.searchsorted(time, self.grid, side="right")]
+        self.sums = np.zeros(2 * flow.system.size + 3 * len(flow.system.laws))
+        strips_needed = max(self.powers.forms.shape[1], self.powers.generator.shape[1])
+        self.scratch = np.zeros((ORDER + 5, 4 * strips_needed))
+        self.done = 0
+        self._work = np.cumsum(self._steps() * self.powers.seen[0].size * NODES)
+
+    def _steps(self) -> Array:
+        """(I,) how many steps every interval takes, about."""
+        powers, region = self.powers, self.path[:, 0]
+        steps = self.durations / powers.step[1, region] + 2.0
+        return np.where(np.diff(powers.leaps)[region, 0] > 0, 16.0 * len(powers.leap_sums), steps)
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether an interval would take millions of steps: fast modes in a driveline too large for leaps."""
+        return bool(self._steps().max(initial=0.0) > MOST_STEPS)
+
+    def advance(self, products: float = SLICE) -> bool:
+        """Work through the next intervals, of about so many products; whether that was the last of them."""
+        from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.quadrature import integrate_powers
+
+        spent = self._work[self.done - 1] if self.done else 0.0
+        part = slice(self.done, max(self.done + 1, int(np.searchsorted(self._work, spent + products))))
+        vectorised(integrate_powers)(
+            self.powers, self.path[part], self.durations[part], self.samples, self.scratch, self.sums
+        )
+        self.done = min(part.stop, len(self.durations))
+        return self.done == len(self.durations)
+
+    def fraction(self) -> float:
+        """How much of the audit is done, 0 ... 1."""
+        return self.done / max(1, len(self.durations))
+
+    def result(self) -> EnergyAudit:
+        """The audit, once ``advance`` has answered True."""
+        flow, period = self.flow, self.flow.system.inputs.period
+        ends = (self.samples[0], self.samples[-1])
+        springs = [float(_sliders(flow) @ (flow.memory_rows @ z) ** 2) for z in ends]
+        begin, end = (
+            stored_energy(flow, flow.deflection @ z, flow.velocity @ z) + spring
+            for z, spring in zip(ends, springs, strict=True)
+        )
+        n, m = flow.system.size, len(flow.system.laws)
+        torque, drag, loss, rubbed, error = np.split(period * self.sums, np.cumsum([n, n, m, m]))
+        drag = flow.system.drag * drag
+        if flow.system.signals is not None and flow.system.signals.reference.size:
+            self._add_difference(flow.system.signals, torque, error)
+        return EnergyAudit(torque, -error, drag, loss + self.let_go, (begin, end), rubbed + self.let_go)
+
+    def _add_difference(self, signals: Signals, torque: Array, error: Array) -> None:
+        """Add what specified inputs work beyond the polynomials that stand for them in z.
+
+        Args:
+            signals: the polynomials, compared with their reference.
+            torque, error: (n,), (m,) works of the polynomials; added to [J].
+        """
+        flow, knots = self.flow, self.flow.knots - self.first_cycle
+        within = np.flatnonzero((knots[1:] > 0.0) & (knots[:-1] < self.grid[-1]))
+        length = np.diff(knots)[within, None]
+        time = knots[within, None] + length * INNER
+        weight = flow.system.inputs.period * length * INNER_WEIGHTS * (time < self.grid[-1]) * (time > 0.0)
+        work = weight * (signals.reference[within] - _used(flow, signals, within, length * INNER)).transpose(1, 0, 2)
+        for i, c in np.argwhere(signals.torque != 0.0):
+            velocity = np.interp(time, self.grid, self.samples @ flow.velocity[i])
+            torque[i] += signals.torque[i, c] * np.sum(work[c] * velocity)
+        forces = np.array([flow.force_rows(pieces) for pieces in self.regions])
+        for k, c in np.argwhere(signals.error != 0.0):
+            force = np.einsum("tz,tz->t", self.samples, forces[self.of_sample, k])
+            error[k] += signals.error[k, c] * np.sum(work[c] * np.interp(time, self.grid, force))
+
+
+def _used(flow: Flow, signals: Signals, intervals: IntArray, since: Array) -> Array:
+    """(G, C, P) inputs as z has them, of channels with an error their first derivatives [SI].
+
+    Args:
+        flow: the system.
+        signals: its signals.
+        intervals: (G,) of these.
+        since: (G, P) periods since the interval's begin.
+    """
+    period, pace = flow.system.inputs.period, signals.pace(flow.system.inputs.period)
+    chains = (flow.chains[intervals] / flow.chain).reshape(len(intervals), signals.channels, signals.degree + 1)
+    by_rate = np.any(signals.error != 0.0, axis=0)
+    chains[:, by_rate, :-1] = chains[:, by_rate, 1:] * (pace / period)
+    chains[:, by_rate, -1] = 0.0
+    powers = np.ones((len(intervals), signals.degree + 1, since.shape[1]))
+    np.cumprod(pace * since[:, None] / np.arange(1, signals.degree + 1)[:, None], axis=1, out=powers[:, 1:])
+    return np.asarray(chains @ powers)
+
+
+def _visited(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray) -> tuple[list[Pieces], IntArray]:
+    """Regions, each once, and (E + 1,) which of them the motion is in: at first, and after every crossing."""
+    index, regions, visited, here = {initial: 0}, [initial], [0], 0
+    kinds = 2 * int(watch.max(initial=0)) + 2
+    beyond = [-1] * kinds  # by region, then watch and direction
+    for crossing in (2 * watch + upward).tolist():
+        reached = beyond[here * kinds + crossing]
+        if reached < 0:
+            pieces = flow.system.beyond(regions[here], *divmod(crossing, 2))
+            reached = beyond[here * kinds + crossing] = index.setdefault(pieces, len(regions))
+            if reached == len(regions):
+                regions.append(pieces)
+                beyond += [-1] * kinds
+        here = reached
+        visited.append(here)
+    return regions, np.array(visited)
+
+
+def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memory: Array) -> Array:
+    """(m,) energy in the springs of sliders that were let go, by element [J]."""
+    system, lost, pieces = flow.system, np.zeros(len(flow.system.laws)), initial
+    if not system.memories:
+        return lost
+    sliders = _sliders(flow)
+    for which, up, held in zip(watch, upward, memory, strict=True):
+        pieces = system.beyond(pieces, int(which), int(up))
+        known = flow.known(pieces)
+        for i, c in enumerate(system.memories):
+            if not np.isnan(known[i]):
+                lost[system.companions[c].element] += sliders[c] * (held[i] ** 2 - known[i] ** 2) / flow.memory[i] ** 2
+    return lost
+
+
+def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  # type: ignore[no-untyped-def]
+    """Pack every region: full steps, their nodes, rates, the rows whose products are powers, and leaps.
+
+    Args:
+        flow, regions: the system, and where the motion goes.
+        short: (regions,) length of a short step, in periods.
+        longest: the longest interval, in periods.
+    """
+    from gearrattle.engine.kernels.quadrature import Powers
+
+    rules = [np.polynomial.legendre.leggauss(count) for count in (NODES, LONG_NODES)]
+    abscissas = np.concatenate([0.5 * (x + 1.0) for x, _ in rules])
+    weights = np.concatenate([0.5 * w for _, w in rules])
+    rows = np.array([_forms(flow, pieces) for pieces in regions])
+    pairs = _pairs(flow.system.size, len(flow.system.laws))
+    pairs = pairs[np.all(np.any(rows != 0.0, axis=(0, 2))[pairs[:, :2]], axis=1)]  # the others have no power
+    used, places = np.unique(pairs[:, :2], return_inverse=True)
+    pairs[:, :2], rows = places.reshape(-1, 2), rows[:, used]
+    steps, advance, seen, generators = np.multiply.outer([1.0, LONG], short), [], [], []
+    leaps = Leaps(flow.width, pairs, weights[:NODES], longest)
+    for pieces, forms, own in zip(regions, rows, steps.T, strict=True):
+        matrix = flow.generator(pieces)
+        at = abscissas * np.repeat(own, (NODES, LONG_NODES))
+        moves = _increments(matrix, np.concatenate([own, at]))
+        advance += [strips(move) for move in moves[:2]]
+        generators.append(strips(matrix))
+        nodes = forms + forms @ moves[2:]
+        seen += [strips(values) for values in nodes]
+        leaps.add(own[0], moves[0], nodes[:NODES], LONG * FEW)
+    known = np.array([flow.known(pieces) for pieces in regions])
+    return Powers(
+        steps, np.array(advance), np.array(seen), np.array(generators),
+        np.array([strips(forms) for forms in rows]), pairs, known, flow.states - flow.memory.size,
+        np.ascontiguousarray(flow.chains), np.array([0, NODES, NODES + LONG_NODES]), abscissas, weights,
+        *leaps.packed(),
+    )  # fmt: skip
+
+
+def _turning(flow: Flow, matrix: Array) -> Array:
+    """The generator with every signal's chain closed to a ring, for the choice of steps.
+
+    A chain ends, so that its own powers vanish and say nothing of how much of it a series of few terms, or few nodes,
+    leave out. Closed, it turns as fast as its pace: entry by entry no power is smaller than that of the chain.
+    """
+    signals = flow.system.signals
+    if signals is None:
+        return matrix
+    closed, links = matrix.copy(), signals.degree + 1
+    for first in range(flow.width - flow.chain.size, flow.width, links):
+        closed[first + links - 1, first] = signals.pace(flow.system.inputs.period)
+    return closed
+
+
+def _increments(matrix: Array, lengths: Array) -> Array:
+    """(L, Z, Z) exp(length A) - 1, for lengths of time (L,)."""
+    longest = float(lengths.max())
+    norm = float(np.linalg.norm(matrix, 1)) * longest
+    halved = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
+    term = np.eye(len(matrix))
+    terms = np.array([term := term @ (matrix * (longest / 2.0**halved)) / j for j in range(1, 17)])
+    found = np.tensordot((lengths / longest)[:, None] ** np.arange(1, 17), terms, axes=1)
+    for _ in range(halved):
+        found = 2.0 * found + found @ found
+    return found
+
+
+def _forms(flow: Flow, pieces: Pieces) -> Array:
+    """(2 n + 5 m, Z) velocities, torques, rates, forces, rates of errors, forces not elastic, of these friction."""
+    error_rate = flow.system.rows @ flow.velocity - flow.rate
+    force = flow.force_rows(pieces)
+    loss, friction = force - _elastic_rows(flow, pieces), _friction_rows(flow, pieces)
+    return np.vstack([flow.velocity, flow.torque, flow.rate, force, error_rate, loss, friction])
+
+
+def _pairs(n: int, m: int) -> IntArray:
+    """Forms whose products are powers, and the sums these go to: torques, drag over its constant, losses, friction,
+    errors with the other sign."""
+    inertia, element = np.arange(n), np.arange(m)
+    velocity, torque, rate = inertia, n + inertia, 2 * n + element
+    force, error_rate, loss, friction = (2 * n + i * m + element for i in range(1, 5))
+    pairs = [(torque, velocity), (velocity, velocity), (loss, rate), (friction, rate), (force, error_rate)]
+    found = np.hstack([np.stack(pair) for pair in pairs])
+    return np.vstack([found, np.arange(2 * n + 3 * m)]).T.astype(np.int64)
+
+
+def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
+    """(m, Z) the part of every element's force that is stored: by its law, and by sliders that stick."""
+    rows = np.empty_like(flow.deflection)
+    for k, (law, piece) in enumerate(zip(flow.system.laws, pieces, strict=False)):
+        rows[k] = law.stiffness[piece] * flow.deflection[k]
+        rows[k, flow.states] += law.offset[piece] / flow.scaling.inputs[0]
+    for each, piece, memory in flow.beside(pieces):
+        rows[each.element] += each.moves[piece] * each.memory[piece] * memory
+    return rows
+
+
+def _friction_rows(flow: Flow, pieces: Pieces) -> Array:
+    """(m, Z) the part of every element's force that sliders which slip have: constant torques."""
+    rows = np.zeros_like(flow.deflection)
+    for each, piece, _ in flow.beside(pieces):
+        if each.remembers:
+            rows[each.element, flow.states] += each.offset[piece] / flow.scaling.inputs[0]
+    return rows

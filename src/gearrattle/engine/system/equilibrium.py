@@ -1,0 +1,131 @@
+"""Static equilibrium under the mean loads, transmission errors at zero.
+
+The elastic forces derive from a convex potential (slopes are never negative), so the equilibrium minimises
+
+    U(x) = sum_k u_k(b_k . x) - g . x,      g = Qx^T (T_mean - J a),
+
+over the deflections x, where a is the uniform acceleration of a train whose means do not balance. Newton directions of
+the present pieces, the flat direction where they have no stiffness against a load, and an exact search along each line
+through all corners: finitely many pieces, so it ends. A direction along which U falls for ever is a runaway: some
+element's last slope is zero and its load exceeds what it can carry. Free gaps without load are put at their middle.
+The search is compiled (``kernels.statics``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import statics
+from gearrattle.engine.kernels.variants import Statics
+from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.engine.system.laid_out import coefficients_of, frame_of
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.errors import ConvergenceError
+from gearrattle.remember import kept
+
+Array = NDArray[np.float64]
+
+
+class Runaway(Exception):
+    """No equilibrium: the elements named carry a load that their last stage cannot hold."""
+
+    def __init__(self, elements: tuple[int, ...]) -> None:
+        self.elements = elements
+        super().__init__(f"elements {elements} run away")
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Where the system rests.
+
+    Attributes:
+        angle: (n,) [rad]; the last inertia of every free train at zero.
+        deflection: (m,) w . angle.
+        pieces: (m,) piece of every element's law.
+        acceleration: (n,) uniform acceleration of trains whose means do not balance [rad/s^2].
+        middled: elements whose free gap carries no load.
+    """
+
+    angle: Array
+    deflection: Array
+    pieces: tuple[int, ...]
+    acceleration: Array
+    middled: tuple[int, ...]
+
+
+@kept
+def equilibrium(system: PiecewiseSystem) -> Equilibrium:
+    """Find the static equilibrium.
+
+    Raises:
+        Runaway: an element of zero last slope cannot carry its load.
+    """
+    elastic = elastic_elements(system)
+    coordinates = relative_coordinates(system, elastic)
+    numbers, frame = coefficients_of(system), frame_of(system, coordinates)
+    sought = statics_of(elastic, coordinates)
+    acceleration, angle = np.empty(system.size), np.empty(system.size)
+    x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
+    statics.accelerate_rigidly(numbers, sought.motion, acceleration)
+    code = statics.rest(numbers, frame, sought, acceleration, x, travel)
+    if code == statics.RUNAWAY:
+        raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
+    if code == statics.LOST:
+        remedy = 'initial = "zero", or a state of your own'
+        raise ConvergenceError("the static equilibrium was not found", remedy=remedy)
+    x, loose = _middle([system.laws[k] for k in elastic], coordinates, x)
+    statics.turn(sought, x, angle)
+    deflection = system.rows @ angle
+    deflection[elastic] = coordinates.combination @ x
+    pieces = tuple(law.piece_at(float(d)) for law, d in zip(system.laws, deflection, strict=True))
+    return Equilibrium(angle, deflection, pieces, acceleration, tuple(elastic[i] for i in loose))
+
+
+def elastic_elements(system: PiecewiseSystem) -> list[int]:
+    """The elements that can push, by index."""
+    return [k for k, law in enumerate(system.laws) if np.any(law.stiffness > 0) or np.any(law.offset != 0)]
+
+
+def statics_of(elastic: list[int], coordinates: RelativeCoordinates) -> Statics:
+    """The same for compiled code, with the coordinates of these elements."""
+    return Statics(
+        elastic=np.array(elastic, dtype=np.int64),
+        at=np.array([elastic.index(k) for k in coordinates.elements], dtype=np.int64),
+        combination=np.ascontiguousarray(coordinates.combination),
+        angle_from_basis=np.ascontiguousarray(coordinates.angle_from_basis),
+        motion=np.ascontiguousarray(coordinates.angle_from_reference),
+    )
+
+
+def _middle(laws: list[PiecewiseLaw], coordinates: RelativeCoordinates, x: Array) -> tuple[Array, list[int]]:
+    """Move unloaded free gaps to their middle, along the directions that meet no stiffness."""
+    combination = coordinates.combination
+    if x.size == 0:
+        return x, []
+    delta = combination @ x
+    pieces = [law.piece_at(float(d)) for law, d in zip(laws, delta, strict=True)]
+    slope = np.array([law.stiffness[p] for law, p in zip(laws, pieces, strict=True)])
+    bounds = np.array([law.bounds(p) for law, p in zip(laws, pieces, strict=True)])
+    gaps = [i for i in range(len(laws)) if slope[i] == 0.0 and np.all(np.isfinite(bounds[i]))]
+    if not gaps:
+        return x, []
+    firm = combination[slope > 0.0]
+    flat = np.eye(x.size) if firm.size == 0 else _null_space(firm)
+    width = bounds[gaps, 1] - bounds[gaps, 0]
+    away = (bounds[gaps].mean(axis=1) - delta[gaps]) / width
+    shift = np.linalg.lstsq((combination[gaps] @ flat) / width[:, None], away, rcond=1e-10)[0]
+    moved = x + flat @ shift
+    loose = [i for i in gaps if np.any(np.abs(combination[i] @ flat) > 0.0)]
+    return moved, loose
+
+
+def _null_space(rows: Array) -> Array:
+    """Columns spanning the null space of rows scaled to unit length."""
+    unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    _, values, vectors = np.linalg.svd(unit)
+    rank = int(np.sum(values > 1e-10))
+    return np.asarray(vectors[rank:].T)

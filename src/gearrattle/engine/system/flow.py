@@ -1,0 +1,323 @@
+"""What the exact engine sees of a piecewise system: rows over one augmented state.
+
+    z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
+
+all scaled (``scaling.py``); e are the memories of companions and q the chains of signals, if there are any. The
+inputs are states of their own (oscillators, polynomials), so inside a region dz/ds = M z with one constant matrix: free
+motion, forced motion, resonance, drift under a mean torque are one and the same case. Every quantity anyone asks for -
+an angle, a deflection, a force, an acceleration - is a row of numbers times z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
+from gearrattle.engine.system.forced import oscillation
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.engine.system.scaling import Scaling, energy_scaling, power_of_two
+from gearrattle.engine.system.signals import Signals
+from gearrattle.slices import slices
+
+Array = NDArray[np.float64]
+_DYADIC = 2.0**30
+Pieces = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Rows over z, shape (., Z) with Z = N + U + Q, U = 1 + 2 H, that do not depend on the region.
+
+    Attributes:
+        system, coordinates, scaling: what it was made from.
+        states: N, the number of deflections, velocities and memories in z.
+        deflection, rate, curvature_of_error: (m, Z) delta_k, delta_k', and e_k'' of every element [SI].
+        velocity: (n, Z) q' [SI].
+        torque: (n, Z) applied torque [SI].
+        frequency: (H,) 2 pi p_j, radians a period.
+        corner_scale: (W,) power of two near the largest corner of each clearance, then the size of what each companion
+            watches.
+        memory: (S,) scale of every memory: a power of two by which it is multiplied in z.
+        chain: (Q,) the same of every entry of the signals' chains.
+    """
+
+    system: PiecewiseSystem
+    coordinates: RelativeCoordinates
+    scaling: Scaling
+    states: int
+    deflection: Array
+    rate: Array
+    curvature_of_error: Array
+    velocity: Array
+    torque: Array
+    frequency: Array
+    corner_scale: Array
+    memory: Array
+    chain: Array
+
+    @property
+    def inputs(self) -> int:
+        """U, the number of inputs that are no signals."""
+        return 1 + 2 * self.frequency.size
+
+    @property
+    def width(self) -> int:
+        """Z, the length of z."""
+        return int(self.deflection.shape[1])
+
+    @cached_property
+    def input_size(self) -> Array:
+        """(1 + 2 H,) amplitude of every input column."""
+        return np.asarray(self.scaling.inputs[_column_scale(self.frequency.size)])
+
+    def force_rows(self, pieces: Pieces) -> Array:
+        """(m, Z) force of every element, its companions' included, with all in the pieces given [SI].
+
+        Without pieces of companions these are left out.
+        """
+        rows, unit = np.empty_like(self.deflection), 1.0 / self.scaling.inputs[0]
+        for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=False)):
+            rows[k] = law.stiffness[piece] * self.deflection[k] + law.damping[piece] * self.rate[k]
+            rows[k, self.states] += law.offset[piece] * unit
+        for each, piece, memory in self.beside(pieces):
+            k = each.element
+            rows[k] += each.stiffness[piece] * self.deflection[k] + each.damping[piece] * self.rate[k]
+            rows[k] += each.memory[piece] * memory
+            rows[k, self.states] += each.offset[piece] * unit
+        return rows
+
+    def beside(self, pieces: Pieces) -> Iterator[tuple[Companion, int, Array]]:
+        """The companions that take part: each, its piece, and the row (Z,) of its memory [SI]."""
+        return zip(self.system.companions, pieces[len(self.system.laws) :], self.memory_rows, strict=False)
+
+    @cached_property
+    def memory_rows(self) -> Array:
+        """(companions, Z) e of every companion [SI]; zero for one without."""
+        rows, first = np.zeros((len(self.system.companions), self.width)), self.states - self.memory.size
+        for i, c in enumerate(self.system.memories):
+            rows[c, first + i] = 1.0 / self.memory[i]
+        return rows
+
+    def acceleration_rows(self, pieces: Pieces) -> Array:
+        """(n, Z) q'' with the elements in the pieces given [SI]."""
+        system = self.system
+        balance = self.torque - system.drag[:, None] * self.velocity - system.rows.T @ self.force_rows(pieces)
+        return np.asarray(balance / system.inertia[:, None])
+
+    def generator(self, pieces: Pieces) -> Array:
+        """(Z, Z) M of dz/ds = M z in one region."""
+        period = self.system.inputs.period
+        r = len(self.coordinates.elements)
+        matrix = np.zeros((self.width, self.width))
+        matrix[:r] = period * self.scaling.deflection[:, None] * (self.coordinates.basis @ self.velocity)
+        moving = r + self.system.size
+        matrix[r:moving] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
+        for i, (each, piece) in enumerate(self.remembering(pieces)):
+            matrix[moving + i] = each.moves[piece] * period * self.memory[i] * self.rate[each.element]
+        chained = self.states + self.inputs
+        matrix[self.states : chained, self.states : chained] = oscillation(self.frequency)
+        matrix[chained:, chained:] = self.pace_of_chains
+        return matrix
+
+    @cached_property
+    def pace_of_chains(self) -> Array:
+        """(Q, Q) dq/ds = w q_(j+1) of every channel."""
+        signals, rates = self.system.signals, np.zeros((self.chain.size, self.chain.size))
+        for j in range(self.chain.size):
+            if signals is not None and j % (signals.degree + 1) < signals.degree:
+                rates[j, j + 1] = signals.pace(self.system.inputs.period)
+        return rates
+
+    @cached_property
+    def chains(self) -> Array:
+        """(G, Q) scaled chains at the begin of every interval of the signals; (0, 0) without."""
+        signals = self.system.signals
+        return np.zeros((0, 0)) if signals is None else signals.chains(self.system.inputs.period) * self.chain
+
+    @cached_property
+    def fourth_of_chains(self) -> Array:
+        """(G, Q) bounds on the fourth derivatives of the scaled chains, all through every interval."""
+        signals = self.system.signals
+        return np.zeros((0, 0)) if signals is None else signals.fourth(self.system.inputs.period) * self.chain
+
+    @cached_property
+    def knots(self) -> Array:
+        """(G + 1,) ends of the intervals of the signals, in periods; one that never comes without.
+
+        What is a dyadic fraction of a period but for rounding is made one: there dyadic steps end exactly.
+        """
+        signals = self.system.signals
+        if signals is None:
+            return np.array([0.0, np.inf])
+        knots = signals.knots / self.system.inputs.period
+        dyadic = np.round(knots * _DYADIC) / _DYADIC
+        return np.where(np.abs(knots - dyadic) <= 4.0 * np.spacing(knots), dyadic, knots)
+
+    def remembering(self, pieces: Pieces) -> list[tuple[Companion, int]]:
+        """The companions with a memory, each with its piece; none without pieces of companions."""
+        first, companions = len(self.system.laws), self.system.companions
+        return [(companions[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
+
+    def known(self, pieces: Pieces) -> Array:
+        """(S,) memories as they are known in a region, scaled; NaN where they go on."""
+        values = [each.known[piece] for each, piece in self.remembering(pieces)]
+        return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
+
+    def carried_rows(self, pieces: Pieces) -> Array:
+        """(R + K, Z) rates a period of what is integrated beside z: reference angles, then force integrals [SI]."""
+        clearances = list(self.system.clearances)
+        angles = self.velocity[list(self.coordinates.references)]
+        return np.asarray(self.system.inputs.period * np.vstack([angles, self.force_rows(pieces)[clearances]]))
+
+    def probe_rows(self, pieces: Pieces) -> tuple[Array, Array, Array]:
+        """(W, Z) what is watched, its first and second derivative by s, in corner scales."""
+        clearances = list(self.system.clearances)
+        period, count = self.system.inputs.period, len(clearances)
+        unit = 1.0 / self.corner_scale[:count, None]
+        second = self.system.rows[clearances] @ self.acceleration_rows(pieces) - self.curvature_of_error[clearances]
+        limits, matrix = self.limit_rows(pieces), self.generator(pieces)
+        return (
+            np.vstack([self.deflection[clearances] * unit, limits]),
+            np.vstack([self.rate[clearances] * unit * period, limits @ matrix]),
+            np.vstack([second * unit * period**2, limits @ matrix @ matrix]),
+        )
+
+    def limit_rows(self, pieces: Pieces) -> Array:
+        """(companions, Z) what every companion watches in its piece, in corner scales."""
+        rows = np.zeros((len(self.system.companions), self.width))
+        scales = self.corner_scale[len(self.system.clearances) :]
+        for c, (each, piece, memory) in enumerate(self.beside(pieces)):
+            of_deflection, of_rate, of_memory = each.watched[piece]
+            row = of_deflection * self.deflection[each.element] + of_rate * self.rate[each.element]
+            rows[c] = (row + of_memory * memory) / scales[c]
+        return rows
+
+    def inputs_at(self, cycle: Array, fraction: Array) -> Array:
+        """(t, U + Q) scaled inputs at times cycle + fraction, in periods, each (t,)."""
+        return np.hstack([self._waves_at(cycle, fraction) * self.input_size, self.chains_at(cycle, fraction)])
+
+    def waves(self, per_cycle: int) -> Array:
+        """(per_cycle, U) inputs but for their sizes at the samples of any period; (0, U) if periods are not alike."""
+        if np.any(np.remainder(self.system.inputs.cycles, 1.0)):
+            return np.zeros((0, self.inputs))
+        return self._waves_at(np.zeros(per_cycle), np.arange(per_cycle) / per_cycle)
+
+    def _waves_at(self, cycle: Array, fraction: Array) -> Array:
+        """(t, U) 1, cosines and sines at such times."""
+        high, low = split_cycles(self.system.inputs.cycles)
+        out = np.ones((len(fraction), self.inputs))
+        for part in slices(*out.shape):
+            turn = np.remainder(np.multiply.outer(cycle[part], high), 1.0) + np.multiply.outer(cycle[part], low)
+            angle = 2 * np.pi * np.remainder(turn + np.multiply.outer(fraction[part], high + low), 1.0)
+            out[part, 1 : 1 + high.size] = np.cos(angle)
+            out[part, 1 + high.size :] = np.sin(angle)
+        return out
+
+    def chains_at(self, cycle: Array, fraction: Array) -> Array:
+        """(t, Q) scaled chains of the signals at such times."""
+        signals = self.system.signals
+        if signals is None:
+            return np.zeros((len(fraction), 0))
+        whole = np.floor(self.knots)
+        interval = np.clip(np.searchsorted(self.knots, cycle + fraction, side="right") - 1, 0, len(self.knots) - 2)
+        since = (cycle - whole[interval]) + (fraction - (self.knots - whole)[interval])
+        order = signals.degree + 1
+        start = self.chains[interval].reshape(len(interval), signals.channels, order)
+        move = signals.pace(self.system.inputs.period) * since[:, None]
+        out = np.zeros_like(start)
+        for j in range(order):
+            for k in range(order - 1, j - 1, -1):
+                out[:, :, j] = out[:, :, j] * move / (k - j + 1) + start[:, :, k]
+        return np.asarray(out.reshape(len(interval), -1))
+
+
+def split_cycles(cycles: Array) -> tuple[Array, Array]:
+    """Leading 24 bits and the rest, so that a whole number of cycles times the first part is exact."""
+    high = cycles.astype(np.float32).astype(np.float64)
+    return high, cycles - high
+
+
+def _column_scale(harmonics: int) -> NDArray[np.int64]:
+    """Index of the input scale of every input column: 0, 1 ... H, 1 ... H."""
+    return np.concatenate([[0], *2 * [np.arange(1, harmonics + 1)]]).astype(np.int64)
+
+
+def flow_of(system: PiecewiseSystem) -> Flow:
+    """Choose coordinates and scales, and write the rows down."""
+    coordinates = relative_coordinates(system)
+    scaling = energy_scaling(system, coordinates)
+    inputs = system.inputs
+    r, n, m = len(coordinates.elements), system.size, len(system.laws)
+    moving = r + n
+    states = moving + len(system.memories)
+    signals = system.signals
+    chained = states + 1 + 2 * inputs.count
+    width = chained + (0 if signals is None else signals.chain)
+    cosine = np.arange(states + 1, states + 1 + inputs.count)
+    sine = cosine + inputs.count
+    size = scaling.inputs[1:]
+    omega = 2 * np.pi * inputs.cycles / inputs.period
+
+    velocity = np.zeros((n, width))
+    velocity[:, r:moving] = np.diag(1.0 / scaling.velocity)
+    deflection = np.zeros((m, width))
+    deflection[:, :r] = coordinates.combination / scaling.deflection
+    rate = system.rows @ velocity
+    curvature = np.zeros((m, width))
+    deflection[:, cosine] -= inputs.error_cosine / size
+    deflection[:, sine] -= inputs.error_sine / size
+    rate[:, cosine] -= inputs.error_sine * omega / size
+    rate[:, sine] += inputs.error_cosine * omega / size
+    curvature[:, cosine] = -inputs.error_cosine * omega**2 / size
+    curvature[:, sine] = -inputs.error_sine * omega**2 / size
+    torque = np.zeros((n, width))
+    torque[:, states] = inputs.mean / scaling.inputs[0]
+    torque[:, cosine] = inputs.torque_cosine / size
+    torque[:, sine] = inputs.torque_sine / size
+
+    chain = np.ones(width - chained)
+    if signals is not None:
+        chain = _write_signals(system, signals, chained, (deflection, rate, curvature, torque))
+    corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
+    at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
+    sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
+    scale = power_of_two(np.array([*sizes, *(each.scale for each in system.companions)]))
+    return Flow(
+        system,
+        coordinates,
+        scaling,
+        states,
+        deflection,
+        rate,
+        curvature,
+        velocity,
+        torque,
+        2 * np.pi * inputs.cycles,
+        scale,
+        power_of_two(np.array([np.sqrt(system.companions[c].memory.max()) for c in system.memories])),
+        chain,
+    )
+
+
+def _write_signals(system: PiecewiseSystem, signals: Signals, first: int, rows: tuple[Array, ...]) -> Array:
+    """Write what chains do from a column on; answers their scales: one power of two a channel, by what it pushes."""
+    deflection, rate, curvature, torque = rows
+    stiffest = np.array([law.stiffness.max() for law in system.laws])
+    pushed = np.abs(signals.torque) + np.abs(system.rows).T @ (stiffest[:, None] * np.abs(signals.error))
+    period, order = system.inputs.period, signals.degree + 1
+    size = period * np.linalg.norm(pushed / np.sqrt(system.inertia)[:, None], axis=0)
+    scale = power_of_two(np.where(size > 0.0, size, 1.0))
+    step = signals.pace(period) / period
+    for c in range(signals.channels):
+        at = first + c * order
+        torque[:, at] = signals.torque[:, c] / scale[c]
+        for j, (out, sign) in enumerate(((deflection, -1.0), (rate, -1.0), (curvature, 1.0))):
+            if j < order:
+                out[:, at + j] = sign * signals.error[:, c] * step**j / scale[c]
+    return np.repeat(scale, order)

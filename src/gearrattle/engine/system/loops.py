@@ -1,0 +1,107 @@
+"""The quasi-static torque of an element with sliders along a path of deflections, from one kink to the next.
+
+    F = law(delta) + sum of s e,        |e| <= H / s,
+
+e following the deflection while its slider sticks (G. M. Jenkins, British Journal of Applied Physics 13, 1962, p. 30).
+Between corners of the law and begins of slip the torque is a straight line, so a path is told exactly by few points.
+No time enters: damping plays no part, and of companions only sliders do.
+
+Takes a law and its sliders; gives corners of the torque's graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.companion import OFF, STICK, Companion
+from gearrattle.engine.system.law import PiecewiseLaw
+
+Array = NDArray[np.float64]
+
+_SAME = 1e-14  # of the widest deflection: closer together, two kinks are one
+
+
+class Follower:
+    """A law and its sliders on their way, unloaded at first.
+
+    Attributes:
+        points: (deflection, torque) passed so far; two of one deflection where friction is let go.
+    """
+
+    def __init__(self, law: PiecewiseLaw, sliders: Sequence[Companion], start: float = 0.0) -> None:
+        self.law, self.sliders = law, sliders
+        self.here, self.piece = start, law.piece_at(start)
+        self.held = [0.0 for _ in sliders]
+        self.points = [(start, self.torque())]
+
+    def torque(self) -> float:
+        """The torque as everything stands."""
+        law, springs = self.law, (each.memory[STICK] for each in self.sliders)
+        elastic = law.stiffness[self.piece] * self.here + law.offset[self.piece]
+        return float(elastic + sum(s * e for s, e in zip(springs, self.held, strict=True)))
+
+    def go(self, target: float) -> None:
+        """Go straight to a deflection."""
+        way = 1.0 if target > self.here else -1.0
+        while self.here != target:
+            low, high = self.law.bounds(self.piece)
+            corner = high if way > 0.0 else low
+            if corner == self.here:
+                self._enter(self.piece + int(way))
+                continue
+            stops = [target] if way * (corner - target) >= 0.0 else [corner]
+            for i, each in enumerate(self.sliders):
+                left = float(each.upper[STICK]) - way * self.held[i]
+                if self._engaged(i) and left > _SAME * abs(self.here) and left > 0.0:
+                    stops.append(self.here + way * left)
+            self._move(min(stops, key=lambda stop: way * stop))
+
+    def _engaged(self, i: int) -> bool:
+        return int(self.sliders[i].follow[self.piece, OFF]) == STICK
+
+    def _move(self, stop: float) -> None:
+        moved, self.here = stop - self.here, stop
+        for i, each in enumerate(self.sliders):
+            if self._engaged(i):
+                self.held[i] = min(max(self.held[i] + moved, float(each.lower[STICK])), float(each.upper[STICK]))
+        self.points.append((stop, self.torque()))
+
+    def _enter(self, piece: int) -> None:
+        """Enter the next piece: what ends there is let go."""
+        self.piece, before = piece, self.held
+        self.held = [held if self._engaged(i) else 0.0 for i, held in enumerate(before)]
+        if self.held != before:
+            self.points.append((self.here, self.torque()))
+
+
+def along(law: PiecewiseLaw, sliders: Sequence[Companion], path: Sequence[float]) -> tuple[Array, Array]:
+    """The graph of the torque along a path, sliders unloaded at its first deflection.
+
+    Args:
+        law: the element's.
+        sliders: its companions with a memory.
+        path: turning points, one after another.
+
+    Returns:
+        deflection, torque: (N,) every kink of the graph, and the turning points.
+    """
+    follower = Follower(law, sliders, path[0])
+    for target in path[1:]:
+        follower.go(target)
+    deflection, torque = np.array(follower.points).T
+    return deflection, torque
+
+
+def cycle(law: PiecewiseLaw, sliders: Sequence[Companion], low: float, high: float) -> tuple[Array, Array]:
+    """The closed graph from ``low`` to ``high`` and back, once it repeats itself: after the second turn it does."""
+    follower = Follower(law, sliders, low)
+    for target in (high, low, high, low):
+        follower.go(target)
+    follower.points = [(low, follower.torque())]
+    follower.go(high)
+    follower.go(low)
+    deflection, torque = np.array(follower.points).T
+    return deflection, torque

@@ -1,0 +1,228 @@
+"""The piecewise system as the sparse arrays of ``kernels.network``, with the length of a window and what is near what.
+
+Both come from one bound. With every element's largest stiffness and damping over its pieces, and every coefficient
+taken without its sign, the rates of all states form a matrix A that is at least |A_r| in every region r. So windows h
+with h |A^j|^(1/j) up to ``window_norm`` leave the Taylor series of every region a negligible remainder, and the terms
+of exp(h A) say how far a change of one force can be felt within a window. A is never written down.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels.packed import NEGLIGIBLE, ORDER, window_norm
+from gearrattle.engine.system.flow import Flow
+from gearrattle.engine.system.piecewise import PiecewiseSystem
+
+if TYPE_CHECKING:
+    from gearrattle.engine.kernels.network import Laws, Near, Network
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+WIDEST_TURN = 0.5
+"""Of an input over a window, radians."""
+
+
+def is_sparse(system: PiecewiseSystem) -> bool:
+    """Whether every element joins at most two inertias."""
+    return bool(np.all(np.count_nonzero(system.rows, axis=1) <= 2))
+
+
+def ends_of(system: PiecewiseSystem) -> tuple[IntArray, Array]:
+    """(m, 2) inertias every element joins and (m, 2) their entries in W; the ground has the other's index, entry 0."""
+    ends = np.zeros((len(system.laws), 2), dtype=np.int64)
+    for k, row in enumerate(system.rows):
+        found = np.flatnonzero(row)
+        ends[k] = (found[0], found[-1]) if found.size else (0, 0)
+    arm = np.take_along_axis(system.rows, ends, axis=1)
+    arm[ends[:, 0] == ends[:, 1], 1] = 0.0
+    return ends, np.ascontiguousarray(arm)
+
+
+class Majorant:
+    """The bound A of all regions' rates per second, on states scaled by energy: deflections, then velocities."""
+
+    def __init__(self, system: PiecewiseSystem) -> None:
+        self.ends, arm = ends_of(system)
+        root = np.sqrt(system.inertia)
+        self.arm = np.abs(arm) / root[self.ends]
+        self.drag = system.drag / system.inertia
+        stiffest = np.array([np.abs(law.stiffness).max() for law in system.laws])
+        self.damping = np.array([np.abs(law.damping).max() for law in system.laws])
+        slowest = np.sum(self.arm**2, axis=1) > 0
+        floor = (
+            np.where(slowest, 1.0, 0.0) / np.where(slowest, np.sum(self.arm**2, axis=1), 1.0) / system.inputs.period**2
+        )
+        self.scale = np.sqrt(np.maximum(stiffest, np.maximum(floor, 1e-300)))
+        self.stiffness = stiffest / self.scale
+
+    def rate(self, velocity: Array) -> Array:
+        """(m,) rates of the elements."""
+        return np.asarray(np.sum(self.arm * velocity[self.ends], axis=1))
+
+    def pull(self, force: Array, size: int) -> Array:
+        """(n,) what forces of the elements do to the inertias."""
+        out = np.zeros(size)
+        np.add.at(out, self.ends, self.arm * force[:, None])
+        return out
+
+    def times(self, deflection: Array, velocity: Array) -> tuple[Array, Array]:
+        """A times the states."""
+        rate = self.rate(velocity)
+        force = self.stiffness * deflection + self.damping * rate
+        return self.scale * rate, self.drag * velocity + self.pull(force, velocity.size)
+
+    def radius(self) -> float:
+        """|A^(ORDER + 1)|^(1 / (ORDER + 1)) in the largest-entry norm, per second."""
+        states = np.ones(len(self.damping)), np.ones(len(self.drag))
+        log = 0.0
+        for _ in range(ORDER + 1):
+            states = self.times(*states)
+            most = max(part.max(initial=0.0) for part in states)
+            if most == 0.0:
+                return 0.0
+            states, log = (states[0] / most, states[1] / most), log + float(np.log(most))
+        return float(np.exp(log / (ORDER + 1)))
+
+    def reached(self, element: int, length: float) -> IntArray:
+        """(n,) the order at which inertias begin to feel a change of an element's force within a window.
+
+        To a part ``NEGLIGIBLE`` of the states' typical size; ORDER + 1: never.
+        """
+        only = np.zeros(len(self.damping))
+        only[element] = self.stiffness[element] + self.damping[element] * self.rate(np.ones(len(self.drag)))[element]
+        source = self.pull(only, len(self.drag))
+        deflection, velocity = np.zeros(len(self.damping)), np.zeros(len(self.drag))
+        felt, fading = np.full(len(self.drag), ORDER + 1), 1.0
+        for j in range(ORDER):
+            rates = self.times(deflection, velocity)
+            deflection, velocity = length / (j + 1) * rates[0], length / (j + 1) * (rates[1] + fading * source)
+            fading *= window_norm(ORDER + 1) / (j + 1)
+            felt = np.where(velocity > NEGLIGIBLE / ORDER, np.minimum(felt, j + 1), felt)
+        felt[self.ends[element]] = 1
+        return felt
+
+
+def windows_of(system: PiecewiseSystem, bound: Majorant) -> int:
+    """Windows a period."""
+    fastest = bound.radius() * system.inputs.period / window_norm(ORDER + 1)
+    turning = 2 * np.pi * float(system.inputs.cycles.max(initial=0.0)) / WIDEST_TURN
+    return max(1, ceil(fastest), ceil(turning))
+
+
+def network_of(flow: Flow, windows: int) -> Network:
+    """Pack a sparse system."""
+    from gearrattle.engine.kernels.network import Network
+
+    system, coordinates, inputs = flow.system, flow.coordinates, flow.system.inputs
+    ends, arm = ends_of(system)
+    elements, none = len(system.laws), np.zeros(len(system.laws))
+    clearances = np.array(system.clearances, dtype=np.int64)
+    references = np.array(coordinates.references, dtype=np.int64)
+    driven = np.flatnonzero(np.any((inputs.torque_cosine != 0) | (inputs.torque_sine != 0), axis=1))
+    error_at = np.argwhere((inputs.error_cosine != 0) | (inputs.error_sine != 0))
+    erring = np.unique(error_at[:, 0])
+    error_of = _places(erring, len(system.laws))
+    torque = np.hstack([inputs.torque_cosine, inputs.torque_sine])[driven].T
+    error = np.column_stack([waves[tuple(error_at.T)] for waves in (inputs.error_cosine, inputs.error_sine)])
+    error_at = np.column_stack([error_of[error_at[:, 0]], error_at[:, 1]])
+    tied = np.setdiff1d(np.arange(len(system.laws)), coordinates.elements)
+    ties = [np.flatnonzero(coordinates.combination[k]) for k in tied]
+    weights = [coordinates.combination[k, tie] for k, tie in zip(tied, ties, strict=True)]
+    return Network(
+        length=inputs.period / windows,
+        first=unsigned(elements + ends[:, 0]),
+        second=unsigned(elements + ends[:, 1]),
+        first_arm=arm[:, 0].copy(),
+        second_arm=arm[:, 1].copy(),
+        mobility=np.concatenate([none, 1.0 / system.inertia]),
+        drag=np.concatenate([none, system.drag]),
+        clearances=clearances,
+        clearance=_places(clearances, len(system.laws)),
+        references=unsigned(elements + references),
+        mean=np.concatenate([none, inputs.mean]),
+        driven=unsigned(elements + driven),
+        torque=np.ascontiguousarray(torque),
+        error_of=error_of,
+        erring=erring,
+        error_at=error_at,
+        error=np.ascontiguousarray(error),
+        turn=2 * np.pi * inputs.cycles / windows,
+        tied=tied,
+        tie_start=_starts(ties),
+        tie=np.array(coordinates.elements, dtype=np.int64)[_joined(ties, np.int64)],
+        tie_weight=_joined(weights, float),
+    )
+
+
+def laws_of(system: PiecewiseSystem) -> Laws:
+    """Pack the laws of all elements."""
+    from gearrattle.engine.kernels.network import Laws
+
+    laws = system.laws
+    corners = [np.concatenate([[-np.inf], law.corners, [np.inf]]) for law in laws]
+    return Laws(
+        np.concatenate([[0], np.cumsum([law.pieces for law in laws])]).astype(np.int64)[:-1],
+        np.concatenate([law.stiffness for law in laws]),
+        np.concatenate([law.damping for law in laws]),
+        np.concatenate([law.offset for law in laws]),
+        np.concatenate([c[:-1] for c in corners]),
+        np.concatenate([c[1:] for c in corners]),
+    )
+
+
+def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
+    """List the neighbourhood of every clearance within a window of a length [s]."""
+    from gearrattle.engine.kernels.network import Near
+
+    system, references = flow.system, list(flow.coordinates.references)
+    arms = ends_of(system)[1]
+    inertias, elements, ends, active, found = [], [], [], [], []
+    for k in system.clearances:
+        felt = bound.reached(k, length)
+        began = felt[bound.ends].min(axis=1)  # an element acts on an inertia an order after it moves
+        first = began.copy()
+        first[k] = 0  # it leads its list
+        here = np.argsort(felt, kind="stable")[: np.count_nonzero(felt <= ORDER)]
+        links = np.argsort(first, kind="stable")[: np.count_nonzero(began <= ORDER)]
+        places = np.full(system.size, here.size)
+        places[here] = np.arange(here.size)
+        found.append(np.where(felt[references] <= ORDER, places[references], -1))
+        inertias.append(here)
+        elements.append(links)
+        ends.append(places[bound.ends[links]])
+        active.append([(np.count_nonzero(felt <= j), np.count_nonzero(began <= j)) for j in range(ORDER + 1)])
+    inertia, element = _joined(inertias, np.int64).astype(int), _joined(elements, np.int64).astype(int)
+    end = np.concatenate([np.zeros((0, 2), np.int64), *ends])
+    return Near(
+        _starts(inertias), unsigned(len(system.laws) + inertia), system.drag[inertia], 1.0 / system.inertia[inertia],
+        _starts(elements), unsigned(element), unsigned(end[:, 0]), unsigned(end[:, 1]),
+        arms[element, 0].copy(), arms[element, 1].copy(),
+        np.array(found, dtype=np.int64).reshape(len(found), len(references)),
+        np.array(active, dtype=np.int64).reshape(-1, ORDER + 1, 2),
+    )  # fmt: skip
+
+
+def unsigned(index: IntArray) -> NDArray[np.uint64]:
+    """Indices that a compiled loop need not ask whether they count from the end."""
+    return np.ascontiguousarray(index.astype(np.uint64))
+
+
+def _places(chosen: IntArray, count: int) -> IntArray:
+    """(count,) the place of every index among those chosen, or -1."""
+    places = np.full(count, -1, dtype=np.int64)
+    places[chosen] = np.arange(len(chosen))
+    return places
+
+
+def _starts(lists: list[IntArray]) -> IntArray:
+    return np.concatenate([[0], np.cumsum([len(part) for part in lists])]).astype(np.int64)
+
+
+def _joined(lists: list[NDArray[np.float64]] | list[IntArray], kind: type) -> NDArray[np.generic]:
+    return np.concatenate([np.zeros(0, kind), *lists]).astype(kind)

@@ -1,0 +1,140 @@
+"""The one mathematical object: a piecewise-linear system with clearances.
+
+    J q'' + D q' + sum_k w_k F_k(delta_k, delta_k') = T(t),      delta_k = w_k . q - e_k(t)
+
+J and D are diagonal, w_k is row k of W, F_k a ``PiecewiseLaw``. T and the transmission errors e_k are means plus
+harmonics of one reference speed. Given the piece of every element, the system is linear with constant coefficients.
+An element may have companions, forces beside its law that remember or are limited; they have pieces of their own.
+No gears, clutches or units exist here; q, delta and time carry whatever consistent units the maker chose (SI).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.clock import Clock
+from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.signals import Signals
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Harmonics:
+    """Periodic inputs: mean + sum_j (sine_j sin(2 pi p_j t / T) + cosine_j cos(2 pi p_j t / T)).
+
+    Attributes:
+        period: the common period T.
+        cycles: (H,) p_j, oscillations a period; whole numbers where the orders are commensurate.
+        mean: (n,) constant torque on every inertia.
+        torque_sine, torque_cosine: (n, H) torque amplitudes.
+        error_sine, error_cosine: (m, H) transmission-error amplitudes.
+    """
+
+    period: float
+    cycles: Array
+    mean: Array
+    torque_sine: Array
+    torque_cosine: Array
+    error_sine: Array
+    error_cosine: Array
+
+    @property
+    def count(self) -> int:
+        """Number of distinct orders H."""
+        return int(self.cycles.size)
+
+
+@dataclass(frozen=True)
+class PiecewiseSystem:
+    """J q'' + D q' + W^T F(W q - e, W q' - e') = T(t), piecewise linear.
+
+    Attributes:
+        inertia, drag: (n,) diagonals of J and D (J > 0, D >= 0).
+        rows: (m, n) W, one row an element.
+        laws: m laws.
+        inputs: T(t) and e(t).
+        companions: forces beside the laws. What looks at a system linearly leaves them out.
+        signals: torques and transmission errors beside the harmonics; None without.
+        clock: when companions change their piece by the clock; None for never.
+    """
+
+    inertia: Array
+    drag: Array
+    rows: Array
+    laws: tuple[PiecewiseLaw, ...]
+    inputs: Harmonics
+    companions: tuple[Companion, ...] = ()
+    signals: Signals | None = None
+    clock: Clock | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of degrees of freedom n."""
+        return int(self.inertia.size)
+
+    @cached_property
+    def clearances(self) -> tuple[int, ...]:
+        """Indices of the elements that have a corner."""
+        return tuple(k for k, law in enumerate(self.laws) if law.corners.size)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there is nothing but laws and harmonics."""
+        return not self.companions and self.signals is None and self.clock is None
+
+    @cached_property
+    def memories(self) -> tuple[int, ...]:
+        """Indices of the companions that have a state."""
+        return tuple(c for c, companion in enumerate(self.companions) if companion.remembers)
+
+    @property
+    def watched(self) -> int:
+        """How many things may leave their piece: clearances, then companions."""
+        return len(self.clearances) + len(self.companions)
+
+    @cached_property
+    def places(self) -> tuple[int, ...]:
+        """Where the pieces of those watched stand among all pieces, (W,)."""
+        first = len(self.laws)
+        return (*self.clearances, *range(first, first + len(self.companions)))
+
+    def element_watched(self, watch: int) -> int:
+        """The element that one of those watched belongs to."""
+        beside = watch - len(self.clearances)
+        return self.companions[beside].element if beside >= 0 else self.clearances[watch]
+
+    def beyond(self, pieces: tuple[int, ...], watch: int, upward: int) -> tuple[int, ...]:
+        """The pieces, of elements and then of companions, after one of those watched has left its own.
+
+        Args:
+            pieces: before.
+            watch: the clearance, or the number of clearances and the companion.
+            upward: 1 beyond its upper bound, 0 beyond the lower one.
+        """
+        after, first, companion = list(pieces), len(self.laws), watch - len(self.clearances)
+        if companion >= 0:
+            way = self.companions[companion].above if upward else self.companions[companion].below
+            after[first + companion] = int(way[pieces[first + companion]])
+            return tuple(after)
+        element = self.clearances[watch]
+        after[element] += 1 if upward else -1
+        for c, each in enumerate(self.companions):
+            if each.element == element:
+                after[first + c] = int(each.follow[after[element], pieces[first + c]])
+        return tuple(after)
+
+    def stiffness_of(self, pieces: tuple[int, ...]) -> Array:
+        """Stiffness matrix (n, n) with every element in the piece given, (m,) indices."""
+        slopes = np.array([law.stiffness[p] for law, p in zip(self.laws, pieces, strict=True)])
+        return np.asarray((self.rows.T * slopes) @ self.rows)
+
+    def damping_of(self, pieces: tuple[int, ...]) -> Array:
+        """Damping matrix (n, n), drag included, with every element in the piece given."""
+        coefficients = np.array([law.damping[p] for law, p in zip(self.laws, pieces, strict=True)])
+        return np.asarray((self.rows.T * coefficients) @ self.rows + np.diag(self.drag))

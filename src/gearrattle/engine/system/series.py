@@ -1,0 +1,163 @@
+"""Rows times the state as power series of time, through one interval between two samples, or several.
+
+Inside a region dz/ds = M z (``flow``), so a row of numbers R has the value R exp(s M) z a time s after z: a power
+series in s/h with coefficients R (h M)^p / p! z. As many intervals are taken at once as leave |h M| below 2; a single
+one is cut into blocks of equal length h in which |h M| is at most 4, where |h M| = |(h M)^20|^(1/20) is that of the
+fastest oscillation.
+
+Takes a Flow and the pieces of a region; gives the rows of coefficients, where to evaluate them, and states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.energy import _increments, _turning
+from gearrattle.engine.system.flow import Flow, Pieces
+
+Array = NDArray[np.float64]
+Rows = Callable[[Pieces], Array]
+
+_TOGETHER, _MOST_TOGETHER = 2.0, 64  # |h M| of some intervals together, and how many: a power of two
+_LONGEST = 4.0  # |h M| of a block
+_POWER = 20  # by which |h M| is measured
+_SMALL = 1e-17  # first term left out of a series
+_TAIL = 1e-3  # of an oscillation, left out of the polynomial that the Chebyshev points resolve
+_MOMENT = 1e-11  # error of the mean of the fourth power of an oscillation
+_SEARCHED = 0.3  # |h M| between two points of a search
+
+
+def phase_of(flow: Flow, pieces: Pieces, length: float) -> float:
+    """Return |h M| of a region over a length in periods: by how much the fastest oscillation turns [rad]."""
+    matrix = _turning(flow, flow.generator(pieces)) * length
+    norm = float(np.linalg.norm(matrix, 1))
+    if norm == 0.0:
+        return 0.0
+    power = np.linalg.norm(np.linalg.matrix_power(matrix / norm, _POWER), 1)
+    return float(power ** (1.0 / _POWER)) * norm
+
+
+def blocks_of(phase: float) -> int:
+    """Return how many blocks an interval of this |h M| is cut into."""
+    return max(1, int(np.ceil(phase / _LONGEST)))
+
+
+@dataclass(frozen=True)
+class Series:
+    """Power series of rows in one region, through some intervals at once or one of B blocks.
+
+    Attributes:
+        intervals: how many between two samples; 1 where there are several blocks.
+        matrix: (Z, Z) M.
+        known: (S,) memories known in the region, NaN where they go on.
+        first_memory: their first column in z.
+        count: B.
+        block: length of a block, in periods.
+        phase: |h M| of a block.
+        terms: P, the highest power.
+    """
+
+    intervals: int
+    matrix: Array
+    known: Array
+    first_memory: int
+    count: int
+    block: float
+    phase: float
+    terms: int
+
+    @classmethod
+    def of(cls, flow: Flow, pieces: Pieces, interval: float) -> Series:
+        """Return those of a region, with so long an interval between two samples, in periods."""
+        phase, together = phase_of(flow, pieces, interval), 1
+        while together < _MOST_TOGETHER and 2.0 * together * phase <= _TOGETHER:
+            together *= 2
+        count = blocks_of(phase * together)
+        phase, block = phase * together / count, interval * together / count
+        terms, term = 8, phase**9 / 362880.0
+        while term > _SMALL:
+            terms += 1
+            term *= phase / (terms + 1)
+        matrix, first_memory = flow.generator(pieces), flow.states - flow.memory.size
+        return cls(together, matrix, flow.known(pieces), first_memory, count, block, phase, terms)
+
+    @property
+    def length(self) -> float:
+        """Of all blocks, in periods."""
+        return self.count * self.block
+
+    def expanded(self, chosen: Array) -> Array:
+        """Return (B, q, P + 1, Z) coefficients of rows (q, Z) by the state at the begin, of powers of s/h."""
+        out = np.empty((self.count, len(chosen), self.terms + 1, len(self.matrix)))
+        for j in range(self.count):
+            out[j, :, 0] = chosen
+            for p in range(1, self.terms + 1):
+                out[j, :, p] = out[j, :, p - 1] @ self.matrix * (self.block / p)
+            if j + 1 < self.count:
+                chosen = chosen + chosen @ self._move
+        return out
+
+    @cached_property
+    def _move(self) -> Array:
+        """(Z, Z) exp(h M) - 1."""
+        return np.asarray(_increments(self.matrix, np.array([self.block]))[0])
+
+    @cached_property
+    def powers(self) -> Array:
+        """(P + 1,) exponents 0, 1, 2 ..."""
+        return np.arange(float(self.terms + 1))
+
+    @cached_property
+    def points(self) -> Array:
+        """(2 d + 1,) Chebyshev points on 0 ... 1, both ends included, d the degree that resolves an oscillation."""
+        degree, rest = 2, 2.0 * (0.25 * self.phase) ** 3 / 6.0
+        while rest > _TAIL:
+            degree += 1
+            rest *= 0.25 * self.phase / (degree + 1)
+        return 0.5 - 0.5 * np.cos(np.pi * np.arange(2 * degree + 1) / (2 * degree))
+
+    @cached_property
+    def gauss(self) -> tuple[Array, Array]:
+        """(J,) nodes on 0 ... 1 and weights for the mean of a fourth power."""
+        nodes, error = 1, (4.0 * self.phase) ** 2 / 24.0
+        while error > _MOMENT or nodes < 3:  # the error of Gauss's rule for exp(4 i |h M| x)
+            nodes += 1
+            error *= (4.0 * self.phase) ** 2 * nodes**4 * (2 * nodes - 1) / (2 * nodes + 1)
+            error /= (2.0 * nodes * (2 * nodes - 1)) ** 3
+        return _gauss(nodes)
+
+    @property
+    def cells(self) -> int:
+        """How many parts of a block there are in each of which a rate changes its sign once at most."""
+        return 1 + int(self.phase / _SEARCHED)
+
+    def begun(self, states: Array) -> Array:
+        """States (N, Z) with the memories that are known in the region written into them."""
+        for s, value in enumerate(self.known.tolist()):
+            if not np.isnan(value):
+                states[:, self.first_memory + s] = value
+        return states
+
+    def moved(self, states: Array, durations: Array) -> Array:
+        """(N, Z) states (N, Z) after durations (N,), in periods."""
+        states, left = states.copy(), durations.copy()
+        for _ in range(self.count):
+            length = np.clip(left, 0.0, self.block)[:, None]
+            term = states.copy()
+            for p in range(1, self.terms + 1):
+                term = (term @ self.matrix.T) * (length / p)
+                states += term
+            left -= self.block
+        return states
+
+
+@cache
+def _gauss(nodes: int) -> tuple[Array, Array]:
+    """(J,) nodes on 0 ... 1 and weights of Gauss's rule."""
+    x, weights = np.polynomial.legendre.leggauss(nodes)
+    return 0.5 * (x + 1.0), 0.5 * weights

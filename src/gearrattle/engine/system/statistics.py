@@ -1,0 +1,377 @@
+"""Extremes, moments and exceeded levels of a motion between its samples: from the exact motion, not from the samples.
+
+The window is cut at samples, crossings and knots of signals; intervals between samples are joined again where the
+motion is slow. Through every part rows times the state are power series
+(``series``): forwards from the sample a part begins with, or backwards from the one it ends with; only parts between
+two cuts, and those of very stiff contacts, need states that are carried on.
+
+Extremes: four terms and a bound on the others tell of most parts that they do not pass the extremes seen so far; the
+rest are searched for turning points (``kernels.extremes``). Moments are Gauss-Legendre sums, with as many nodes as the
+fourth power of the fastest oscillation needs. The level exceeded for a share of the time is the root of the time above
+a level, which the roots of the power series give.
+
+Takes a Flow, sampled states and a log; gives extremes, central moments and levels over windows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.system.energy import _visited
+from gearrattle.engine.system.flow import Flow, Pieces
+from gearrattle.engine.system.series import Rows, Series
+
+if TYPE_CHECKING:
+    from gearrattle.engine.kernels import extremes as compiled
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_UNCUT = 1e-9  # of an interval between two samples: shorter remainders are rounding
+_LEVEL, _NEWTON = 1e-12, 1e-8  # of a level: its rounding, and a step of Newton's after which that is its error
+_MOST_WORK = 1e10  # floating-point operations, some seconds: beyond, samples must do
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Of q rows over a window.
+
+    Attributes:
+        low, high: (q,) extremes.
+        mean: (q,).
+        second, third, fourth: (q,) central moments <(x - <x>)^p>; these and the mean are NaN where not asked for.
+    """
+
+    low: Array
+    high: Array
+    mean: Array
+    second: Array
+    third: Array
+    fourth: Array
+
+
+@dataclass(frozen=True)
+class Path:
+    """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
+
+    Attributes:
+        initial: piece of every element and companion at the first sample.
+        samples: (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
+        per_cycle: samples a period.
+        first: samples before the window.
+        time, watch, upward: (E,) crossings, of clearances and companions, ascending.
+        first_cycle: whole periods before the first sample.
+    """
+
+    initial: Pieces
+    samples: Array
+    per_cycle: int
+    first: int
+    time: Array
+    watch: IntArray
+    upward: IntArray
+    first_cycle: int
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Parts of the window (K,): length in periods, region, the sample and the knot it begins with (-1: none).
+
+    Samples count from the begin of the window.
+    """
+
+    duration: Array
+    region: IntArray
+    sample: IntArray
+    knot: IntArray
+
+    @cached_property
+    def is_last(self) -> BoolArray:
+        """Whether a part ends at a sample."""
+        return np.append(self.sample[1:] >= 0, True)
+
+    def joined(self, together: IntArray, path: Path, rounding: float) -> _Parts:
+        """Join parts that are whole intervals between samples, in each region so many, within a cycle.
+
+        Args:
+            together: by region.
+            path: the motion.
+            rounding: by which a length may differ from that between two samples.
+        """
+        whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
+        cycle, place = np.divmod(self.sample, path.per_cycle)
+        key = cycle * path.per_cycle + place // together[self.region]
+        goes_on = whole[1:] & whole[:-1] & (self.region[1:] == self.region[:-1]) & (key[1:] == key[:-1])
+        begins = np.flatnonzero(np.append(True, ~goes_on))
+        duration = np.add.reduceat(self.duration, begins)
+        return _Parts(duration, self.region[begins], self.sample[begins], self.knot[begins])
+
+    def backward(self, shortest: float, whole: BoolArray) -> BoolArray:
+        """Which parts may start from the sample they end with: regions of one block, and no cut at that sample."""
+        goes_on = np.append(self.duration[1:] > shortest, False)
+        return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
+
+
+def walk_of(flow: Flow, path: Path, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
+    """Return a motion cut into parts; None where its regions would take some seconds to expand.
+
+    Args:
+        flow: the system.
+        path: the motion.
+        series_of: gives the series of a region over a length in periods.
+    """
+    regions, visited = _visited(flow, path.initial, path.watch, path.upward)
+    parts, length = _parts_of(flow, path, visited), 1.0 / path.per_cycle
+    counts = np.bincount(parts.region, minlength=len(regions))
+    present = np.flatnonzero(counts).tolist()
+    if 100.0 * flow.width**3 * len(present) > _MOST_WORK:
+        return None
+    series = {r: series_of(regions[r], length) for r in present}
+    together, blocks = np.ones((2, len(regions)), dtype=np.int64)
+    for r, each in series.items():
+        together[r], blocks[r] = each.intervals, each.count
+    parts = parts.joined(together, path, _UNCUT * length)
+    backward = parts.backward(_UNCUT * length, blocks == 1)
+    forward = parts.sample >= 0
+    carried = np.flatnonzero(~forward & ~backward)
+    start = np.where(forward, parts.sample, np.append(parts.sample[1:], 0))
+    start[carried] = -1 - np.arange(carried.size)
+    states = _carried(flow, path, parts, series, carried)
+    full = together[parts.region] * length
+    whole = forward & (np.abs(parts.duration - full) < _UNCUT * length)
+    return Walk(path, regions, parts, series, float(blocks[parts.region].sum()), start, backward, whole, states)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A motion cut into K parts, over and over to be asked.
+
+    Attributes:
+        path: the motion.
+        regions: all that it is in.
+        parts: of the window.
+        series: by region, of those in the window.
+        blocks: through which all parts go.
+        start: (K,) the sample that a part's series start from, or -1 - the carried state.
+        backward: (K,) whether that is where the part ends.
+        whole: (K,) whether the part is as long as the series of its region.
+        carried: (C, Z) states.
+    """
+
+    path: Path
+    regions: list[Pieces]
+    parts: _Parts
+    series: dict[int, Series]
+    blocks: float
+    start: IntArray
+    backward: BoolArray
+    whole: BoolArray
+    carried: Array
+
+    def statistics(
+        self, rows: Rows, *, with_moments: BoolArray | bool = True, cycles: tuple[int, ...] | None = None
+    ) -> Statistics | None:
+        """Return extremes and moments of rows.
+
+        Args:
+            rows: gives (q, Z) rows for the pieces of a region [SI].
+            with_moments: whether moments are wanted, of all rows or of each (q,).
+            cycles: ends of some windows that follow each other, in cycles of the path's; None: all of it.
+
+        Returns:
+            The statistics, with a leading axis where there are several windows; None where they would take longer than
+            some seconds (a contact that is stiff beyond all proportion to the window).
+        """
+        from gearrattle.engine.kernels.extremes import extremes, moments
+
+        chosen = {r: rows(self.regions[r]) for r in self.series}
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
+            return None
+        marked = np.broadcast_to(np.asarray(with_moments), count)
+        packed, scratch = self._packed(chosen, with_nodes=bool(marked.any()))
+        about, wanted = self._reference(chosen), np.flatnonzero(marked)
+        ends = self._ends(cycles)
+        shape = (len(ends) - 1, count)
+        low, high, powers = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros((4, *shape))
+        for i, (first, last) in enumerate(pairwise(ends)):
+            extremes(self._compiled, packed, first, last, scratch, low[i], high[i])
+            if wanted.size:
+                room, own = np.zeros((2, 4, count))
+                moments(self._compiled, packed, first, last, wanted, about, scratch, room, own)
+                some = slice(first, last)
+                spent = np.bincount(self.parts.region[some], self.parts.duration[some], minlength=len(self.regions))
+                own += (spent @ ~packed.moving) * (-about) ** np.arange(1.0, 5.0)[:, None]
+                powers[:, i] = own / float(self.parts.duration[some].sum())
+        m1, m2, m3, m4 = powers
+        third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
+        known = (np.where(marked, each, np.nan) for each in (about + m1, m2 - m1**2, third, fourth))
+        told = (low, high, *known)
+        return Statistics(*(told if cycles is not None else (each[0] for each in told)))
+
+    def exceeded(self, rows: Rows, share: float) -> Array | None:
+        """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
+
+        Args:
+            rows: as in ``statistics``.
+            share: of the window, between 0 and 1.
+        """
+        chosen = {r: rows(self.regions[r]) for r in self.series}
+        count = len(next(iter(chosen.values())))
+        if self._takes_too_long(count):
+            return None
+        packed, scratch = self._packed(chosen, with_nodes=False)
+        return np.array([self._level(packed, scratch, c, share) for c in range(count)])
+
+    def _level(self, packed: compiled.Rows, scratch: Array, channel: int, share: float) -> float:
+        """What the modulus of one row exceeds for a share of the time, between bounds by those of all parts."""
+        from gearrattle.engine.kernels.extremes import reaches, time_above
+
+        duration = self.parts.duration
+        lower, upper = np.empty(duration.size), np.empty(duration.size)
+        reaches(self._compiled, packed, 0, duration.size, channel, scratch, lower, upper)
+        wanted, most = share * float(duration.sum()), np.maximum(upper, -lower)
+        least = np.maximum(np.maximum(lower, -upper), 0.0)
+        low, high = _exceeded_for(least, duration, wanted), _exceeded_for(most, duration, wanted)
+
+        def excess(level: float) -> tuple[float, float]:
+            which = np.flatnonzero((least <= level) & (most > level))
+            time, loss = time_above(self._compiled, packed, which, channel, level, scratch)
+            return float(duration[least > level].sum()) + time - wanted, loss
+
+        if low == 0.0 and excess(0.0)[0] <= 0.0:
+            return 0.0
+        level = min(max(_exceeded_for(0.5 * (least + most), duration, wanted), low), high)
+        while high - low > _LEVEL * high:  # Newton's steps, and halves where these lead out
+            beyond, loss = excess(level)
+            low, high = (level, high) if beyond > 0.0 else (low, level)
+            before, level = level, level + beyond / loss if loss > 0.0 else -1.0
+            if not low <= level <= high:
+                level = 0.5 * (low + high)
+            elif abs(level - before) <= _NEWTON * high:
+                break
+        return level
+
+    def _takes_too_long(self, rows: int) -> bool:
+        """Whether this many rows would take longer than some seconds."""
+        return bool(self.blocks * 40.0 * rows * self.path.samples.shape[1] > _MOST_WORK)
+
+    def _ends(self, cycles: tuple[int, ...] | None) -> list[int]:
+        """Parts with which windows begin, and the one after the last."""
+        begins, count = np.flatnonzero(self.parts.sample >= 0), self.parts.sample.size
+        if cycles is None:
+            return [0, count]
+        at = np.searchsorted(self.parts.sample[begins], np.array(cycles) * self.path.per_cycle)
+        ends: list[int] = np.append(begins, count)[at].tolist()
+        return ends
+
+    @cached_property
+    def _compiled(self) -> compiled.Parts:
+        """The same for compiled code."""
+        from gearrattle.engine.kernels.extremes import Parts
+
+        return Parts(
+            self.parts.duration, self.parts.region, self.start, self.backward, self.whole, self.path.samples,
+            self.carried,
+        )  # fmt: skip
+
+    def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
+        """Rows of every region for compiled code, and room to work in."""
+        from gearrattle.engine.kernels.extremes import FEW
+        from gearrattle.engine.kernels.extremes import Rows as Compiled
+
+        count, regions = len(next(iter(chosen.values()))), len(self.regions)
+        sizes, most = np.zeros((9, regions), dtype=np.int64), max(each.terms for each in self.series.values())
+        block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
+        moving = np.zeros((regions, count), dtype=np.bool_)
+        rules = {r: each.gauss for r, each in self.series.items()}
+        abscissas, weights = np.zeros((2, regions, max(x.size for x, _ in rules.values())))
+        flat: tuple[list[Array], ...] = ([], [], [], [])
+        begun = [0, 0, 0, 0]
+        for r, series in self.series.items():
+            coefficients, (x, weight) = series.expanded(chosen[r]), rules[r]
+            rest = np.abs(coefficients[:, :, FEW:]).sum(axis=2)
+            both = np.concatenate([series.points, -series.points])
+            looks = (both[:, None] ** series.powers) @ coefficients
+            seen = (x[:, None] ** series.powers) @ coefficients if with_nodes else np.zeros(0)
+            sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
+            block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
+            abscissas[r, : x.size], weights[r, : x.size] = x, weight
+            for k, each in enumerate((coefficients, rest, seen, looks)):
+                flat[k].append(each.ravel())
+                begun[k] += each.size
+        numbers, rests, seens, looked = (np.concatenate(each) for each in flat)
+        blocks, terms, cells, nodes, points, *first = sizes
+        room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
+        return Compiled(
+            count=blocks, block=block, terms=terms, cells=cells, first=first[0], coefficients=numbers,
+            first_rest=first[1], rest=rests, points=points, first_look=first[3], looks=looked, moving=moving,
+            nodes=nodes, abscissas=abscissas, weights=weights, first_seen=first[2], seen=seens, known=known,
+            first_memory=next(iter(self.series.values())).first_memory,
+        ), room  # fmt: skip
+
+    def _reference(self, chosen: dict[int, Array]) -> Array:
+        """(q,) roughly the mean of every row: that of some samples."""
+        begins = np.flatnonzero(self.parts.sample >= 0)[::4]
+        at = {r: self.parts.sample[begins[self.parts.region[begins] == r]] for r in chosen}
+        sums = [each @ self.path.samples[at[r]].sum(axis=0) for r, each in chosen.items()]
+        return np.asarray(np.sum(sums, axis=0) / begins.size)
+
+
+def _exceeded_for(values: Array, duration: Array, time: float) -> float:
+    """The value that those of some parts exceed for so long at most."""
+    order = np.argsort(values)[::-1]
+    passed = int(np.searchsorted(np.cumsum(duration[order]), time))
+    return float(values[order[min(passed, order.size - 1)]])
+
+
+def _carried(flow: Flow, path: Path, parts: _Parts, series: dict[int, Series], carried: IntArray) -> Array:
+    """(C, Z) states carried on to the parts that begin with none and end with none that serves."""
+    where = np.full(parts.sample.size, -1)
+    where[carried] = np.arange(carried.size)
+    found = np.zeros((carried.size, path.samples.shape[1]))
+    now = carried[parts.sample[carried - 1] >= 0] - 1
+    states = path.samples[parts.sample[now]]
+    while now.size:
+        for r in np.unique(parts.region[now]).tolist():
+            on = parts.region[now] == r
+            states[on] = series[r].moved(series[r].begun(states[on]), parts.duration[now[on]])
+        now = now + 1
+        knot = parts.knot[now]
+        states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
+        found[where[now]] = states
+        goes_on = ~parts.is_last[now]
+        now, states = now[goes_on], states[goes_on]
+        follows = where[now + 1] >= 0
+        now, states = now[follows], states[follows]
+    return found
+
+
+def _parts_of(flow: Flow, path: Path, visited: IntArray) -> _Parts:
+    """Cut the window at samples, crossings and knots."""
+    samples = path.first + np.arange(len(path.samples) - 1)
+    begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle
+    knots = flow.knots[1:-1] - path.first_cycle
+    first_knot = int(np.searchsorted(knots, begin, side="right"))
+    knots = knots[first_knot : np.searchsorted(knots, end)]
+    gone = int(np.searchsorted(path.time, begin, side="right"))
+    crossings = path.time[gone : np.searchsorted(path.time, end)]
+    at = np.concatenate([samples / path.per_cycle, crossings, knots])
+    order = np.argsort(at, kind="stable")
+    durations = np.maximum(np.diff(np.append(at[order], end)), 0.0)
+    is_sample, which_knot = order < samples.size, order - samples.size - crossings.size
+    crossed = ~is_sample & (which_knot < 0)
+    return _Parts(
+        durations,
+        visited[gone + np.cumsum(crossed)],
+        np.where(is_sample, order, -1),
+        np.where(which_knot >= 0, which_knot + first_knot + 1, -1),
+    )

@@ -1,0 +1,215 @@
+"""Regions packed for the kernels, one slot each, in arrays that double when full.
+
+Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.region``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import bench
+from gearrattle.engine.kernels.packed import BAND, DEEPEST, ORDER, Regions
+from gearrattle.engine.system.building import Bench
+from gearrattle.engine.system.flow import Flow, Pieces
+
+Array = NDArray[np.float64]
+
+_LINE = 8  # numbers in a cache line
+_FIRST, _TABLES = 8, 16  # regions that most runs visit at least, and tables of a region as they mostly are
+_SMALL = 1_000_000  # bytes that these may take before any is visited
+
+
+def strips_for(rows: int) -> int:
+    """How many strips of four hold some rows."""
+    return -(-rows // 4)
+
+
+def aligned(shape: int | tuple[int, ...], kind: type = float) -> NDArray[Any]:
+    """Zeros that begin on a cache line: strips of four then never straddle two."""
+    count = prod(shape) if isinstance(shape, tuple) else shape
+    raw: NDArray[Any] = np.zeros(count + _LINE, kind)
+    begin = -raw.ctypes.data % (8 * _LINE) // 8
+    return raw[begin : begin + count].reshape(shape)
+
+
+@dataclass(frozen=True)
+class Size:
+    """The sizes of one system's arrays, see ``packed``; counts of rows, and of the strips of four that hold them."""
+
+    states: int
+    inputs: int
+    carried: int
+    clearances: int
+    watched: int
+    memories: int
+    chain: int
+
+    @property
+    def longest(self) -> int:
+        """Most entries y may have."""
+        return self.states + self.inputs + self.chain
+
+    @classmethod
+    def of(cls, flow: Flow) -> Size:
+        """Read them off a flow."""
+        clearances = len(flow.system.clearances)
+        carried = len(flow.coordinates.references) + clearances
+        beside = flow.system.watched, flow.memory.size, flow.chain.size
+        return cls(flow.states, flow.inputs, carried, clearances, *beside)
+
+    def made(self, width: int) -> int:
+        """Strips of the rates of the carried quantities and of y."""
+        return strips_for(self.carried) + strips_for(width)
+
+    def shapes(self, width: int, modes: int = 0) -> dict[str, tuple[tuple[int, ...], type]]:
+        """Shape, without any slots yet, and kind of every array of ``Regions`` for vectors y of a width."""
+        u, k, order = self.inputs, self.watched, strips_for(ORDER + 1)
+        floats: dict[str, tuple[int, ...]] = {
+            "tables": (0, self.made(width), width, 4),
+            "powers": (0, self.made(width), width, 4),
+            "particular": (0, self.made(self.states), u, 4),
+            "drift": (0, 4 * strips_for(self.carried)),
+            "probe": (0, k, width, 4),
+            "calm": (0, k, width, 4),
+            "bounds": (0, 2 * strips_for(modes), width, 4),
+            "forced": (0, k, u, 4),
+            "series": (0, order, width, 4),
+            "forced_series": (0, order, u, 4),
+            "weights": (0, strips_for(3 * k), modes, 4),
+            "pushes": (0, strips_for(3 * k), self.chain, 4),
+            "constant": (0, 4 * strips_for(3 * k)),
+            "lower": (0, k),
+            "upper": (0, k),
+            "band": (0, k),
+            "known": (0, self.memories),
+        }
+        integers: dict[str, tuple[int, ...]] = {
+            "width": (0,), "kept": (0, u + self.chain), "first_table": (0,), "fine": (0,), "modes": (0,),
+            "forced_strips": (0,),
+            "piece": (0, k), "neighbour": (0, k, 2),
+        }  # fmt: skip
+        return {name: (shape, float) for name, shape in floats.items()} | {
+            name: (shape, np.int64) for name, shape in integers.items()
+        }
+
+
+class Room(NamedTuple):
+    """How much the arrays hold: regions, tables, the longest y, rows of bounds."""
+
+    slots: int
+    tables: int
+    width: int
+    modes: int
+
+
+class Store:
+    """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
+
+    def __init__(self, flow: Flow, room: Room | None = None) -> None:
+        self.flow, self.size = flow, Size.of(flow)
+        self.pieces: list[Pieces] = []
+        self.bench = Bench(flow)
+        self._tables_used = self._last = 0
+        laws = [flow.system.laws[k] for k in flow.system.clearances]
+        self._bands = [BAND if np.any(law.corners != 0.0) else 0.0 for law in laws]
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._make_room(room or self._first_room())
+
+    @property
+    def packed(self) -> Regions:
+        """The arrays for the kernels; ask again after every ``add``."""
+        return Regions(self.flow.states, self.size.clearances, self.size.chain, **self._arrays)
+
+    def fine(self, slot: int) -> int:
+        """Level of a region's finest step."""
+        return int(self._arrays["fine"][slot])
+
+    def particular(self, slot: int) -> Array:
+        """(N, U) a region's particular solution P."""
+        strips = self._arrays["particular"][slot, strips_for(self.size.carried) :]
+        return np.asarray(strips.transpose(0, 2, 1).reshape(-1, self.size.inputs)[: self.size.states])
+
+    def add(self, pieces: Pieces) -> int:
+        """Build a region into the next slot.
+
+        Raises:
+            FloatingPointError: the region's rates are not finite, or have no Schur form.
+        """
+        slot = len(self.pieces)
+        self.bench.work_out(pieces)
+        width, modes, fine = self.bench.found()
+        if not self._has_room(slot + 1, self._tables_used + fine + 1, width, modes):
+            self._make_room(Room(slot + 1, self._tables_used + fine + 1, width, modes))
+        self.bench.pack(self._arrays, slot, self._tables_used)
+        self._arrays["band"][slot] = [*self._bands, *self._bands_beside(pieces)]
+        self._arrays["known"][slot] = self.flow.known(pieces)
+        self.pieces.append(pieces)
+        self._last = self.fine(slot) + 1
+        self._tables_used += self._last
+        return slot
+
+    def _first_room(self) -> Room:
+        """What most runs need, where it is little; else nothing before a region says what it needs."""
+        room = Room(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
+        shapes = self.size.shapes(room.width, room.modes)
+        count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(room).items())
+        return room if 8 * count < _SMALL else Room(0, 0, self.size.states, 0)
+
+    def _rows(self, room: Room) -> dict[str, int]:
+        """Rows of every array."""
+        watched = room.slots * self.size.watched
+        other = {"tables": room.tables, "powers": bench.POWERS * room.slots}
+        other |= {"series": watched, "forced_series": watched}
+        return {name: other.get(name, room.slots) for name in self.size.shapes(0)}
+
+    def _bands_beside(self, pieces: Pieces) -> list[float]:
+        """Rounding bands of what companions watch: none where all bounds are zero."""
+        found = []
+        for each, piece, _ in self.flow.beside(pieces):
+            bounds = [bound for bound in (each.lower[piece], each.upper[piece]) if np.isfinite(bound)]
+            found.append(BAND if any(bound != 0.0 for bound in bounds) else 0.0)
+        return found
+
+    def is_full(self, most: int) -> bool:
+        """Whether one more region like the last would make the arrays larger than so many bytes."""
+        fits = len(self.pieces) < len(self._arrays["drift"])
+        fits &= self._tables_used + self._last <= len(self._arrays["tables"])
+        return not fits and 2 * sum(array.nbytes for array in self._arrays.values()) > most
+
+    def join(self, slot: int, clearance: int, upward: int, target: int) -> None:
+        """Remember which slot lies beyond a corner, and which on this side of it, where the way back leads there."""
+        self._arrays["neighbour"][slot, clearance, upward] = target
+        if self.flow.system.beyond(self.pieces[target], clearance, 1 - upward) == self.pieces[slot]:
+            self._arrays["neighbour"][target, clearance, 1 - upward] = slot
+
+    def grow(self) -> None:
+        """Make room for about twice as many regions."""
+        now = self.room()
+        self._make_room(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
+
+    def room(self) -> Room:
+        """What the arrays hold, for a store that is likely to need as much."""
+        a = self._arrays
+        return Room(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
+
+    def _has_room(self, slots: int, tables: int, width: int, modes: int) -> bool:
+        a = self._arrays
+        fits = slots <= len(a["drift"]) and tables <= len(a["tables"])
+        return fits and width <= a["probe"].shape[2] and modes <= a["weights"].shape[2]
+
+    def _make_room(self, room: Room) -> None:
+        """Let every array hold so much; doubling as needed."""
+        rows = self._rows(room)
+        for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
+            array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
+            first = array.shape[0] if array.shape[0] >= rows[name] else max(rows[name], 2 * array.shape[0])
+            full = (first, *map(max, shape[1:], array.shape[1:]))
+            if full != array.shape or name not in self._arrays:
+                larger = aligned(full, kind)
+                larger[tuple(map(slice, array.shape))] = array
+                self._arrays[name] = larger

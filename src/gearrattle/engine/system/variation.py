@@ -1,0 +1,273 @@
+"""How a small perturbation grows along a motion: the flow's gradient, Lyapunov exponents, the predictability horizon.
+
+Between crossings a perturbation of (x, v) moves by exp(A_r h). At a crossing of a displacement corner it is multiplied
+by
+
+    S = I - [0; J^-1 w] (c_after - c_before) [w^T, 0],
+
+the saltation matrix with delta' divided out: valid at grazing too, and the identity where the damping does not jump.
+Where a slider is let go its torque F vanishes, and F / delta' is added to the jump; where one is engaged its spring is
+stretched by what the deflection is ahead; where one begins to slip its spring is stretched no more. So the gradient
+follows from the log of crossings alone. It is kept in segments of an eighth of a period, because over
+many cycles of a chaotic motion the product overflows.
+
+A perturbation is measured in the engine's balanced coordinates (roots of energies, ``scaling.py``). The *predictability
+horizon* is the first time at which some perturbation, begun at any earlier time, has grown by ``GROWTH``. Rounding acts
+like one error of about ``ROUNDING`` half-gaps at the worst instant, in 95 of 100 motions less than ``ROUNDING_95``
+(measured against fifty digits on 73 chaotic motions: ``make horizon``, docs/reference/horizon.md). So at the horizon
+deflections are off by about 1e-8 half-gaps, and the motion is predicted pointwise no longer.
+
+A train of many clearances meets thousands of regions, whose exponentials would fill the memory: its perturbations are
+carried a few at a time instead (``perturbed``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearrattle.engine.kernels import perturbed as kernel
+from gearrattle.engine.kernels.packed import LONGEST, ORDER, step_of
+from gearrattle.engine.system.flow import Flow, Pieces
+from gearrattle.engine.system.perturbed import Gradient, Perturbed, driveline_of, regions_of
+from gearrattle.engine.system.region import exponential_increments, finest_level
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+GROWTH = 1e7
+ROUNDING = 1e-15
+"""Effective rounding of ``exact`` [half-gaps]: typical error of a deflection over the growth of perturbations."""
+ROUNDING_95 = 3e-14
+"""Effective rounding that 95 of 100 motions stay below [half-gaps]."""
+MOST_TABLES = 1 << 26  # bytes
+_MOST_STARTS = 512  # segments a growth is followed from at once; beyond, neighbouring segments are joined
+_BLOCK = 8  # segments
+
+
+@dataclass(frozen=True)
+class Variation(Gradient):
+    """The gradient of one motion's flow.
+
+    Attributes:
+        time: (S + 1,) ends of the segments [s], the first 0.
+        segments: (S, N, N) gradient over each, balanced coordinates.
+        scale: (N,) balanced = scale * SI.
+    """
+
+    time: Array
+    segments: Array
+    scale: Array
+
+    def carried(self, segment: int, columns: Array) -> Array:
+        """Return what perturbations (N, P) at the begin of a segment are at its end, balanced coordinates."""
+        return np.asarray(self.segments[segment] @ columns)
+
+    def horizon(self, growth: float = GROWTH) -> float:
+        """First time [s] at which a perturbation begun at any earlier time has grown by ``growth``; inf if none has."""
+        return self.growth(growth)[0]
+
+    def growth(self, least: float = GROWTH) -> tuple[float, float]:
+        """The horizon for a growth [s], and how far some perturbation has grown there, or at the end without one.
+
+        Growth is the Frobenius norm of the gradient between two times.
+        """
+        time, segments, grown = self.time, self.segments, 1.0
+        while len(segments) > 0:
+            passed, grown = _first_passage(segments[:_MOST_STARTS], least)
+            if passed is not None:
+                return float(time[passed + 1]), grown
+            if len(segments) <= _MOST_STARTS:
+                break
+            pairs = len(segments) // 2
+            joined = segments[1 : 2 * pairs : 2] @ segments[0 : 2 * pairs : 2]
+            tail = segments[2 * pairs :]
+            segments = np.concatenate([joined, tail])
+            time = np.concatenate([time[0 : 2 * pairs + 1 : 2], time[2 * pairs + 1 :]])
+        return float("inf"), grown
+
+
+def _first_passage(segments: Array, least: float) -> tuple[int | None, float]:
+    """The first segment at whose end some product of consecutive ones reaches a Frobenius norm, and the largest there.
+
+    Products begun in earlier blocks go on block by block: while the norm of the farthest of them times that of any part
+    of the block stays below, none can reach it inside.
+    """
+    begun, largest = segments[:0], 1.0
+    for first in range(0, len(segments), _BLOCK):
+        inner, heads, passed = segments[:0], [], None
+        for i, segment in enumerate(segments[first : first + _BLOCK]):
+            inner = segment @ np.concatenate([inner, np.eye(segments.shape[1])[None]])
+            heads.append(inner[0])
+            if _size(inner).max() >= least:
+                passed = i
+                break
+        if len(begun) and _size(begun).max() * max(map(_norm_bound, heads)) >= least:
+            reached = (i for i, head in enumerate(heads) if _size(head @ begun).max() >= least)
+            passed = next(reached, passed)
+        if passed is not None:
+            return first + passed, least
+        begun = np.concatenate([heads[-1] @ begun, inner])
+        largest = float(_size(begun).max())
+    return None, largest
+
+
+def _size(matrices: Array) -> Array:
+    return np.asarray(np.linalg.norm(matrices, axis=(1, 2)))
+
+
+def _norm_bound(matrix: Array) -> float:
+    """No less than the spectral norm."""
+    return float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
+
+
+@dataclass(frozen=True)
+class Path:
+    """The crossings along a motion, in the order in which they came.
+
+    Attributes:
+        time: (E,) [s].
+        watch, upward: (E,) what crossed its bound (a clearance, or behind them a companion), 1 for the upper one.
+        velocity: (E,) delta' of clearances [SI].
+        memory: (E, S) memories of companions before each crossing [SI].
+    """
+
+    time: Array
+    watch: IntArray
+    upward: IntArray
+    velocity: Array
+    memory: Array
+
+
+def variation(
+    flow: Flow, initial: Pieces, path: Path, *, end: float, most_tables: int = MOST_TABLES
+) -> Variation | Perturbed:
+    """The gradient along a motion, from its log of crossings.
+
+    Factors are tables of exponentials, one for each region met, as long as these take no more memory than
+    ``most_tables`` bytes; beyond, perturbations are carried without them.
+
+    Args:
+        flow: the system.
+        initial: piece of every element and companion at the start.
+        path: the crossings.
+        end: length of the motion [s].
+    """
+    system, period, n, s = flow.system, flow.system.inputs.period, flow.states, flow.memory.size
+    grid = np.arange(1, max(1, round(end / period / LONGEST)) + 1) * LONGEST
+    at = np.concatenate([path.time / period, grid])
+    order = np.argsort(at, kind="stable")
+    durations = np.diff(np.concatenate([[0.0], at[order]]))
+    index: dict[Pieces, int] = {}
+    steps, kicks = np.full((len(at), 3), -1, dtype=np.int64), np.zeros((len(at), n))
+    reset = np.zeros((len(at), s), dtype=np.bool_)
+    push, pieces = _kicks(flow), initial
+    for i, which in enumerate(order):
+        steps[i] = index.setdefault(pieces, len(index)), -1, which >= len(path.time)
+        if which < len(path.time):
+            watch = int(path.watch[which])
+            after = system.beyond(pieces, watch, int(path.upward[which]))
+            reset[i] = ~np.isnan(flow.known(after)) | ~np.isnan(flow.known(pieces))
+            if watch < len(system.clearances):
+                k = system.clearances[watch]
+                let_go = _let_go(flow, k, pieces, after, path.memory[which])
+                jump = _damping(flow, k, after) - _damping(flow, k, pieces)
+                steps[i, 1] = watch
+                kicks[i] = -push[watch] * (jump - let_go / path.velocity[which] if let_go != 0.0 else jump)
+                kicks[i, n - s :] = _engaged(flow, k, pieces, after)
+            pieces = after
+    scale = np.concatenate([flow.scaling.deflection, flow.scaling.velocity, flow.memory])
+    time = np.concatenate([[0.0], grid * period])
+    if len(index) * _table_size(flow, initial) > most_tables:
+        return _perturbed(flow, list(index), (steps, durations, kicks, reset), time, scale)
+    rows = np.ascontiguousarray(flow.deflection[list(system.clearances), :n])
+    segments = np.zeros((len(grid), n, n))
+    free = [_free_motion(flow, region) for region in index]
+    _run(free, (steps, durations, kicks, reset, rows), segments)
+    return Variation(time, segments, scale)
+
+
+def _table_size(flow: Flow, pieces: Pieces) -> int:
+    """Bytes of a region's tables."""
+    n = flow.states
+    return 8 * n * n * (finest_level(flow.generator(pieces)[:n, :n]) + 1)
+
+
+def _perturbed(
+    flow: Flow, regions: list[Pieces], path: tuple[IntArray, Array, Array, NDArray[np.bool_]], time: Array, scale: Array
+) -> Perturbed:
+    """The same without tables."""
+    steps, durations, kicks, reset = path
+    crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
+    ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
+    moving, engaged = np.split(kicks[:, len(flow.coordinates.elements) :], [flow.system.size], axis=1)
+    contiguous = [np.ascontiguousarray(each) for each in (steps[:, 0], durations, crossed, moving, engaged, reset)]
+    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Path(*contiguous), ends)
+
+
+def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
+    """Damping of an element in its piece, its companions' included."""
+    own = float(flow.system.laws[element].damping[pieces[element]])
+    return own + sum(float(c.damping[p]) for c, p, _ in flow.beside(pieces) if c.element == element)
+
+
+def _let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
+    """Torque of an element's sliders that vanishes where its piece changes."""
+    total, companions = 0.0, flow.system.companions
+    held = dict(zip(flow.system.memories, memory, strict=True))
+    for c, (each, old, _) in enumerate(flow.beside(before)):
+        new = after[len(flow.system.laws) + c]
+        if each.element == element and c in held and each.known[old] != 0.0 and companions[c].known[new] == 0.0:
+            total += float(each.memory[old] * held[c] + each.offset[old])
+    return total
+
+
+def _engaged(flow: Flow, element: int, before: Pieces, after: Pieces) -> Array:
+    """(S,) 1, scaled, for every slider of an element that is engaged where its piece changes."""
+    old, new = flow.remembering(before), flow.remembering(after)
+    moved = [
+        each.element == element and each.moves[p] == 0.0 and entered.moves[q] != 0.0
+        for (each, p), (entered, q) in zip(old, new, strict=True)
+    ]
+    return np.array(moved, dtype=float) * flow.memory
+
+
+def _kicks(flow: Flow) -> Array:
+    """(K, N) J^-1 w of every clearance, balanced: change of velocities for a unit of deflection and damping jump."""
+    system, n = flow.system, flow.states
+    out = np.zeros((len(system.clearances), n))
+    rows = system.rows[list(system.clearances)]
+    first = n - flow.memory.size - system.size
+    out[:, first : first + system.size] = rows / system.inertia * flow.scaling.velocity
+    return out
+
+
+def _free_motion(flow: Flow, pieces: Pieces) -> tuple[Array, Array]:
+    """(N, N) A of one region, and (fine + 1, N, N) exp(A h) - 1 over the step of every level."""
+    n = flow.states
+    generator = flow.generator(pieces)[:n, :n]
+    fine = finest_level(generator)
+    return generator, exponential_increments(generator, np.zeros((0, n)), fine)
+
+
+def _run(
+    free: Sequence[tuple[Array, Array]],
+    path: tuple[IntArray, Array, Array, NDArray[np.bool_], Array],
+    segments: Array,
+) -> None:
+    """Pack the regions' free motions and let the kernel multiply."""
+    from gearrattle.engine.kernels._jit import vectorised
+    from gearrattle.engine.kernels.variation import gradient_segments
+
+    n = segments.shape[1]
+    levels = max(len(table) for _, table in free)
+    tables = np.zeros((len(free), levels, n, n))
+    for i, (_, table) in enumerate(free):
+        tables[i, : len(table)] = table
+    generators = np.array([generator for generator, _ in free])
+    steps = np.array([step_of(level) for level in range(levels)])
+    fine = np.array([len(table) - 1 for _, table in free], dtype=np.int64)
+    vectorised(gradient_segments)(tables, generators, steps, fine, ORDER, *path, segments)

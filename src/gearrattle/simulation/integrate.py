@@ -1,0 +1,160 @@
+"""The one loop that drives every solver: slices, progress, cancelling, failure in words, and the trajectory."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from gearrattle.engine.solvers import SOLVERS
+from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.errors import ConvergenceError
+from gearrattle.outcome import Outcome
+from gearrattle.slices import slices
+from gearrattle.trajectory import Companions, Cost, EventLog, Layout, Trajectory
+
+Progress = Callable[[float], None]
+
+
+def integrate(
+    task: Task, layout: Layout, algorithm: str, discard: int = 0, progress: Progress | None = None
+) -> Trajectory:
+    """Integrate a task and name the result after its driveline.
+
+    Args:
+        task: system, start and output grid.
+        layout: names and constants of the driveline.
+        algorithm: a key of ``SOLVERS``.
+        discard: cycles criteria leave out.
+        progress: called with the fraction done after every slice; whatever it raises ends the run.
+
+    Raises:
+        ConvergenceError: the algorithm went unstable or stalled; carries time, state and what to try.
+    """
+    begin = time.perf_counter()
+    march = SOLVERS[algorithm](task)
+    return finish(march, task, layout, algorithm, discard=discard, progress=progress, begin=begin)
+
+
+def finish(
+    march: Marching,
+    task: Task,
+    layout: Layout,
+    algorithm: str,
+    *,
+    discard: int,
+    progress: Progress | None,
+    begin: float,
+    first_cycle: int = 0,
+) -> Trajectory:
+    """Drive a run to its end; see ``integrate``.
+
+    Args:
+        march: the run, just begun.
+        task: what it works on; its ``cycles`` are those of this trajectory.
+        layout, algorithm, discard, progress: as in ``integrate``.
+        begin: clock reading [s] from which its wall time counts.
+        first_cycle: whole cycles before its first sample.
+    """
+    while (outcome := march.advance()) is not Outcome.DONE:
+        if outcome is not Outcome.SLICE_SPENT:
+            raise _failure(march.place(), outcome, algorithm, layout)
+        if progress is not None:
+            progress(march.fraction())
+    motion = march.motion()
+    cost = _cost(algorithm, motion, time.perf_counter() - begin - motion.aside)
+    return _trajectory(task, layout, (first_cycle, discard), motion, cost)
+
+
+def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
+    names = layout.clearance_names
+    where = "" if place.last_crossed is None else f" in {names[place.last_crossed]}"
+    fastest = (
+        "" if place.fastest is None else f": {layout.element_names[place.fastest]} moves too fast for its inertias"
+    )
+    what = {
+        Outcome.NO_PROGRESS: f"the motion needs too many steps{fastest},",
+        Outcome.AUDIT_TOO_LONG: f"the energy audit needs too many steps{fastest}; it was refused",
+        Outcome.TOO_MANY_REGIONS: f"the motion visits too many regions for so many inertias{where}",
+        Outcome.CHATTER: f"crossings pile up{where}",
+        Outcome.NON_FINITE: "the state is no longer finite (unstable)",
+        Outcome.NO_CONVERGENCE: "failed to converge: no step, however short, passes the error test,",
+    }
+    state = {f"deflection.{name}": float(value) for name, value in zip(names, place.deflection, strict=True)}
+    message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {place.time:.9g} s"
+    of_tolerance = outcome is Outcome.NO_PROGRESS and place.fastest is None  # steps are chosen by their error
+    remedy = Outcome.NO_CONVERGENCE.advice if of_tolerance else outcome.advice
+    return ConvergenceError(message, time=place.time, state=state, remedy=remedy)
+
+
+def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:
+    return Cost(
+        algorithm=algorithm,
+        steps=motion.steps,
+        function_calls=motion.function_calls,
+        jacobian_calls=motion.jacobian_calls,
+        events=len(motion.crossings.time),
+        average_step=float(motion.average_step),
+        average_trial_step=float(motion.average_trial_step),
+        wall_time=wall,
+        energy_residual=None if motion.energy is None else motion.energy.relative_residual,
+        rejected_steps=motion.rejected_steps,
+        smallest_step=motion.smallest_step,
+    )
+
+
+def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Motion, cost: Cost) -> Trajectory:
+    """Name everything; ``skipped`` are the cycles before its first sample and those that criteria leave out."""
+    first_cycle, discard = skipped
+    first, crossings = layout.region_of_first_piece, motion.crossings
+    label = first[crossings.clearance] if len(crossings.clearance) else np.zeros(0, np.int64)
+    per_cycle, samples = task.samples_per_cycle, len(motion.angle)
+    time, torque = np.empty(samples), np.empty_like(motion.force)
+    force = np.empty((len(layout.clearance), samples)).T  # one clearance after the other, as criteria read them
+    region = np.empty(motion.piece.shape, motion.piece.dtype)
+    for part in slices(samples, 4 * len(layout.radii) + 1):
+        index = first_cycle * per_cycle + np.arange(part.start, part.stop, dtype=float)
+        time[part] = index * (layout.period / per_cycle)
+        force[part] = motion.force[part][:, layout.clearance]
+        region[part] = motion.piece[part] + first
+        torque[part] = motion.force[part] * layout.radii[:, 0]
+    return Trajectory(
+        layout=layout,
+        time=time,
+        angle=motion.angle,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        deflection=motion.deflection,
+        force=force,
+        region=region,
+        element_torque=torque,
+        events=EventLog(
+            time=crossings.time,
+            clearance=crossings.clearance,
+            from_region=crossings.from_piece + label,
+            to_region=crossings.to_piece + label,
+            velocity=crossings.velocity,
+            force_integral=crossings.force_integral,
+        ),
+        initial_region=motion.initial_piece + first,
+        final_force_integral=motion.final_force_integral,
+        samples_per_cycle=per_cycle,
+        cycles=task.cycles,
+        discard=discard,
+        cost=cost,
+        notes=motion.notes,
+        energy=motion.energy,
+        first_cycle=first_cycle,
+        companions=_companions(layout, motion),
+    )
+
+
+def _companions(layout: Layout, motion: Motion) -> Companions | None:
+    if motion.beside is None:
+        return None
+    each = motion.beside
+    return Companions(
+        layout.companion_names, each.force, each.memory, each.piece, each.initial, each.path.time, each.path.watch,
+        each.path.upward, each.path.velocity, each.path.memory,
+    )  # fmt: skip

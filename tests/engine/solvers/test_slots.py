@@ -1,0 +1,52 @@
+"""Regions are remembered within a bound of memory; forgetting them changes no bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gearrattle.engine.solvers import slots
+from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.solvers.slots import slots_of
+from gearrattle.engine.system import store
+from tests.dense.case import Case
+from tests.dense.families import seeded
+from tests.engine.solvers.tasks import finished, same_bits
+
+
+def case(family: str, seed: int) -> Case:
+    return seeded(family, seed)
+
+
+@pytest.mark.parametrize(("family", "seed"), [("chain", 1), ("loop", 2), ("everything", 1), ("error", 0)])
+@pytest.mark.parametrize("most", [0, 100_000])
+def test_a_tiny_bound_gives_the_same_bits(monkeypatch, family, seed, most):
+    monkeypatch.setattr(store, "_SMALL", 0)
+    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    free = ExactMarch(case(family, seed).task())
+    motion = finished(free)
+    assert len(free.slots.pieces) > 2
+    monkeypatch.setattr(slots, "MOST_BYTES", most)
+    monkeypatch.setattr(slots, "_KEPT", type(slots._KEPT)())
+    bound = ExactMarch(case(family, seed).task())
+    first = bound.slots
+    again = finished(bound)
+    assert bound.slots is not first
+    assert len(bound.slots.pieces) < len(free.slots.pieces)
+    same_bits(motion, again)
+
+
+def test_a_run_under_way_keeps_the_slots_it_holds(monkeypatch):
+    """A second run of one system forgets everything half way through the first; neither notices."""
+    task = case("chain", 1).task()
+    want = finished(ExactMarch(task))
+    monkeypatch.setattr("gearrattle.engine.solvers.exact._BUDGET", 7)
+    one = ExactMarch(task)
+    for _ in range(10):
+        one.advance()
+    held = one.slots
+    assert slots_of(task.system).renewed() is not held
+    other = finished(ExactMarch(task))
+    same_bits(want, finished(one))
+    same_bits(want, other)
+    assert np.isfinite(want.angle).all()
