@@ -72,7 +72,7 @@ def test_a_bifurcation_from_its_file(folder: Path, capsys: pytest.CaptureFixture
         ("[sweep]", "[[sweep]]", "begin it with [sweep], not [[sweep]]"),
         ("[sweep]", '[sweep]\n"inertia.gear.drag" = [0.5, 0.6]', "one value is swept"),
         ("cycles = 40", 'cycles = "40"', "over.toml:5: cycles"),
-        ("cycles = 40", "samples = 40", "there is no such key"),
+        ("cycles = 40", "samples = 40", "unknown key"),
         ("discard = 20", "phase = true", "must be a plain number"),
         ("to = 7.0", "to = 0.5", "ascend"),
         ("torque.0", "torque.1", "torque goes by index"),

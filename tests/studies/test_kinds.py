@@ -8,10 +8,9 @@ import pytest
 
 from gearrattle.cli import main
 from gearrattle.errors import ModelError
-from gearrattle.model.quantity import AnyTable
 from gearrattle.report.study_pages import PAGES
 from gearrattle.studies.file import read_study
-from gearrattle.studies.kinds import KINDS
+from gearrattle.studies.kinds import KINDS, StudySpec
 from tests.architecture.places import DOCS, EXAMPLES
 from tests.studies.drivelines import TOML
 
@@ -25,22 +24,19 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_every_kind_has_its_page() -> None:
     assert set(KINDS) == set(PAGES)
-    assert all(kind.name == name for name, kind in KINDS.items())
 
 
-@pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
-def test_needed_keys_and_tables_are_keys_of_the_file(kind: object) -> None:
-    found = KINDS[kind.name]  # type: ignore[attr-defined]
-    assert set(found.needed) <= set(found.keys)
-    assert all(isinstance(found.keys[name], AnyTable) for name in found.tables)
-    assert not set(found.keys) & {"schema", "name", "kind", "model"}
+@pytest.mark.parametrize("spec", KINDS.values(), ids=list(KINDS))
+def test_every_key_of_a_kind_is_described(spec: type[StudySpec]) -> None:
+    assert all(field.description for field in spec.model_fields.values())
+    assert {"schema", "name", "kind", "model", "fixed"} <= set(spec.keys())
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_is_described_and_has_an_example(name: str) -> None:
     page = (DOCS / "howto" / "study.md").read_text(encoding="utf-8")
     assert f"`{name}`" in page
-    kinds = [read_study(path).kind.name for path in sorted((EXAMPLES / "studies").glob("*.toml"))]
+    kinds = [read_study(path).spec.kind for path in sorted((EXAMPLES / "studies").glob("*.toml"))]
     assert name in kinds
 
 
@@ -53,15 +49,16 @@ def test_a_wrong_key_and_a_missing_one_are_told_with_the_file(folder: Path, name
     told = str(caught.value)
     assert "wrong.toml:2: modle" in told
     assert 'did you mean "model"?' in told
-    assert "names no model" not in told  # the misspelt key is the model's
-    assert all(f"needs {key}" in told for key in KINDS[name].needed)
+    assert "wrong.toml: model: this key is required" not in told  # the misspelt key is the model's
+    needed = {field.alias or key for key, field in KINDS[name].model_fields.items() if field.is_required()} - {"model"}
+    assert all(f"wrong.toml: {key}: this key is required" in told for key in needed)
 
 
 def test_a_file_without_a_kind_is_a_grid(folder: Path) -> None:
     path = folder / "plain.toml"
     path.write_text('model = "two.toml"\n[axis]\n"torque.0.mean" = [0.3, 0.6]\n', encoding="utf-8")
     found = read_study(path)
-    assert (found.kind.name, found.name) == ("grid", "plain")
+    assert (found.spec.kind, found.name) == ("grid", "plain")
     assert found.arguments["axes"] == {"torque.0.mean": [0.3, 0.6]}
 
 

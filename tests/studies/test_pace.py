@@ -116,7 +116,7 @@ def test_an_estimate_is_within_half_of_what_the_study_takes(
     monkeypatch.setattr(pace.time, "perf_counter", time.process_time)
     ratios = []
     for attempt in range(3):
-        found = asked.kind.prepare(**asked.arguments)
+        found = asked.prepare()
         begun = time.process_time()
         with opened("threads", 1, 1) as compute:
             found.carry_out(tmp_path / f"{attempt}", compute)

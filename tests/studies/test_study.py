@@ -236,8 +236,8 @@ def test_an_estimate_costs_nothing() -> None:
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[2] / "examples" / "studies").glob("*.toml")))
 def test_examples_can_be_computed(path: Path) -> None:
     asked = read_study(path)
-    told = asked.kind.prepare(**asked.arguments).estimate(1).words
-    if asked.kind.name == "grid":
+    told = asked.prepare().estimate(1).words
+    if asked.spec.kind == "grid":
         count = {"what_decides": 80, "one_at_a_time": 9, "gearbox_screening": 50}.get(path.stem, 64)
         assert told.startswith(f"{count} cases, about ")
     assert "on 1 worker" in told

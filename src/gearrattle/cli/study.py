@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.report.study import StudyReport
     from gearrattle.studies import Done
-    from gearrattle.studies.kinds import Kind, Study
+    from gearrattle.studies.kinds import Study, StudySpec
     from gearrattle.studies.places import Place
 
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
@@ -67,7 +67,7 @@ def study(
     from gearrattle.studies.schedulers import check_scheduler
 
     asked = read_study(study)
-    options = _options(asked.kind, function)
+    options = _options(asked.spec, function)
     folder = _lasting(place_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
@@ -155,14 +155,14 @@ def _page(done: Done, folder: Place, title: str) -> StudyReport:
     return report
 
 
-def _options(kind: Kind, function: str | None) -> dict[str, Any]:
-    """What the command line gives to the kind's ``prepare``."""
+def _options(spec: StudySpec, function: str | None) -> dict[str, Any]:
+    """What the command line gives to ``spec.prepare``."""
     from gearrattle.errors import ModelError, Problem
 
     if function is None:
         return {}
-    if "function" not in kind.options:
-        rule = f'a study of the kind "{kind.name}" takes no function'
+    if "function" not in spec.options:
+        rule = f'a study of the kind "{spec.kind}" takes no function'
         raise ModelError(Problem("--function", function, rule, "leave it out"))
     return {"function": _function(function)}
 

@@ -20,7 +20,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
-from gearrattle.model.table import breach, did_you_mean, listed, shown
+from gearrattle.model.table import NO_TABLE, breach, did_you_mean, listed, shown
 from gearrattle.model.units import Dimension, UnitError
 
 Bound = Literal["finite", "non-negative", "positive"]
@@ -259,7 +259,7 @@ class AnyTable(Reader):
     def read(self, value: Any, _dimensionless: bool, /) -> Mapping[str, Any]:
         """Return the table."""
         if not isinstance(value, Mapping):
-            raise breach("must be a table of keys and values")
+            raise breach(NO_TABLE)
         return value
 
     def describe(self) -> dict[str, Any]:

@@ -20,9 +20,11 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 Location = tuple[int | str, ...]
 BREACH = "breach"
+NO_TABLE = "must be a table of keys and values"
 _MOST_LISTED = 12
 _LONGEST_GUESS = 80
 _MOST_GUESSES = 100
+_MEANT = 'did you mean "%s"?'
 
 
 class Breach(NamedTuple):
@@ -56,7 +58,7 @@ def did_you_mean(word: object, options: Collection[str]) -> str:
         return ""
     by_lower = {option.lower(): option for option in options}
     close = difflib.get_close_matches(word.lower(), list(by_lower), n=1, cutoff=0.6)
-    return f'did you mean "{by_lower[close[0]]}"?' if close else ""
+    return _MEANT % by_lower[close[0]] if close else ""
 
 
 def listed(options: Iterable[str]) -> str:
@@ -104,6 +106,10 @@ class Table(BaseModel):
         """Return the keys this table may have, in order."""
         return tuple(info.alias or name for name, info in cls.model_fields.items())
 
+    def stated(self, *keys: str) -> dict[str, Any]:
+        """Return the values of those keys that the file has."""
+        return {key: getattr(self, key) for key in keys if key in self.model_fields_set}
+
     def to_plain(self, *, at_speed: bool = False) -> dict[str, Any]:
         """Return the table as plain dictionaries, lists and numbers, with the keys that were given and no others.
 
@@ -126,7 +132,8 @@ class Table(BaseModel):
         try:
             result = handler(data)
         except ValidationError as error:
-            found = [cls._restate(cast(dict[str, Any], entry)) for entry in error.errors(include_url=False)]
+            entries = cast(list[dict[str, Any]], error.errors(include_url=False))
+            found = [cls._restate(entry) for entry in _without_misspelt(entries, cls.keys())]
         if isinstance(data, Mapping):
             context = info.context or {}
             found += [item.details() for item in cls.rules(data, bool(context.get("dimensionless", False)))]
@@ -142,19 +149,31 @@ class Table(BaseModel):
         remedy = ""
         if kind == BREACH:
             elsewhere = (context.get("place", ""), context.get("found", ""))
-            return Breach(location, found, context["rule"], context["remedy"], *elsewhere).details()
+            remedy = context["remedy"] or _brackets(location, found, context["rule"])
+            return Breach(location, found, context["rule"], remedy, *elsewhere).details()
         if kind == "missing":
             rule, found = "this key is required", ...
         elif kind == "extra_forbidden":
             rule = f"unknown key; allowed are {listed(cls.keys())}"
             remedy = did_you_mean(location[-1], cls.keys())
         elif kind in {"model_type", "dict_type", "model_attributes_type"}:
-            rule = "must be a table of keys and values"
+            rule = NO_TABLE
+            remedy = _brackets(location, found, rule)
         elif kind in {"tuple_type", "list_type"}:
             rule, remedy = _array_rule(location, found)
         else:
             rule = str(entry["msg"])
         return Breach(location, found, rule, remedy).details()
+
+
+def _without_misspelt(entries: list[dict[str, Any]], keys: Collection[str]) -> list[dict[str, Any]]:
+    """Return the errors of a table without those of missing keys that stand there misspelt."""
+    unknown = [entry["loc"][0] for entry in entries if entry["type"] == "extra_forbidden" and len(entry["loc"]) == 1]
+    meant = {did_you_mean(key, keys) for key in unknown}
+    return [
+        entry for entry in entries
+        if entry["type"] != "missing" or len(entry["loc"]) != 1 or _MEANT % entry["loc"][0] not in meant
+    ]  # fmt: skip
 
 
 def _plain(value: Any, *, at_speed: bool) -> Any:
@@ -166,6 +185,12 @@ def _plain(value: Any, *, at_speed: bool) -> Any:
     if isinstance(value, float) and type(value) is not float and at_speed:
         return float(value)
     return value.to_plain() if hasattr(value, "to_plain") else value
+
+
+def _brackets(location: Location, found: object, rule: str) -> str:
+    """Say that a table is begun with single brackets."""
+    is_array = rule == NO_TABLE and isinstance(found, (list, tuple)) and len(found) > 0
+    return f"begin it with [{location[-1]}], not [[{location[-1]}]]" if is_array and location else ""
 
 
 def _array_rule(location: Location, found: object) -> tuple[str, str]:

@@ -19,17 +19,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import load
 from gearrattle.model.file import read_tables, read_text
-from gearrattle.model.problems import Positions, place, printable
-from gearrattle.model.quantity import AnyTable, Count, Reader, Text, checked
+from gearrattle.model.problems import Positions, model_error, place, printable
+from gearrattle.model.quantity import is_newer_schema
 from gearrattle.model.table import Location, did_you_mean, listed, shown
-from gearrattle.studies.kinds import KINDS, Kind, Study
+from gearrattle.studies.kinds import KINDS, Study, StudySpec
 
-_EVERY: Mapping[str, Reader] = {"schema": Count(1), "name": Text(), "kind": Text(), "model": Text()}
 _DEFAULT = "grid"
-_MEANT = 'did you mean "%s"?'
 
 
 @dataclass(frozen=True)
@@ -38,24 +38,24 @@ class StudyFile:
 
     Attributes:
         name: of the study; without one in the file, the file's.
-        kind: of study.
-        arguments: of ``kind.prepare``, model included.
+        spec: what stands in it.
+        arguments: of ``spec.prepare``, model included.
         positions: where its keys stand.
     """
 
     name: str
-    kind: Kind
+    spec: StudySpec
     arguments: dict[str, Any]
     positions: Positions = field(default_factory=Positions)
 
     def prepare(self, **options: Any) -> Study:
-        """Prepare the study; what is refused is told with file and line. Errors as of ``kind.prepare``.
+        """Prepare the study; what is refused is told with file and line. Errors as of ``spec.prepare``.
 
         Args:
             options: of the command line.
         """
         try:
-            return self.kind.prepare(**self.arguments, **options)
+            return self.spec.prepare(**self.arguments, **options)
         except ModelError as error:
             raise ModelError(_placed(problem, self.positions) for problem in error.problems) from None
 
@@ -67,7 +67,7 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
         path: a TOML file, UTF-8, at most 1 MB.
 
     Returns:
-        Its kind, and the arguments to prepare it with.
+        What it says, and the arguments to prepare the study with.
 
     Raises:
         ModelError: everything wrong with its form, with places; or the model's own problems.
@@ -75,27 +75,17 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")
     kind = _kind(tables, positions)
-    known = {**_EVERY, **kind.keys}
-    problems = _form(tables, known, positions)
-    for under, keys in kind.tables.items():
-        problems += _form(tables.get(under, {}), keys, positions, under)
-    meant = {key for name in tables if name not in known for key in known if did_you_mean(name, known) == _MEANT % key}
-    if "model" not in {*tables, *meant}:
-        problems.append(Problem(name, "", "names no model", 'add model = "..."'))
-    for key in kind.needed:
-        if key not in {*tables, *meant}:
-            problems.append(Problem(name, "", f'a study of the kind "{kind.name}" needs {key}', f"add {key}"))
-    if tables.get("schema", 1) != 1:
-        problems.append(Problem(place(("schema",), {}, positions), shown(tables["schema"]), "schema must be 1"))
-    if problems:
-        raise ModelError(problems)
-    model = load(Path(name).parent / _model_file(tables["model"], place(("model",), {}, positions)))
-    title = str(tables.get("name") or Path(name).stem)
     try:
-        arguments = kind.arguments(tables)
+        spec = kind.model_validate(tables, context={"dimensionless": True})  # numbers here have no unit
+    except ValidationError as error:
+        only = ("schema",) if is_newer_schema(tables.get("schema")) else ()
+        raise model_error(error, tables, positions, only) from None
+    model = load(Path(name).parent / _model_file(spec.model, place(("model",), {}, positions)))
+    try:
+        arguments = spec.arguments()
     except ModelError as error:
         raise ModelError(_placed(problem, positions) for problem in error.problems) from None
-    return StudyFile(title, kind, {"model": model, **arguments}, positions)
+    return StudyFile(spec.name or Path(name).stem, spec, {"model": model, **arguments}, positions)
 
 
 def _placed(problem: Problem, positions: Positions) -> Problem:
@@ -132,7 +122,7 @@ def _model_file(path: str, where: str) -> str:
     return path
 
 
-def _kind(tables: Mapping[str, Any], positions: Positions) -> Kind:
+def _kind(tables: Mapping[str, Any], positions: Positions) -> type[StudySpec]:
     """The kind a file asks for; what else is wrong with a file of no kind cannot be told."""
     asked = tables.get("kind", _DEFAULT)
     if not isinstance(asked, str) or asked not in KINDS:
@@ -140,23 +130,3 @@ def _kind(tables: Mapping[str, Any], positions: Positions) -> Kind:
         remedy = did_you_mean(asked, tuple(KINDS)) if isinstance(asked, str) else ""
         raise ModelError(Problem(place(("kind",), {}, positions), shown(asked), rule, remedy))
     return KINDS[asked]
-
-
-def _form(table: Any, known: Mapping[str, Reader], positions: Positions, under: str = "") -> list[Problem]:
-    """Problems of keys that do not exist or break their rule."""
-    if not isinstance(table, Mapping):
-        return []
-    found: list[Problem] = []
-    for key, value in table.items():
-        at = place((under, key) if under else (key,), {}, positions)
-        if key not in known:
-            rule = f"there is no such key; there are {', '.join(known)}"
-            found.append(Problem(at, "", rule, did_you_mean(key, known)))
-            continue
-        try:
-            checked(known[key], value, at)
-        except ModelError as error:
-            is_array = isinstance(value, list) and value and isinstance(known[key], AnyTable)
-            remedy = f"begin it with [{key}], not [[{key}]]" if is_array else ""
-            found += [replace(problem, remedy=problem.remedy or remedy) for problem in error.problems]
-    return found

@@ -32,9 +32,9 @@ def screening_of(asked: StudyFile, place: str) -> tuple[Model, list[float], dict
         ModelError: another kind of study, values that scatter, no axis of the speed alone, more than two axes; or
             what the model refuses.
     """
-    if asked.kind.name != "grid":
-        rule = f'a screening takes a study of the kind "grid", and this one is "{asked.kind.name}"'
-        raise ModelError(Problem(f"{place}: kind", asked.kind.name, rule, _REMEDY))
+    if asked.spec.kind != "grid":
+        rule = f'a screening takes a study of the kind "grid", and this one is "{asked.spec.kind}"'
+        raise ModelError(Problem(f"{place}: kind", asked.spec.kind, rule, _REMEDY))
     given = asked.arguments
     if given["vary"]:
         rule = "a screening has speeds and loads, and nothing that scatters"

@@ -4,19 +4,22 @@ A study file says ``kind = "..."``; what stands in it besides name, model and ki
 the model and what the kind reads from the file, and gives something that tells its cost and carries itself out, by any
 scheduler, into a folder that survives whatever stops it.
 
-To add a kind: its file with a ``Kind``, one line in the table in ``__init__``, its page in ``report/study_pages`` with
-one line there, and its test page. The laws over the table test it by its existing.
+To add a kind: its file with a class derived from ``StudySpec``, one line in the table in ``__init__``, its page in
+``report/study_pages`` with one line there, and its test page. The laws over the table test it by its existing.
 
 Takes nothing; the kinds beside it build on this, and do not see each other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Protocol
 
-from gearrattle.model.quantity import Reader
+from pydantic import Field
+
+from gearrattle.errors import LARGEST_WHOLE
+from gearrattle.model.quantity import AnyTable, Count, SchemaVersion, Text, Texts
+from gearrattle.model.table import Table
 from gearrattle.studies.pace import Cost
 from gearrattle.studies.places import Address
 from gearrattle.studies.prepared import Done, Progress
@@ -61,24 +64,45 @@ class Study(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of study.
+AnyValues = Annotated[Mapping[str, Any], AnyTable()]
+"""A table by paths of the model, or by outputs; what may stand in it depends on the model."""
+Seed = Annotated[int, Count(0, LARGEST_WHOLE)]
+Names = Annotated[Sequence[str], Texts('["verdict"]')]
 
-    Attributes:
-        name: in the file.
-        prepare: takes the model as ``model``, what ``arguments`` gives and the options; refuses with ModelError.
-        arguments: from the tables of a file, whose form has been looked at, to arguments of ``prepare``.
-        keys: of the file, besides schema, name, kind and model: the rule of each.
-        tables: keys and rules of those tables that have a fixed form.
-        needed: keys that a file must have.
-        options: of the command line that ``prepare`` takes as well: "function".
-    """
 
-    name: str
-    prepare: Callable[..., Study]
-    arguments: Callable[[Mapping[str, Any]], dict[str, Any]]
-    keys: Mapping[str, Reader]
-    tables: Mapping[str, Mapping[str, Reader]] = field(default_factory=dict)
-    needed: tuple[str, ...] = ()
-    options: frozenset[str] = frozenset()
+class StudySpec(Table):
+    """What a study file says, of any kind; a kind is a class derived from it."""
+
+    prepare: ClassVar[Callable[..., Study]]
+    """Takes the model as ``model``, ``arguments()`` and the options; refuses with ModelError."""
+    options: ClassVar[frozenset[str]] = frozenset()
+    """Options of the command line that ``prepare`` takes as well: "function"."""
+    schema_version: Annotated[int, Field(alias="schema"), SchemaVersion()] = 1
+    """Version of the file format."""
+    name: Annotated[str, Text()] = ""
+    """Name of the study; without it, that of the file."""
+    kind: Annotated[str, Text()] = "grid"
+    """Kind of study."""
+    model: Annotated[str, Text()]
+    """The model file, beside this one."""
+    fixed: AnyValues = Field(default_factory=dict)
+    """Other values of the model, by path."""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``prepare`` besides the model.
+
+        Raises:
+            ModelError: values that are sound by themselves and have no meaning together.
+        """
+        raise NotImplementedError
+
+
+class Sample(Table):
+    """How values are drawn."""
+
+    count: Annotated[int, Count()] = 0
+    """How many."""
+    method: Annotated[str, Text()] = "sobol"
+    """How they are spread."""
+    seed: Seed = 0
+    """Of the random numbers."""

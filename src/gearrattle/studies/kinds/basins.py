@@ -26,32 +26,41 @@ Takes the tables of a file; gives the arguments of ``basins``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
 
 from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
+from gearrattle.model.quantity import Count, Plain, Texts
 from gearrattle.studies.attraction import prepare
-from gearrattle.studies.kinds.base import Kind
-
-_PLAIN = ("cycles", "discard", "phase", "section", "tolerance", "same", "outputs", "most", "over", "fixed")
+from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
 
 
-def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
-    sample = tables.get("sample", {})
-    found = {key: tables[key] for key in _PLAIN if key in tables} | {"samples": sample.get("count", 0)}
-    return found | {key: sample[key] for key in ("method", "seed") if key in sample}
+class BasinsSpec(StudySpec):
+    """Which settled motion every initial state leads to."""
 
+    prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    cycles: Annotated[int, Count(1)] | None = None
+    """Of every motion; the model's without."""
+    discard: Annotated[int, Count()] | None = None
+    """Cycles left out at the start."""
+    phase: Annotated[float, Plain()] = 0.0
+    """Of the period, at which the motion is seen."""
+    section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
+    """What is kept; deflection and rate of every clearance without."""
+    tolerance: Annotated[float, Plain("positive")] | None = None
+    """A motion that repeats this well is settled."""
+    same: Annotated[float, Plain("positive")] | None = None
+    """Settled motions nearer than this are one."""
+    outputs: Names = ()
+    """What is kept of every settled motion."""
+    most: Annotated[int, Count(1, LARGEST_WHOLE)] = 1_000_000
+    """Initial states allowed."""
+    over: AnyValues
+    """Initial values: a grid, all combinations; or a box."""
+    sample: Sample = Sample()
+    """How they are drawn from a box."""
 
-BASINS = Kind(
-    name="basins",
-    prepare=prepare,
-    arguments=_arguments,
-    keys={
-        "cycles": Count(1), "discard": Count(), "phase": Plain(), "section": Texts('["deflection.gear"]'),
-        "tolerance": Plain("positive"), "same": Plain("positive"), "outputs": Texts('["verdict"]'),
-        "most": Count(1, LARGEST_WHOLE), "over": AnyTable(), "sample": AnyTable(), "fixed": AnyTable(),
-    },
-    tables={"sample": {"count": Count(), "method": Text(), "seed": Count(0, LARGEST_WHOLE)}},
-    needed=("over",),
-)  # fmt: skip
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``basins``."""
+        plain = ("cycles", "discard", "phase", "section", "tolerance", "same", "outputs", "most", "over", "fixed")
+        return {**self.stated(*plain), "samples": self.sample.count, **self.sample.stated("method", "seed")}

@@ -22,38 +22,51 @@ Takes the tables of a file; gives the arguments of ``bifurcation``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
-from gearrattle.errors import ModelError, Problem
-from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
-from gearrattle.model.table import listed
+from pydantic import Field
+
+from gearrattle.model.quantity import Count, Plain, Text, Texts
+from gearrattle.model.table import Breach, listed
 from gearrattle.studies.diagram import prepare
-from gearrattle.studies.kinds.base import Kind
-
-_PLAIN = ("direction", "cycles", "discard", "phase", "section", "tolerance", "outputs", "fixed")
+from gearrattle.studies.kinds.base import AnyValues, Names, Study, StudySpec
 
 
-def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
-    swept = tables["sweep"]
-    if len(swept) != 1:
-        remedy = "put the others into [axis], or several together under one name"
-        raise ModelError(
-            Problem("sweep", listed(swept) or "nothing", "one value is swept, neither none nor more", remedy)
-        )
-    ((path, values),) = swept.items()
-    found = {"path": path, "values": values, "axes": tables.get("axis", {})}
-    return found | {key: tables[key] for key in _PLAIN if key in tables}
+class BifurcationSpec(StudySpec):
+    """The settled motion against one value, swept up and down."""
 
+    prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    direction: Annotated[str, Text()] = "both"
+    """"both", "up" or "down"."""
+    cycles: Annotated[int, Count(1)] | None = None
+    """At every value; the model's without."""
+    discard: Annotated[int, Count()] | None = None
+    """Cycles left out at every value."""
+    phase: Annotated[float, Plain()] = 0.0
+    """Of the period, at which the motion is seen."""
+    section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
+    """What is kept; deflection and rate of every clearance without."""
+    tolerance: Annotated[float, Plain("positive")] | None = None
+    """A motion that repeats this well is settled."""
+    outputs: Names = ()
+    """What is kept at every value."""
+    axis: AnyValues = Field(default_factory=dict)
+    """Further axes: a sweep for every combination."""
+    sweep: AnyValues
+    """One value, ascending; or several together under a name."""
 
-BIFURCATION = Kind(
-    name="bifurcation",
-    prepare=prepare,
-    arguments=_arguments,
-    keys={
-        "direction": Text(), "cycles": Count(1), "discard": Count(), "phase": Plain(),
-        "section": Texts('["deflection.gear"]'), "tolerance": Plain("positive"), "outputs": Texts('["verdict"]'),
-        "fixed": AnyTable(), "axis": AnyTable(), "sweep": AnyTable(),
-    },
-    needed=("sweep",),
-)  # fmt: skip
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield a breach where none or more than one value is swept."""
+        swept = table.get("sweep")
+        if isinstance(swept, Mapping) and len(swept) != 1:
+            remedy = "put the others into [axis], or several together under one name"
+            rule = f"one value is swept, neither none nor more; there are {listed(swept) or 'none'}"
+            yield Breach(("sweep",), swept, rule, remedy)
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``bifurcation``."""
+        ((path, values),) = self.sweep.items()
+        plain = ("direction", "cycles", "discard", "phase", "section", "tolerance", "outputs", "fixed")
+        return {"path": path, "values": values, "axes": self.axis, **self.stated(*plain)}

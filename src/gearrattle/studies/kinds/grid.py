@@ -23,38 +23,52 @@ Takes the tables of a file; gives the arguments of ``study``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
-from gearrattle.errors import LARGEST_WHOLE, ModelError, Problem
-from gearrattle.model.quantity import AnyTable, Count, Plain, Text, Texts
-from gearrattle.studies.kinds.base import Kind
+from pydantic import Field
+
+from gearrattle.errors import LARGEST_WHOLE
+from gearrattle.model.quantity import Count, Plain
+from gearrattle.model.table import Breach
+from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.study import prepare
 
 
-def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
-    sample = tables.get("sample", {})
-    found = {"axes": tables.get("axis", {}), "vary": tables.get("vary", {}), "fixed": tables.get("fixed", {})}
-    if {"count", "half_width"} <= set(sample):
-        raise ModelError(Problem("sample", "count and half_width", "one of them decides how many samples there are"))
-    found |= {"samples": samples_needed(sample["half_width"]) if "half_width" in sample else sample.get("count", 0)}
-    found |= {key: sample[key] for key in ("method", "seed") if key in sample}
-    return found | {key: tables[key] for key in ("outputs", "most") if key in tables}
+class GridSample(Sample):
+    """How scattering values are drawn."""
+
+    half_width: Annotated[float, Plain("positive")] | None = None
+    """Of a probability's 95 % interval, in place of a count."""
+
+    @classmethod
+    def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
+        """Yield a breach where both a count and a half-width stand."""
+        if {"count", "half_width"} <= set(table):
+            rule = "count and half_width: one of them decides how many samples there are"
+            yield Breach(("half_width",), table["half_width"], rule, "leave one of them out")
 
 
-GRID = Kind(
-    name="grid",
-    prepare=prepare,
-    arguments=_arguments,
-    keys={
-        "outputs": Texts('["verdict"]'), "most": Count(1, LARGEST_WHOLE), "fixed": AnyTable(), "axis": AnyTable(),
-        "vary": AnyTable(), "sample": AnyTable(),
-    },
-    tables={
-        "sample": {
-            "count": Count(), "half_width": Plain("positive"), "method": Text(), "seed": Count(0, LARGEST_WHOLE),
-        },
-    },
-    options=frozenset({"function"}),
-)  # fmt: skip
+class GridSpec(StudySpec):
+    """All combinations of values, and values that scatter."""
+
+    prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    options: ClassVar[frozenset[str]] = frozenset({"function"})
+    outputs: Names = ()
+    """What is kept of every case."""
+    most: Annotated[int, Count(1, LARGEST_WHOLE)] = 1_000_000
+    """Cases allowed."""
+    axis: AnyValues = Field(default_factory=dict)
+    """What is varied in order, all combinations."""
+    vary: AnyValues = Field(default_factory=dict)
+    """What scatters."""
+    sample: GridSample = GridSample()
+    """How it is drawn."""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``study``."""
+        width = self.sample.half_width
+        samples = self.sample.count if width is None else samples_needed(width)
+        found = {"axes": self.axis, "vary": self.vary, "fixed": self.fixed, "samples": samples}
+        return found | self.sample.stated("method", "seed") | self.stated("outputs", "most")

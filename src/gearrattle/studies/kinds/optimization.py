@@ -22,32 +22,37 @@ Takes the tables of a file; gives the arguments of ``optimize``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
 
-from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import AnyTable, Count, Texts
-from gearrattle.studies.kinds.base import Kind
+from pydantic import Field
+
+from gearrattle.model.quantity import Count
+from gearrattle.studies.kinds.base import AnyValues, Names, Seed, Study, StudySpec
 from gearrattle.studies.optimization import MOST, prepare
 
-_PLAIN = ("population", "generations", "seed", "outputs", "fixed")
 
+class OptimizationSpec(StudySpec):
+    """Values found within ranges, outputs small or large, others within limits."""
 
-def _arguments(tables: Mapping[str, Any]) -> dict[str, Any]:
-    found = {"variables": tables["variable"], "objectives": tables["objective"]}
-    found["constraints"] = tables.get("constraint", {})
-    return found | {key: tables[key] for key in _PLAIN if key in tables}
+    prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    options: ClassVar[frozenset[str]] = frozenset({"function"})
+    population: Annotated[int, Count(4, MOST)] | None = None
+    """Designs of a generation."""
+    generations: Annotated[int, Count(1, MOST)] | None = None
+    """How many generations."""
+    seed: Seed = 0
+    """Of the random numbers."""
+    outputs: Names = ()
+    """What is kept besides."""
+    variable: AnyValues
+    """What may change, and from where to where."""
+    objective: AnyValues
+    """"min" or "max" by output."""
+    constraint: AnyValues = Field(default_factory=dict)
+    """Limits by output: below, above, or both."""
 
-
-OPTIMIZATION = Kind(
-    name="optimization",
-    prepare=prepare,
-    arguments=_arguments,
-    keys={
-        "population": Count(4, MOST), "generations": Count(1, MOST), "seed": Count(0, LARGEST_WHOLE),
-        "outputs": Texts('["verdict"]'), "variable": AnyTable(), "objective": AnyTable(), "constraint": AnyTable(),
-        "fixed": AnyTable(),
-    },
-    needed=("variable", "objective"),
-    options=frozenset({"function"}),
-)  # fmt: skip
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``optimize``."""
+        found = {"variables": self.variable, "objectives": self.objective, "constraints": self.constraint}
+        return found | self.stated("population", "generations", "seed", "outputs", "fixed")
