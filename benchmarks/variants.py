@@ -3,7 +3,8 @@
 The paper's case 3, rattling and loaded, and a pair of gears; 100 cycles each from its static equilibrium, one parameter
 varied by a tenth, the default outputs. Real studies, ``gr.study``, in this process: one thread against two, and two
 processes beside them. For every case: variants a second; processor time a variant; how much of it is Python, which
-holds the interpreter; what the march alone takes of a motion whose regions are built, the floor. Written to
+holds the interpreter; what the march alone takes of a motion whose regions are built, the floor. The same one variant
+after the other, without the compiled loop (``engine.kernels.many``): what the loop brings. Written to
 ``docs/reference/variants.md``.
 """
 
@@ -35,6 +36,7 @@ from gearrattle.studies.study import prepare
 HERE = Path(__file__).resolve().parents[1]
 PAGE = HERE / "docs" / "reference" / "variants.md"
 CYCLES, ROUNDS = 100, 3
+FEWER = 20  # variants without the loop: this part of those with it
 PAIR = """
 schema = 1
 name = "a pair of gears"
@@ -114,29 +116,38 @@ def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
     return least / plan.cases_in(1), python / plan.cases_in(1)
 
 
-def studied(model: gr.Model, axis: dict[str, Any]) -> list[float]:
+def nothing(_run: gr.Run) -> dict[str, float]:
+    """Return an output that needs a run of its own: the loop computes no such variants."""
+    return {"nothing": 0.0}
+
+
+def studied(model: gr.Model, axis: dict[str, Any], **options: Any) -> list[float]:
     """Return the least wall time [s] of a study on one thread, on two, and in two processes, taken in turn."""
     least = [np.inf] * len(WAYS)
     for _ in range(ROUNDS):
         for i, (scheduler, workers) in enumerate(WAYS):
             begin = perf_counter()
-            found = gr.study(model, axis, workers=workers, scheduler=scheduler)
+            found = gr.study(model, axis, workers=workers, scheduler=scheduler, **options)
             least[i] = min(least[i], perf_counter() - begin)
             assert np.all(found["outcome"] == DONE)
     return least
 
 
-def rows() -> Iterator[str]:
-    """Yield a row of the table for every case."""
+def rows() -> Iterator[tuple[str, str]]:
+    """Yield a row of both tables for every case."""
     for case, (path, count) in CASES.items():
         model = model_of(case)
         axis, (march, crossings) = axis_of(model, path, count), march_alone(model)
         gr.study(model, axis_of(model, path, 32), workers=1)  # warm
         work, python = python_share(model, axis)
-        one, two, processes = studied(model, axis)
+        looped = one, two, processes = studied(model, axis)
+        few = count // FEWER
+        singly = studied(model, axis_of(model, path, few), function=nothing)
+        rates = [(count / fast, few / slow) for fast, slow in zip(looped, singly, strict=True)]
         yield (
             f"| {case} | {count} | {crossings} | {1e3 * march:.2f} | {1e3 * work:.2f} | {1e3 * python:.3f} "
-            f"| {count / one:.0f} | {count / two:.0f} | {one / two:.2f} | {count / processes:.0f} |"
+            f"| {count / one:.0f} | {count / two:.0f} | {one / two:.2f} | {count / processes:.0f} |",
+            f"| {case} | {few} | " + " | ".join(f"{slow:.0f} | {fast / slow:.1f}" for fast, slow in rates) + " |",
         )
 
 
@@ -145,7 +156,10 @@ def page() -> str:
     load = os.getloadavg()[0]
     head = "| driveline | variants | crossings | march alone [ms] | a variant [ms] | of it Python [ms] "
     ways = "| 1 thread | 2 threads | gain | 2 processes |"
-    table = "\n".join([head + ways, "|---" * 10 + "|", *rows()])
+    singly = "| driveline | variants | 1 thread | loop | 2 threads | loop | 2 processes | loop |"
+    with_loop, without = zip(*rows(), strict=True)
+    table = "\n".join([head + ways, "|---" * 10 + "|", *with_loop])
+    other = "\n".join([singly, "|---" * 8 + "|", *without])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     return f"""# Variants a second
 
@@ -162,6 +176,14 @@ include their start.
 Peak memory of the whole measurement: {peak:.0f} MB. Python holds the interpreter, so it alone bounds what threads
 bring: with a share p of a variant, n threads are at most n / (1 + (n - 1) p) times as fast as one (G. M. Amdahl,
 AFIPS Conf. Proc. 30 (1967) 483).
+
+## One after the other
+
+The same studies with a function of the user's as an output: each variant is then a model, a run and a verdict of its
+own. Variants a second, and how many times as many the loop computes. Two processes take fewer variants here, so their
+start weighs more.
+
+{other}
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,16 @@ def test_every_key_of_a_kind_is_described(spec: type[StudySpec]) -> None:
 
 
 @pytest.mark.parametrize("name", KINDS)
+def test_the_schema_of_a_kind_has_its_keys_and_its_name(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema", "--study", name]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert set(schema["properties"]) == set(KINDS[name].keys())
+    assert schema["properties"]["kind"]["enum"] == [name]
+    assert schema["additionalProperties"] is False
+    assert ("kind" in schema["required"]) == (name != "grid")
+
+
+@pytest.mark.parametrize("name", KINDS)
 def test_every_kind_is_described_and_has_an_example(name: str) -> None:
     page = (DOCS / "howto" / "study.md").read_text(encoding="utf-8")
     assert f"`{name}`" in page
@@ -50,7 +61,8 @@ def test_a_wrong_key_and_a_missing_one_are_told_with_the_file(folder: Path, name
     assert "wrong.toml:2: modle" in told
     assert 'did you mean "model"?' in told
     assert "wrong.toml: model: this key is required" not in told  # the misspelt key is the model's
-    needed = {field.alias or key for key, field in KINDS[name].model_fields.items() if field.is_required()} - {"model"}
+    needed = {field.alias or key for key, field in KINDS[name].model_fields.items() if field.is_required()}
+    needed -= {"model", "kind"}
     assert all(f"wrong.toml: {key}: this key is required" in told for key in needed)
 
 

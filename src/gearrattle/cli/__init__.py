@@ -49,7 +49,7 @@ COMMANDS = {
     "metrics": ("gearrattle.cli.metrics:metrics", "Rattle metrics of a saved motion or a measured file."),
     "listen": ("gearrattle.cli.listen:listen", "Impacts as sound: WAV files, levels, loudness."),
     "examples": ("gearrattle.cli.examples:examples", "Models that come with the package; copies all examples."),
-    "schema": ("gearrattle.cli.schema:schema", "The model file's format, for editors."),
+    "schema": ("gearrattle.cli.schema:schema", "The format of model files and study files, for editors."),
 }
 """Every command: where its function is, and what it does."""
 

@@ -1,11 +1,25 @@
-"""``gearrattle schema``: the model file's format, for editors."""
+"""``gearrattle schema``: the format of model files and study files, for editors."""
 
 from __future__ import annotations
 
+from typing import Literal
 
-def schema() -> None:
-    """Print the JSON Schema of model files; editors use it to complete and check them."""
+
+def schema(*, study: Literal["grid", "bifurcation", "basins", "optimization"] | None = None) -> None:
+    """Print the JSON Schema of model files, or of study files of a kind; editors use it to complete and check them.
+
+    Parameters
+    ----------
+    study
+        Kind of study file; without it, model files.
+    """
     import gearrattle
     from gearrattle.json_types import json_text
 
-    print(json_text(gearrattle.json_schema()))
+    if study is None:
+        print(json_text(gearrattle.json_schema()))
+        return
+    from gearrattle.model.schema import schema_of
+    from gearrattle.studies.kinds import KINDS
+
+    print(json_text(schema_of(KINDS[study], f"gearrattle study file: {study}")))

@@ -1,6 +1,6 @@
-"""The JSON Schema of model files, from the same classes that read them: editors complete and check as one types.
+"""JSON Schemas of files, from the same classes that read them: editors complete and check as one types.
 
-Takes ``Model``; gives a dictionary to the command line.
+Takes ``Model``, or another table of a file; gives a dictionary to the command line.
 """
 
 from __future__ import annotations
@@ -8,12 +8,18 @@ from __future__ import annotations
 from typing import Any
 
 from gearrattle.model.model import Model
+from gearrattle.model.table import Table
 
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a model file."""
-    schema = _without_null(Model.model_json_schema(by_alias=True, mode="validation"))
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "gearrattle model file"}
+    return schema_of(Model, "gearrattle model file")
+
+
+def schema_of(table: type[Table], title: str) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a file that a table reads."""
+    schema = _without_null(table.model_json_schema(by_alias=True, mode="validation"))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
 
 
 def _without_null(node: Any) -> Any:

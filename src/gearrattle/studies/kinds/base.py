@@ -81,7 +81,7 @@ class StudySpec(Table):
     """Version of the file format."""
     name: Annotated[str, Text()] = ""
     """Name of the study; without it, that of the file."""
-    kind: Annotated[str, Text()] = "grid"
+    kind: str
     """Kind of study."""
     model: Annotated[str, Text()]
     """The model file, beside this one."""

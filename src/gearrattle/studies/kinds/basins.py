@@ -30,7 +30,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
 from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import Count, Plain, Texts
+from gearrattle.model.quantity import Choice, Count, Plain, Texts
 from gearrattle.studies.attraction import prepare
 from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
 
@@ -39,6 +39,8 @@ class BasinsSpec(StudySpec):
     """Which settled motion every initial state leads to."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    kind: Annotated[str, Choice(("basins",))]
+    """Kind of study."""
     cycles: Annotated[int, Count(1)] | None = None
     """Of every motion; the model's without."""
     discard: Annotated[int, Count()] | None = None

@@ -27,7 +27,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gearrattle.model.quantity import Count, Plain, Text, Texts
+from gearrattle.model.quantity import Choice, Count, Plain, Text, Texts
 from gearrattle.model.table import Breach, listed
 from gearrattle.studies.diagram import prepare
 from gearrattle.studies.kinds.base import AnyValues, Names, Study, StudySpec
@@ -37,6 +37,8 @@ class BifurcationSpec(StudySpec):
     """The settled motion against one value, swept up and down."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    kind: Annotated[str, Choice(("bifurcation",))]
+    """Kind of study."""
     direction: Annotated[str, Text()] = "both"
     """"both", "up" or "down"."""
     cycles: Annotated[int, Count(1)] | None = None

@@ -29,7 +29,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import Count, Plain
+from gearrattle.model.quantity import Choice, Count, Plain
 from gearrattle.model.table import Breach
 from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
 from gearrattle.studies.probability import samples_needed
@@ -54,6 +54,8 @@ class GridSpec(StudySpec):
     """All combinations of values, and values that scatter."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    kind: Annotated[str, Choice(("grid",))] = "grid"
+    """Kind of study."""
     options: ClassVar[frozenset[str]] = frozenset({"function"})
     outputs: Names = ()
     """What is kept of every case."""

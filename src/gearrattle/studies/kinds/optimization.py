@@ -27,7 +27,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gearrattle.model.quantity import Count
+from gearrattle.model.quantity import Choice, Count
 from gearrattle.studies.kinds.base import AnyValues, Names, Seed, Study, StudySpec
 from gearrattle.studies.optimization import MOST, prepare
 
@@ -36,6 +36,8 @@ class OptimizationSpec(StudySpec):
     """Values found within ranges, outputs small or large, others within limits."""
 
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
+    kind: Annotated[str, Choice(("optimization",))]
+    """Kind of study."""
     options: ClassVar[frozenset[str]] = frozenset({"function"})
     population: Annotated[int, Count(4, MOST)] | None = None
     """Designs of a generation."""
