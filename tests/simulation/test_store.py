@@ -92,6 +92,21 @@ def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     assert stream.verdict().to_dict() == gr.criteria(gr.open_stream(reference)).to_dict()
 
 
+def test_a_closed_stream_counts_no_chunk_that_another_thread_finishes_later(
+    reference: Path, model: gr.Model, tmp_path: Path
+) -> None:
+    stream = gr.stream(model, **SETTINGS, store=tmp_path / "store")
+    assert stream.close() == 0
+    stream = gr.stream(model, **SETTINGS, store=tmp_path / "store")
+    next(stream)
+    assert stream.close() == 9
+    with pytest.raises(gr.Cancelled):
+        next(stream)
+    assert len(list(gr.open_stream(tmp_path / "store"))) == 1
+    assert len(list(gr.stream(model, **SETTINGS, store=tmp_path / "store", resume=True))) == 6
+    assert content(tmp_path / "store") == content(reference)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_a_killed_program_loses_the_chunk_under_way_only(reference: Path, model: gr.Model, tmp_path: Path) -> None:
     folder = tmp_path / "store"

@@ -82,9 +82,10 @@ def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Pa
     from gearrattle.cli.failures import disk_is_full
     from gearrattle.errors import Cancelled, GearRattleError
 
-    if not under_way or not under_way[0].done:
+    done = under_way[0].close() if under_way else 0
+    if not done:
         return error
-    kept = f"{under_way[0].done} of {counted(under_way[0].cycles, 'cycle')} are kept in {folder}; --resume goes on"
+    kept = f"{done} of {counted(under_way[0].cycles, 'cycle')} are kept in {folder}; --resume goes on"
     if isinstance(error, KeyboardInterrupt | Cancelled):
         return Cancelled(kept=f"interrupted: {kept}")
     if disk_is_full(error):

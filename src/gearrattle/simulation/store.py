@@ -15,6 +15,7 @@ import json
 import os
 import platform
 import re
+import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -24,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, Problem
+from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.files import Refused, check_archive
 from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model
@@ -68,6 +69,7 @@ class Store:
         self.folder, self.state = folder, state
         self._owner = owner
         self._lock: Lock | None = None
+        self._writing, self._closed = threading.Lock(), False
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], model: Model, settings: Mapping[str, Any], *, resume: bool) -> Store:
@@ -112,6 +114,12 @@ class Store:
             self._lock.release()
             self._lock = None
 
+    def close(self) -> int:
+        """Count no further chunk, whatever another thread still computes; return the periods that count."""
+        with self._writing:
+            self._closed = True
+            return 0 if self.state is None else self.state.done
+
     def _hold(self) -> None:
         """Keep others from writing into the folder.
 
@@ -130,6 +138,7 @@ class Store:
         Raises:
             ModelError: another program writes into the folder, or has.
             OSError: the machine refused; what was kept before still counts.
+            Cancelled: the store has been closed.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         if self._lock is not None and not self._lock.held:
@@ -147,8 +156,11 @@ class Store:
         arrays |= {f"gathered/{name}": array for name, array in gathered.items()}
         content = io.BytesIO()
         np.savez(content, **arrays)
-        put(self.folder / STATE, content.getvalue())
-        self.state = State(self._owner, chunks, done, march, gathered)
+        with self._writing:
+            if self._closed:
+                raise Cancelled("the store of this motion is closed")
+            put(self.folder / STATE, content.getvalue())
+            self.state = State(self._owner, chunks, done, march, gathered)
 
 
 def read_state(folder: Path) -> State | None:

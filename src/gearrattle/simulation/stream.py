@@ -195,6 +195,10 @@ class Stream:
         self._gathered, self._ready, self.done = gathered, False, self.done + cycles
         return run
 
+    def close(self) -> int:
+        """Keep no further chunk, whatever another thread still computes; return the periods kept."""
+        return 0 if self._store is None else self._store.close()
+
     def _report(self, fraction: float) -> None:
         assert self._progress is not None
         self._progress((self.done + fraction * self._next) / self.cycles)
