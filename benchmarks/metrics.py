@@ -126,7 +126,7 @@ exact motion; bold: more than 0.1 %. Quantities from the log and from the audit 
 {table}
 
 Peaks and moments are taken between the samples of an exact motion, and do not depend on them. Amplitudes at orders come
-from angles where they are heard, and change by far less than those of accelerations would. The band above
+from angles where they are known, and change by far less than those of accelerations would. The band above
 the engine's orders hangs on the spikes of contacts, which last {contact} of a cycle in the gearbox. Peaks of a
 recording do as well: samples h apart miss up to $1-\\cos(\\pi h/2t_c)$ of the peak of a half-sine of length $t_c$:
 0.1 % asks for 35 samples a contact, there {needed} a cycle. A note tells the error of such a peak.

@@ -65,9 +65,10 @@ class Findings(Result):
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
         """Every rattle metric of the run, measured once for all pages and files."""
-        from gearrattle.quantities.metrics import heard_of, rows_of
+        from gearrattle.quantities import rows_of
+        from gearrattle.quantities.metrics import inputs_of
 
-        return tuple(rows_of(heard_of(self.motion), units=self.model.units))
+        return tuple(rows_of(inputs_of(self.motion), units=self.model.units))
 
 
 def run(

@@ -1,20 +1,26 @@
-"""Look up one value among a criterion's entries."""
+"""Evaluate one criterion, and look up one value among its rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gearrattle.quantities import Entry
+from gearrattle.quantities import Quantity, Row, Sums, add
+from gearrattle.trajectory import Trajectory
 
 
-def one(entries: Iterable[Entry], subject: str, quantity: str) -> Entry:
-    """Return the only entry with this subject and quantity."""
-    (found,) = [item for item in entries if (item.subject, item.quantity) == (subject, quantity)]
-    return found
+def evaluate(criterion: Quantity[Sums], motion: Trajectory) -> list[Row]:
+    """Return the rows of one criterion of a whole motion."""
+    return criterion.rows(add(motion, None, [criterion]))
 
 
-def value(entries: Iterable[Entry], subject: str, quantity: str) -> float:
-    """Return the number of that entry."""
-    number = one(entries, subject, quantity).value
+def one(rows: Iterable[Row], subject: str, quantity: str) -> Row:
+    """Return the only row with this subject and quantity."""
+    (row,) = [row for row in rows if (row.subject, row.quantity) == (subject, quantity)]
+    return row
+
+
+def value(rows: Iterable[Row], subject: str, quantity: str) -> float:
+    """Return the number in that row."""
+    number = one(rows, subject, quantity).value
     assert isinstance(number, float)
     return number

@@ -1,4 +1,4 @@
-"""Laws of gathering: what a criterion keeps of chunks is bounded, and tells what the whole would have told."""
+"""Laws of sums over chunks: they are bounded, and give what the whole motion gives."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearrattle.quantities import CRITERIA, Criterion, Entry, Gathered, gather, judge, tell
-from gearrattle.quantities.criterion import Scope, Tally, scope_of
+from gearrattle.quantities import CRITERIA, Quantity, Row, Sums, add, judge, verdict_of
 from gearrattle.signals import region_at
 from gearrattle.trajectory import EventLog, Trajectory
 from tests import synthetic
+from tests.quantities.reading import evaluate
 from tests.signals.handmade import chain, layout, sine, trajectory
 
 ids = [criterion.name for criterion in CRITERIA]
@@ -46,17 +46,15 @@ def chunks(motion: Trajectory, ends: Sequence[int]) -> list[Trajectory]:
     return made
 
 
-def gathered(criterion: Criterion, motion: Trajectory, ends: Sequence[int]) -> tuple[Tally, Scope]:
-    tally, scope = None, None
+def sums_of(criterion: Quantity[Sums], motion: Trajectory, ends: Sequence[int]) -> Sums:
+    sums: Sums | None = None
     for chunk in chunks(motion, ends):
-        if chunk.discard < chunk.cycles:
-            tally, scope = criterion.gather(chunk, tally), scope_of(chunk, scope)
-    assert tally is not None
-    assert scope is not None
-    return tally, scope
+        sums = add(chunk, sums, [criterion])
+    assert sums is not None
+    return sums
 
 
-def same(have: Sequence[Entry], want: Sequence[Entry], last_only: str = LAST_ONLY) -> None:
+def same(have: Sequence[Row], want: Sequence[Row], last_only: str = LAST_ONLY) -> None:
     have, want = ([e for e in entries if last_only not in e.quantity] for entries in (have, want))
     for a, b in zip(have, want, strict=True):
         assert replace(a, value=0.0, error=0.0) == replace(b, value=0.0, error=0.0)
@@ -69,50 +67,50 @@ def same(have: Sequence[Entry], want: Sequence[Entry], last_only: str = LAST_ONL
 @pytest.mark.parametrize("ends", CUTS, ids=len)
 @pytest.mark.parametrize("kind", synthetic.DEFLECTIONS)
 @pytest.mark.parametrize("criterion", CRITERIA, ids=ids)
-def test_chunks_tell_what_the_whole_tells(criterion: Criterion, kind: str, ends: tuple[int, ...]) -> None:
+def test_chunks_give_what_the_whole_gives(criterion: Quantity[Sums], kind: str, ends: tuple[int, ...]) -> None:
     motion = synthetic.trajectory(kind, discard=3)
-    same(criterion.tell(*gathered(criterion, motion, ends)), criterion.evaluate(motion))
+    same(criterion.rows(sums_of(criterion, motion, ends)), evaluate(criterion, motion))
 
 
 @pytest.mark.parametrize("criterion", CRITERIA, ids=ids)
-def test_every_criterion_says_how_it_merges(criterion: Criterion) -> None:
+def test_every_criterion_says_how_it_merges(criterion: Quantity[Sums]) -> None:
     assert criterion.merging.startswith("exact: ")
-    inexact = [e.quantity for e in criterion.evaluate(synthetic.trajectory()) if LAST_ONLY in e.quantity]
+    inexact = [e.quantity for e in evaluate(criterion, synthetic.trajectory()) if LAST_ONLY in e.quantity]
     assert bool(inexact) == ("only" in criterion.merging)
 
 
 @pytest.mark.parametrize("criterion", CRITERIA, ids=ids)
-def test_a_tally_does_not_grow_with_the_number_of_chunks(criterion: Criterion) -> None:
+def test_a_sum_does_not_grow_with_the_number_of_chunks(criterion: Quantity[Sums]) -> None:
     def size(cycles: int) -> int:
         motion = synthetic.trajectory(cycles=cycles, samples=16, discard=0)
-        tally, _ = gathered(criterion, motion, range(4, cycles + 1, 4))
-        return sum(array.nbytes for array in tally.values())
+        sums = sums_of(criterion, motion, range(4, cycles + 1, 4))
+        return sum(array.nbytes for state in sums.states.values() for array in state.values())
 
     assert size(48) == size(24)
 
 
 @pytest.mark.parametrize("criterion", CRITERIA, ids=ids)
-def test_gathering_leaves_the_tally_before_as_it_was(criterion: Criterion) -> None:
+def test_adding_leaves_the_sums_before_as_they_were(criterion: Quantity[Sums]) -> None:
     first, second = chunks(synthetic.trajectory(), (6, 12))
-    before = criterion.gather(first, None)
-    copies = {name: array.copy() for name, array in before.items()}
-    criterion.gather(second, before)
-    assert all(np.array_equal(before[name], copy, equal_nan=True) for name, copy in copies.items())
+    before = add(first, None, [criterion])
+    (state,) = before.states.values()
+    copies = {name: array.copy() for name, array in state.items()}
+    add(second, before, [criterion])
+    assert all(np.array_equal(state[name], copy, equal_nan=True) for name, copy in copies.items())
 
 
-def test_what_is_gathered_survives_packing() -> None:
+def test_sums_survive_packing() -> None:
     motion = synthetic.trajectory()
-    whole: Gathered | None = None
+    sums: Sums | None = None
     for chunk in chunks(motion, (5, 9, 12)):
-        if whole is not None:
-            whole = Gathered.unpacked(whole.packed(), motion.layout, motion.cost.algorithm)
-        if chunk.discard < chunk.cycles:
-            whole = gather(chunk, whole)
-    assert whole is not None
-    have, want = tell(whole), judge(motion)
+        if sums is not None:
+            sums = Sums.unpacked(sums.packed(), motion.layout, motion.cost.algorithm)
+        sums = add(chunk, sums)
+    assert sums is not None
+    have, want = verdict_of(sums), judge(motion)
     same(have.entries, want.entries)
     assert (have.sentence, have.window) == (want.sentence, want.window)
-    assert Gathered.unpacked({}, motion.layout, "") is None
+    assert Sums.unpacked({}, motion.layout, "") is None
 
 
 def test_a_contact_across_chunks_is_one_contact() -> None:
@@ -120,15 +118,15 @@ def test_a_contact_across_chunks_is_one_contact() -> None:
     rows = [(0.5, 0, 0, 1, 1.0, 2.0), closes, (3.5, 0, 0, 1, 4.0, 7.5)]
     motion = trajectory(layout(period=1.0), rows, cycles=5, final=9.0)
     (impacts,) = (c for c in CRITERIA if c.name == "impacts")
-    tally, scope = gathered(impacts, motion, (1, 2, 3, 4, 5))
-    told = {e.quantity: e.value for e in impacts.tell(tally, scope)}
-    assert told["impacts per cycle"] == 2 / 5
-    assert told["largest contact impulse"] == 5.0
-    assert told["mean contact impulse"] == (5.0 + 1.5) / 2
-    assert told["largest exchanged momentum"] == pytest.approx(4.0 / 0.0026)  # of the contact still open: m |v|
-    assert told["mean exchanged momentum"] == pytest.approx((1.0 + 1.0 + 4.0) / 2 / 0.0026)
-    assert told["largest approach speed"] == 4.0
-    same(impacts.tell(tally, scope), impacts.evaluate(motion))
+    sums = sums_of(impacts, motion, (1, 2, 3, 4, 5))
+    values = {row.quantity: row.value for row in impacts.rows(sums)}
+    assert values["impacts per cycle"] == 2 / 5
+    assert values["largest contact impulse"] == 5.0
+    assert values["mean contact impulse"] == (5.0 + 1.5) / 2
+    assert values["largest exchanged momentum"] == pytest.approx(4.0 / 0.0026)  # of the contact still open: m |v|
+    assert values["mean exchanged momentum"] == pytest.approx((1.0 + 1.0 + 4.0) / 2 / 0.0026)
+    assert values["largest approach speed"] == 4.0
+    same(impacts.rows(sums), evaluate(impacts, motion))
 
 
 def test_one_side_in_one_chunk_and_the_other_in_another_are_both_sides() -> None:
@@ -136,12 +134,12 @@ def test_one_side_in_one_chunk_and_the_other_in_another_are_both_sides() -> None
     motion = trajectory(layout(period=1.0), rows, cycles=4)
     first, second = chunks(motion, (2, 4))
     assert [judge(c).verdict for c in (first, second)] == ["single-sided", "single-sided"]
-    assert tell(gather(second, gather(first))).verdict == "double-sided"
+    assert verdict_of(add(second, add(first))).verdict == "double-sided"
 
 
 def test_harmonics_of_the_last_cycles_say_so() -> None:
     motion = trajectory(accelerations=(sine(3.0), sine(2.0, 2.0)), cycles=30)
     (spectrum,) = (c for c in CRITERIA if c.name == "spectrum")
-    notes = {e.note for e in spectrum.tell(*gathered(spectrum, motion, (20, 30))) if "present" in e.quantity}
+    notes = {e.note for e in spectrum.rows(sums_of(spectrum, motion, (20, 30))) if "present" in e.quantity}
     assert notes == {"super- and sub-harmonics are sought in the last 20 of 30 cycles only"}
-    assert {e.note for e in spectrum.evaluate(motion) if "present" in e.quantity} == {""}
+    assert {e.note for e in evaluate(spectrum, motion) if "present" in e.quantity} == {""}

@@ -9,7 +9,7 @@ import pytest
 from gearrattle.quantities.contact import ContactShare
 from gearrattle.quantities.impacts import ImpactStatistics
 from gearrattle.quantities.regime import ImpactRegime
-from tests.quantities.reading import one, value
+from tests.quantities.reading import evaluate, one, value
 from tests.signals.handmade import Row, layout, staged, trajectory
 
 criterion = ImpactStatistics()
@@ -26,7 +26,7 @@ ROWS: list[Row] = [
 
 
 def test_rates_speeds_and_impulses() -> None:
-    entries = criterion.evaluate(trajectory(layout(), ROWS, cycles=5, discard=1, final=13.0))
+    entries = evaluate(criterion, trajectory(layout(), ROWS, cycles=5, discard=1, final=13.0))
     values = {item.quantity: item.value for item in entries}
     assert values == {
         "impacts per cycle": 0.75,
@@ -53,26 +53,26 @@ def test_rates_speeds_and_impulses() -> None:
 
 def test_rate_per_second_follows_the_period() -> None:
     rows: list[Row] = [(0.3, 0, 0, 1, 1.0, 0.0), (0.4, 0, 1, 0, -1.0, 1.0)]
-    entries = criterion.evaluate(trajectory(layout(period=0.25), rows, cycles=4))
+    entries = evaluate(criterion, trajectory(layout(period=0.25), rows, cycles=4))
     assert value(entries, "gear", "impacts per cycle") == 0.25
     assert value(entries, "gear", "impacts per second") == 1.0
     assert not any(item.note for item in entries)
 
 
 def test_without_impacts_only_the_rates() -> None:
-    entries = criterion.evaluate(trajectory())
+    entries = evaluate(criterion, trajectory())
     assert [item.value for item in entries] == [0.0] * 4
 
 
 def test_units_of_a_coupling() -> None:
     plate = staged([-1.0, 1.0], -1, [5.0, 0.0, 5.0])
-    entries = criterion.evaluate(trajectory(plate, [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0))
+    entries = evaluate(criterion, trajectory(plate, [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0))
     assert one(entries, "spring", "largest contact impulse").unit == "N m s"
     assert one(entries, "spring", "largest approach speed").unit == "rad/s"
 
 
 def test_missing_force_integral_is_said() -> None:
-    entries = criterion.evaluate(trajectory(rows=[(0.5, 0, 0, 1, 0.5, math.nan)], final=math.nan))
+    entries = evaluate(criterion, trajectory(rows=[(0.5, 0, 0, 1, 0.5, math.nan)], final=math.nan))
     impulse = one(entries, "gear", "largest contact impulse")
     assert math.isnan(float(impulse.value))
     assert impulse.note == "gear: no contact impulses, for by hand supplies no force integral"
@@ -90,9 +90,9 @@ def test_the_formula_says_the_centre_where_zero_is_a_corner(slopes: list[float],
     motion = trajectory(plate, rows, final=1.0)
     words = f"; delta = 0 is a corner, the centre is region {centre}"
     for each in (ImpactStatistics(), ContactShare(), ImpactRegime()):
-        for item in each.evaluate(motion):
+        for item in evaluate(each, motion):
             if item.subject == "spring" and not item.quantity.startswith("share of region"):
                 assert item.formula.endswith(words)
-    assert value(criterion.evaluate(motion), "spring", "impacts per cycle") == impacts / motion.cycles
+    assert value(evaluate(criterion, motion), "spring", "impacts per cycle") == impacts / motion.cycles
     plain = trajectory(staged([-1.0, 1.0], -1, [5.0, 0.0, 5.0]), [(0.5, 0, 0, 1, 0.5, 0.0)], final=1.0)
-    assert not any("centre is region" in item.formula for item in criterion.evaluate(plain))
+    assert not any("centre is region" in item.formula for item in evaluate(criterion, plain))

@@ -22,7 +22,7 @@ def test_known_motions(kind: str) -> None:
     assert verdict.rule == RULE
     assert {part.name for part in verdict.parts} == {"clutch", "spline", "gear"}
     assert verdict.parts[0].regime == kind
-    assert {item.criterion for item in verdict.entries} == {criterion.name for criterion in CRITERIA}
+    assert {item.name for item in verdict.entries} == {criterion.name for criterion in CRITERIA}
 
 
 def test_part_of_a_mesh() -> None:
@@ -175,7 +175,7 @@ def test_a_model_without_units_has_units_of_one() -> None:
 
 def test_entries_of_one_criterion_and_subject() -> None:
     verdict = judge(synthetic.trajectory())
-    assert {item.criterion for item in verdict.of("contact")} == {"contact"}
+    assert {item.name for item in verdict.of("contact")} == {"contact"}
     assert [item.value for item in verdict.of("regime", "gear")] == ["double-sided"]
 
 

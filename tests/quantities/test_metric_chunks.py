@@ -15,7 +15,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.quantities import METRICS
-from gearrattle.quantities.metric import WHOLE
+from gearrattle.quantities.inputs import WHOLE
 from gearrattle.signals.chunks import Moments
 from tests.architecture.places import EXAMPLES
 

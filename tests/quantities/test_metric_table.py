@@ -11,7 +11,16 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.errors import ModelError
-from gearrattle.quantities import METRICS, Heard, Metric, hear_motion, hear_recording, judge, measure, recording_of
+from gearrattle.quantities import (
+    METRICS,
+    Inputs,
+    Quantity,
+    inputs_of_motion,
+    inputs_of_recording,
+    judge,
+    recording_of,
+    rows_of,
+)
 from gearrattle.recording import Channel, Recording
 from tests import synthetic
 from tests.signals.handmade import trajectory
@@ -22,17 +31,17 @@ EXACT = {"impact_intensity", "impact_loss", "contact_work", "rattle_level"}
 """What only a log of crossings or an audit gives."""
 
 
-def simulated(kind: str = "double-sided") -> Heard:
-    return hear_motion(synthetic.trajectory(kind), ENGINE)
+def simulated(kind: str = "double-sided") -> Inputs:
+    return inputs_of_motion(synthetic.trajectory(kind), ENGINE)
 
 
-def recorded(kind: str = "double-sided") -> Heard:
+def recorded(kind: str = "double-sided") -> Inputs:
     motion = synthetic.trajectory(kind)
-    return hear_recording(recording_of(motion), motion.layout, motion.layout.omega, ENGINE)
+    return inputs_of_recording(recording_of(motion), motion.layout, motion.layout.omega, ENGINE)
 
 
 @pytest.mark.parametrize("metric", METRICS, ids=ids)
-def test_a_metric_tells_what_it_is_and_whence(metric: Metric) -> None:
+def test_a_metric_tells_what_it_is_and_whence(metric: Quantity[Inputs]) -> None:
     """Frozen, with words for everything a reader asks."""
     assert dataclasses.is_dataclass(metric)
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -54,15 +63,15 @@ def test_names_and_quantities_are_unique_and_no_criterion_has_them() -> None:
     """A study finds an output by its quantity alone."""
     assert len(set(ids)) == len(METRICS)
     owner: dict[str, str] = {}
-    for row in measure(simulated()):
-        assert owner.setdefault(row.quantity, row.metric) == row.metric
+    for row in rows_of(simulated()):
+        assert owner.setdefault(row.quantity, row.name) == row.name
     assert not set(owner) & {entry.quantity for entry in judge(synthetic.trajectory()).entries}
 
 
 @pytest.mark.parametrize("kind", synthetic.DEFLECTIONS)
 def test_every_row_has_a_unit_and_what_there_is_not_has_a_note(kind: str) -> None:
     """And no quantity is said twice of one subject."""
-    rows = measure(simulated(kind))
+    rows = rows_of(simulated(kind))
     for row in rows:
         assert row.unit
         assert row.source
@@ -75,10 +84,10 @@ def test_every_row_has_a_unit_and_what_there_is_not_has_a_note(kind: str) -> Non
 @pytest.mark.parametrize("kind", synthetic.DEFLECTIONS)
 def test_a_recording_of_a_motion_says_what_the_motion_says(kind: str) -> None:
     """To the last digit but those of time, wherever samples suffice; the rest is told, never guessed."""
-    of_motion = {(r.subject, r.quantity): r.value for r in measure(simulated(kind)) if r.metric != "contact_sides"}
-    rows = measure(recorded(kind))
-    assert {row.metric for row in rows if "needs" in row.note} == EXACT
-    shared = [row for row in rows if row.metric not in EXACT | {"contact_sides"}]
+    of_motion = {(r.subject, r.quantity): r.value for r in rows_of(simulated(kind)) if r.name != "contact_sides"}
+    rows = rows_of(recorded(kind))
+    assert {row.name for row in rows if "needs" in row.note} == EXACT
+    shared = [row for row in rows if row.name not in EXACT | {"contact_sides"}]
     assert len(shared) > 20
     for row in shared:
         want = of_motion[row.subject, row.quantity]
@@ -92,9 +101,9 @@ def test_sides_from_samples_come_near_those_from_the_log(samples: int) -> None:
     Of the first impact of a recording nobody knows which flank was before: it may count on the wrong side of two.
     """
     motion = synthetic.trajectory(samples=samples)
-    exact = {(r.subject, r.quantity): r.value for r in measure(hear_motion(motion, ENGINE))}
-    rows = measure(hear_recording(recording_of(motion), motion.layout, synthetic.OMEGA, ENGINE))
-    found = [row for row in rows if row.metric == "contact_sides"]
+    exact = {(r.subject, r.quantity): r.value for r in rows_of(inputs_of_motion(motion, ENGINE))}
+    rows = rows_of(inputs_of_recording(recording_of(motion), motion.layout, synthetic.OMEGA, ENGINE))
+    found = [row for row in rows if row.name == "contact_sides"]
     assert found
     for row in found:
         assert "from samples" in row.note
@@ -110,8 +119,8 @@ def test_without_a_model_only_what_needs_none_is_measured() -> None:
     time = np.arange(1001) * 1e-3
     shaft = 100.0 + 2.0 * np.sin(2.0 * 100.0 * time)
     rig = Recording(time, (Channel("n", "speed", "input", "rad/s", shaft),), "rig.csv")
-    rows = measure(hear_recording(rig, None, None, (2.0,)))
-    told = {row.metric: row.note for row in rows if row.subject == ""}
+    rows = rows_of(inputs_of_recording(rig, None, None, (2.0,)))
+    told = {row.name: row.note for row in rows if row.subject == ""}
     assert set(told) == set(ids) - {"irregularity"}
     one_shaft = told.pop("order_transmissibility")
     assert "nothing of the kind" in one_shaft
@@ -124,10 +133,10 @@ def test_ill_recordings_are_refused_with_a_remedy() -> None:
     """Uneven samples and gaps."""
     time = np.array([0.0, 1.0, 3.0])
     with pytest.raises(ModelError, match=r"rig.*uniform.*resample"):
-        hear_recording(Recording(time, (), "rig"), None, None, ())
+        inputs_of_recording(Recording(time, (), "rig"), None, None, ())
     holes = Channel("n", "speed", "input", "rad/s", np.array([1.0, np.nan, 1.0]))
     with pytest.raises(ModelError, match=r"rig.*n.*finite"):
-        hear_recording(Recording(np.arange(3.0), (holes,), "rig"), None, None, ())
+        inputs_of_recording(Recording(np.arange(3.0), (holes,), "rig"), None, None, ())
 
 
 def test_rounded_times_are_uniform_with_a_note() -> None:
@@ -136,14 +145,14 @@ def test_rounded_times_are_uniform_with_a_note() -> None:
     channel = Channel("n", "speed", "input", "rad/s", 100.0 + np.sin(2.0 * 100.0 * time))
     values = {}
     for times in (time, np.round(time, 6)):
-        heard = hear_recording(Recording(times, (channel,), "rig"), None, 100.0, (2.0,))
-        values[len(heard.notes)] = [row.value for row in measure(heard) if row.metric == "irregularity"]
+        inputs = inputs_of_recording(Recording(times, (channel,), "rig"), None, 100.0, (2.0,))
+        values[len(inputs.notes)] = [row.value for row in rows_of(inputs) if row.name == "irregularity"]
     assert values[1] == pytest.approx(values[0], rel=1e-5)
 
 
 def test_one_sample_a_cycle_does_not_fail() -> None:
     """What such samples cannot show is NaN with a note."""
-    for row in measure(hear_motion(trajectory(cycles=3, samples=1), ENGINE)):
+    for row in rows_of(inputs_of_motion(trajectory(cycles=3, samples=1), ENGINE)):
         assert math.isfinite(row.value) or row.note
 
 
@@ -231,8 +240,8 @@ def test_speeds_of_two_shafts_have_a_transmissibility() -> None:
         Channel("in", "speed", "input", "rad/s", 200.0 + 2.0 * swing),
         Channel("out", "speed", "output", "rad/s", 400.0 + 0.5 * swing),
     )
-    rows = measure(hear_recording(Recording(time, channels, "rig.csv"), None, 200.0, (2.0,)))
-    (found,) = [row for row in rows if row.metric == "order_transmissibility"]
+    rows = rows_of(inputs_of_recording(Recording(time, channels, "rig.csv"), None, 200.0, (2.0,)))
+    (found,) = [row for row in rows if row.name == "order_transmissibility"]
     assert (found.subject, found.value) == ("output", pytest.approx(0.25, rel=1e-9))
 
 

@@ -146,9 +146,9 @@ def test_a_recording_and_another_algorithm_note_the_error_of_their_peaks() -> No
     model = gr.load(EXAMPLES / "paper" / "case3.toml")
     exact = gr.simulate(model, cycles=6, discard=3)
     assert not gr.metrics(exact, names=["separation"]).note.str.contains("samples").any()
-    heard = gr.metrics(recording_of(exact.trajectory), model, names=["separation"])
+    recorded = gr.metrics(recording_of(exact.trajectory), model, names=["separation"])
     stepped = gr.metrics(gr.simulate(model, cycles=6, discard=3, algorithm="rkv"), names=["separation"])
-    for table in (heard, stepped):
+    for table in (recorded, stepped):
         note = table[table.quantity == "separation ratio"].note.item()
         assert "a peak of samples" in note
         assert "% higher" in note

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearrattle.engine.system.energy import EnergyAudit
-from gearrattle.quantities import Heard, Metric, RattleLevel, hear_motion, hear_recording
+from gearrattle.quantities import Inputs, Quantity, RattleLevel, inputs_of_motion, inputs_of_recording
 from gearrattle.quantities.contact import ContactSides
 from gearrattle.quantities.energy import ContactWork, ImpactLoss
 from gearrattle.quantities.force import ForceStatistics
@@ -41,15 +41,15 @@ TAKEN = 0.5 * MASS * (0.25 - 0.16 + 0.49 - 0.36 + 0.04 - 0.01)
 
 @dataclass(frozen=True)
 class Vector:
-    """What is heard, and what a metric must say of it by (subject, quantity)."""
+    """The inputs, and what a metric must give for them by (subject, quantity)."""
 
-    metric: Metric
-    heard: Heard
+    metric: Quantity[Inputs]
+    inputs: Inputs
     known: dict[tuple[str, str], float]
 
 
-def heard(motion: Trajectory, *orders: float) -> Heard:
-    return hear_motion(motion, np.array(orders or (1.0,)))
+def inputs(motion: Trajectory, *orders: float) -> Inputs:
+    return inputs_of_motion(motion, np.array(orders or (1.0,)))
 
 
 def _audited() -> Trajectory:
@@ -60,7 +60,7 @@ def _audited() -> Trajectory:
 Terms = tuple[tuple[float, float, float], ...]
 
 
-def moving(driver: Terms, loose: Terms = (), plate: Layout | None = None) -> Heard:
+def moving(driver: Terms, loose: Terms = (), plate: Layout | None = None) -> Inputs:
     """Return a motion of both bodies by amplitude, order and phase of the acceleration's sines."""
     motion = trajectory(plate)
     columns = np.zeros((2, 3, motion.time.size))
@@ -70,7 +70,7 @@ def moving(driver: Terms, loose: Terms = (), plate: Layout | None = None) -> Hea
             rate = order * OMEGA
             columns[body] += amplitude * np.array([-np.sin(turn) / rate**2, -np.cos(turn) / rate, np.sin(turn)])
     angle, velocity, acceleration = np.stack(columns, axis=-1)
-    return heard(replace(motion, angle=angle, velocity=velocity, acceleration=acceleration))
+    return inputs(replace(motion, angle=angle, velocity=velocity, acceleration=acceleration))
 
 
 def rig(values: Array, quantity: str, subject: str, unit: str, period: float = 1.0) -> Recording:
@@ -78,21 +78,21 @@ def rig(values: Array, quantity: str, subject: str, unit: str, period: float = 1
     return Recording(time, (Channel("one", quantity, subject, unit, values),), "by hand")
 
 
-def _sine_force() -> Heard:
+def _sine_force() -> Inputs:
     time = np.arange(257) / 64
-    return hear_recording(rig(sine(7.0)(time), "force", "gear", "N"), layout(), OMEGA, ())
+    return inputs_of_recording(rig(sine(7.0)(time), "force", "gear", "N"), layout(), OMEGA, ())
 
 
-def _deflection() -> Heard:
+def _deflection() -> Inputs:
     """2 s: 16 samples at 0, 32 at 2 (drive), 16 at 0, 16 at -2 (coast), 16 at 0, 16 at -2, 16 at 0; the end at 0."""
     steps = [(16, 0.0), (32, 2.0), (16, 0.0), (16, -2.0), (16, 0.0), (16, -2.0), (17, 0.0)]
     values = np.concatenate([np.full(count, value) for count, value in steps])
-    return hear_recording(rig(values, "deflection", "gear", "m"), layout(), OMEGA, ())
+    return inputs_of_recording(rig(values, "deflection", "gear", "m"), layout(), OMEGA, ())
 
 
-_DRIVEN = heard(trajectory(accelerations=(sine(12.0), still)))
+_DRIVEN = inputs(trajectory(accelerations=(sine(12.0), still)))
 _TWO = moving(((12.0, 1.0, 0.0), (4.0, 2.0, 0.7)), plate=layout(orders=np.array([1.0, 2.0])))
-_RINGING = heard(trajectory(accelerations=(still, lambda t: 9.0 + sine(3.0)(t) + sine(2.0, 5.0)(t))))
+_RINGING = inputs(trajectory(accelerations=(still, lambda t: 9.0 + sine(3.0)(t) + sine(2.0, 5.0)(t))))
 _GEAR, _LOOSE = "gear", "loose"
 
 VECTORS: tuple[Vector, ...] = (
@@ -103,15 +103,15 @@ VECTORS: tuple[Vector, ...] = (
         (_GEAR, "separation ratio at order 1"): 6.0, (_GEAR, "separation ratio at order 2"): 2.0,
         (_GEAR, "largest separation ratio of an order"): 6.0,
     }),
-    Vector(ImpactIntensity(), heard(trajectory(rows=ROWS)), {
+    Vector(ImpactIntensity(), inputs(trajectory(rows=ROWS)), {
         (_GEAR, "mean restitution"): (0.4 / 0.5 + 0.6 / 0.7 + 0.1 / 0.2) / 3.0,
         (_GEAR, "mean impact intensity"): PUSHED / 4.0,
     }),
-    Vector(ImpactLoss(), heard(trajectory(rows=ROWS)), {
+    Vector(ImpactLoss(), inputs(trajectory(rows=ROWS)), {
         (_GEAR, "impact loss rate"): TAKEN / 4.0, (_GEAR, "mean loss of an impact"): TAKEN / 3.0,
     }),
-    Vector(ContactWork(), heard(_audited()), {(_GEAR, "contact work rate"): 6.0 / 4.0}),
-    Vector(RattleLevel(40.0, 2.0), heard(trajectory(rows=ROWS)), {
+    Vector(ContactWork(), inputs(_audited()), {(_GEAR, "contact work rate"): 6.0 / 4.0}),
+    Vector(RattleLevel(40.0, 2.0), inputs(trajectory(rows=ROWS)), {
         (_GEAR, "rattle level"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
         ("all meshes", "rattle level of all meshes"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
     }),
@@ -119,7 +119,7 @@ VECTORS: tuple[Vector, ...] = (
         (_GEAR, "force standard deviation"): 7.0 / math.sqrt(2.0), (_GEAR, "force crest factor"): math.sqrt(2.0),
         (_GEAR, "force kurtosis"): 1.5,
     }),
-    Vector(ForceStatistics(), hear_recording(rig(np.arange(101.0), "force", "gear", "N"), None, None, ()), {
+    Vector(ForceStatistics(), inputs_of_recording(rig(np.arange(101.0), "force", "gear", "N"), None, None, ()), {
         (_GEAR, "force exceeded 5 % of the time"): 0.95 * 99.0,
         (_GEAR, "force standard deviation"): math.sqrt(833.5),  # integral 3333.5 - 2500 of the trapezoids
     }),
@@ -128,7 +128,7 @@ VECTORS: tuple[Vector, ...] = (
         (_LOOSE, "rms acceleration above the engine orders"): math.sqrt(2.0),
         (_LOOSE, "peak acceleration above the engine orders"): 2.0,
     }),
-    Vector(ContactSides(), heard(trajectory(rows=ROWS)), {
+    Vector(ContactSides(), inputs(trajectory(rows=ROWS)), {
         (_GEAR, "drive-side share"): 0.125, (_GEAR, "coast-side share"): 0.125, (_GEAR, "free share"): 0.75,
         (_GEAR, "single-sided impacts per cycle"): 0.5, (_GEAR, "double-sided impacts per cycle"): 0.25,
     }),

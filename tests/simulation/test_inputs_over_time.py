@@ -209,7 +209,7 @@ def test_the_torque_that_keeps_a_motion_up() -> None:
 
 def test_transmissibility_refers_to_the_prescribed_motion() -> None:
     run = gr.simulate(with_motion("speed", SHAPE))
-    entries = [e for e in gr.criteria(run).entries if e.criterion == "transmissibility"]
+    entries = [e for e in gr.criteria(run).entries if e.name == "transmissibility"]
     assert entries
     assert any("engine" in f"{e.subject} {e.formula} {e.note}" for e in entries)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import CRITERIA, Criterion, Heard, evaluate, judge
+from gearrattle import quantities
+from gearrattle.quantities import QUANTITIES, Inputs, add, inputs_of_chunks, judge, verdict_of
 from gearrattle.studies.outputs import outputs_of
 
 NAMES = ["separation margin", "mean impact intensity", "rattle level of all meshes", "transmissibility at order 1"]
@@ -42,13 +44,13 @@ def test_only_quantities_that_are_asked_for_are_computed(monkeypatch: pytest.Mon
     """The force exceeded 5 % of the time takes a search on the exact motion: none where it is not asked for."""
     model = gr.load("examples/paper/case1.toml").with_({"simulation.cycles": 4, "simulation.discard": 2})
     run = gr.simulate(model, audit=False)
-    asked, counted = Heard.exceeded, list[str]()
+    asked, counted = Inputs.exceeded, list[str]()
 
-    def exceeded(self: Heard, quantity: str, subject: str, share: float) -> float | None:
+    def exceeded(self: Inputs, quantity: str, subject: str, share: float) -> float | None:
         counted.append(subject)
         return asked(self, quantity, subject, share)
 
-    monkeypatch.setattr(Heard, "exceeded", exceeded)
+    monkeypatch.setattr(Inputs, "exceeded", exceeded)
     table = gr.metrics(run).set_index(["quantity", "subject"]).value
     assert len(counted) == 1
     for name, times in (("force standard deviation", 0), ("force exceeded 5 % of the time", 1)):
@@ -61,24 +63,33 @@ def test_only_quantities_that_are_asked_for_are_computed(monkeypatch: pytest.Mon
         assert told["gear"] == table[name, "gear"]
 
 
-def test_each_kind_of_sums_is_gathered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_sum_is_added_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To a verdict, to outputs of a study, and to criteria and metrics of one motion together."""
     counted: list[str] = []
-    for criterion in CRITERIA:
-        own = type(criterion).gather
 
-        def gather(self: Criterion, *given: Any, own: Any = own) -> Any:
-            counted.append(self.sums)
-            return own(self, *given)
+    def counting(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
+        def adds(*arguments: Any) -> Any:
+            counted.append(name)
+            return own(*arguments)
 
-        monkeypatch.setattr(type(criterion), "gather", gather)
+        return adds
+
+    monkeypatch.setattr(quantities, "add_crossings", counting("crossings", quantities.add_crossings))
+    monkeypatch.setattr(quantities, "add_signals", counting("signals", quantities.add_signals))
+    others = {name: counting(name, own) for name, own in quantities._STEADY_SUMS.items()}
+    monkeypatch.setattr(quantities, "_STEADY_SUMS", others)
     run = gr.simulate(gr.load("examples/paper/case1.toml"), cycles=4, discard=2, audit=False)
-    judge(run.trajectory)
+    verdict = judge(run.trajectory)
     assert sorted(counted) == ["crossings", "last cycles", "peaks", "spectra"]
+    outputs = outputs_of(["regime", "contact share", "impacts per cycle"], run)
     counted.clear()
-    chosen = [each for each in CRITERIA if each.name in ("regime", "contact", "impacts")]
-    entries = evaluate(run.trajectory, chosen)
+    outputs.of(run)
     assert counted == ["crossings"]
-    assert entries == [entry for each in chosen for entry in each.evaluate(run.trajectory)]
+    counted.clear()
+    sums = add(run.trajectory, None, QUANTITIES, engine_orders=np.array([2.0]))
+    assert sorted(counted) == ["crossings", "last cycles", "peaks", "signals", "spectra"]
+    assert verdict_of(sums).to_dict() == verdict.to_dict()
+    assert inputs_of_chunks(sums, np.array([2.0])).crossings is sums.states["crossings"]
 
 
 def test_what_needs_an_audit_is_no_output() -> None:

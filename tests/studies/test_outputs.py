@@ -20,6 +20,7 @@ from gearrattle.studies.outputs import check_names
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.store import OUTCOME
 from gearrattle.studies.structures import structures_of
+from tests.quantities.reading import evaluate
 from tests.studies.drivelines import TOML, model
 
 AMPLITUDE, GAP = "torque.0.harmonics.0.amplitude", "coupling.joint.clearance"
@@ -146,11 +147,11 @@ def test_every_entry_of_a_motion_is_one_of_a_period_or_occasional(amplitude: flo
     period = gr.simulate(model(), cycles=1, discard=0)
     for each in CRITERIA:
         ever = {(e.subject, e.quantity): e for e in each.occasional(run.trajectory.layout)}
-        always = {(e.subject, e.quantity) for e in each.evaluate(period.trajectory)} - set(ever)
-        now = {(e.subject, e.quantity): e for e in each.evaluate(run.trajectory)}
+        always = {(e.subject, e.quantity) for e in evaluate(each, period.trajectory)} - set(ever)
+        now = {(e.subject, e.quantity): e for e in evaluate(each, run.trajectory)}
         assert always <= set(now) <= always | set(ever)
         assert all(ever[key].unit == entry.unit for key, entry in now.items() if key in ever)
-    check_names([e.quantity for each in CRITERIA for e in each.evaluate(run.trajectory)], [model()])
+    check_names([e.quantity for each in CRITERIA for e in evaluate(each, run.trajectory)], [model()])
 
 
 def test_the_command_counts_quiet_cases(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,61 +1,66 @@
 """Quantities of a motion: criteria, which judge it, and metrics, which measure it.
 
-``CRITERIA`` and ``METRICS`` are the tables, in the order in which reports show them. ``judge`` evaluates every
-criterion and says what rattles, where, and how badly. ``measure`` has every metric measure a ``Heard``, made of a
-simulated motion or of a recording. A criterion and a metric of one kind (contact, transmissibility) share a file. A new
-quantity is its file, one line in a table, and its test. Transmissibility and peak-to-peak values of criteria are of the
-last eight cycles; all else is of the steady part.
+``QUANTITIES`` is the one table, in the order in which reports show them; ``CRITERIA`` and ``METRICS`` are chosen from
+it. A criterion and a metric of one kind (contact, transmissibility) share a file. A new quantity is its file, one line
+in the table, and its test. Transmissibility and peak-to-peak values of criteria are of the last eight cycles; all else
+is of the steady part.
 
-A motion may come in chunks: ``gather`` from each of them, in order, then ``tell``; no chunk need be kept. For metrics,
-``gather_motion`` and ``hear_chunks`` do the same.
+``add`` extends the sums over a motion by its next chunk, each sum once for all quantities that read it; a whole run is
+one chunk. ``verdict_of`` gives the verdict on sums, ``rows_of`` the rows of metrics of their inputs, which are made of
+a motion, of sums over its chunks, or of a recording.
 
-Takes a Trajectory or a Recording; gives a Verdict and rows to runs, studies, the pipeline and reports.
+Takes a Trajectory, chunks of one, or a Recording; gives a Verdict and rows to runs, studies, the pipeline and reports.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError
 from gearrattle.quantities.contact import ContactShare, ContactSides
-from gearrattle.quantities.criterion import (
-    RULE,
-    Criterion,
-    Entry,
-    Measuring,
-    Part,
-    Scope,
-    Tally,
-    scope_of,
-    worst_first,
-)
 from gearrattle.quantities.energy import ContactWork, ImpactLoss
 from gearrattle.quantities.force import ForceStatistics
-from gearrattle.quantities.hearing import gather_motion, hear_chunks, hear_motion, hear_recording, recording_of
 from gearrattle.quantities.impacts import ImpactStatistics
+from gearrattle.quantities.inputs import Inputs
 from gearrattle.quantities.intensity import ImpactIntensity
 from gearrattle.quantities.irregularity import SpeedIrregularity
-from gearrattle.quantities.loose_gear import LooseGear
+from gearrattle.quantities.loose_gear import LooseGear, add_peaks
 from gearrattle.quantities.loose_motion import LooseMotion
-from gearrattle.quantities.metric import Heard, Metric, Value
-from gearrattle.quantities.parts import measure_parts
+from gearrattle.quantities.parts import RULE, Part, measure_parts, worst_first
 from gearrattle.quantities.peak_to_peak import PeakToPeak
+from gearrattle.quantities.quantity import (
+    WITHOUT_DIMENSION,
+    CrossingQuantity,
+    Quantity,
+    Row,
+    Scope,
+    State,
+    Sums,
+    scope_of,
+)
 from gearrattle.quantities.rattle_level import RattleLevel
 from gearrattle.quantities.regime import ImpactRegime
 from gearrattle.quantities.separation import HarmonicSeparation, SeparationRatio
-from gearrattle.quantities.spectrum import AccelerationSpectrum, density_of
+from gearrattle.quantities.sources import (
+    add_signals,
+    inputs_of_chunks,
+    inputs_of_motion,
+    inputs_of_recording,
+    recording_of,
+)
+from gearrattle.quantities.spectrum import AccelerationSpectrum, add_spectra, density_of
 from gearrattle.quantities.transmissibility import OrderTransmissibility, Transmissibility
 from gearrattle.quantities.verdict import Verdict
-from gearrattle.signals import Spectrum, Window
-from gearrattle.trajectory import Layout, Trajectory
+from gearrattle.signals import Spectrum, add_crossings, steady
+from gearrattle.signals.last_levels import add_levels
+from gearrattle.trajectory import Array, Trajectory
 
-CRITERIA: tuple[Criterion, ...] = (
+QUANTITIES: tuple[Quantity[Any], ...] = (
     ImpactRegime(),
     ImpactStatistics(),
     ContactShare(),
@@ -63,10 +68,6 @@ CRITERIA: tuple[Criterion, ...] = (
     Transmissibility(),
     PeakToPeak(),
     AccelerationSpectrum(),
-)
-"""Every criterion, in the order of reports."""
-
-METRICS: tuple[Metric, ...] = (
     SeparationRatio(),
     HarmonicSeparation(),
     ImpactIntensity(),
@@ -79,141 +80,103 @@ METRICS: tuple[Metric, ...] = (
     OrderTransmissibility(),
     SpeedIrregularity(),
 )
-"""Every metric, in the order of reports."""
+"""Every quantity, in the order of reports."""
 
-MEASURED: Mapping[str, Measuring] = {each.name: each for each in (ImpactRegime(), ImpactStatistics(), ContactShare())}
+CRITERIA: tuple[Quantity[Sums], ...] = tuple(quantity for quantity in QUANTITIES if not quantity.needs)
+"""The criteria: they need nothing but a simulated motion."""
+
+METRICS: tuple[Quantity[Inputs], ...] = tuple(quantity for quantity in QUANTITIES if quantity.needs)
+"""The metrics: each says what its inputs must hold."""
+
+CROSSING_CRITERIA: Mapping[str, CrossingQuantity] = {
+    quantity.name: quantity for quantity in QUANTITIES if isinstance(quantity, CrossingQuantity)
+}
 """The criteria whose values come from the crossings alone, and of many motions at once, by name."""
 
-_UNITS_WITHOUT_DIMENSION = frozenset({"", "1", "1/cycle", "dB"})
+_STEADY_SUMS: Mapping[str, Callable[[Trajectory, State | None], State]] = {
+    "last cycles": add_levels,
+    "peaks": add_peaks,
+    "spectra": add_spectra,
+}
+"""What adds the steady part of a chunk to a sum; "crossings" and "signals" read discarded cycles as well."""
 
 __all__ = [
     "CRITERIA",
-    "MEASURED",
+    "CROSSING_CRITERIA",
     "METRICS",
+    "QUANTITIES",
     "RULE",
-    "Criterion",
-    "Entry",
-    "Gathered",
-    "Heard",
-    "Metric",
+    "WITHOUT_DIMENSION",
+    "Inputs",
     "Part",
+    "Quantity",
     "RattleLevel",
     "Row",
-    "Tally",
-    "Value",
+    "Scope",
+    "Sums",
     "Verdict",
-    "evaluate",
-    "gather",
-    "gather_motion",
-    "hear_chunks",
-    "hear_motion",
-    "hear_recording",
+    "add",
+    "inputs_of_chunks",
+    "inputs_of_motion",
+    "inputs_of_recording",
     "judge",
-    "measure",
     "recording_of",
-    "tell",
+    "rows_of",
+    "verdict_of",
 ]
 
 
-@dataclasses.dataclass(frozen=True)
-class Gathered:
-    """What the criteria keep of the chunks of a motion so far, however many there were.
-
-    Attributes:
-        scope: what has been gathered.
-        tallies: by the name of the sums (``Criterion.sums``).
-    """
-
-    scope: Scope
-    tallies: Mapping[str, Tally]
-
-    def packed(self) -> dict[str, NDArray[Any]]:
-        """Return the same as named arrays, for a file."""
-        window = self.scope.window
-        span = np.array([window.start, window.end])
-        grid = np.array([window.first, window.last, window.cycles, self.scope.samples_per_cycle])
-        flat = {f"{name}/{key}": array for name, tally in self.tallies.items() for key, array in tally.items()}
-        return {"span": span, "grid": grid, **flat}
-
-    @classmethod
-    def unpacked(cls, arrays: Mapping[str, NDArray[Any]], layout: Layout, algorithm: str) -> Gathered | None:
-        """Return what was packed; None for nothing.
-
-        Args:
-            arrays: from ``packed``, or empty.
-            layout: name plate of the driveline.
-            algorithm: what made the motion.
-        """
-        if not arrays:
-            return None
-        (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
-        tallies: dict[str, dict[str, NDArray[Any]]] = {criterion.sums: {} for criterion in CRITERIA}
-        for name in set(arrays) - {"span", "grid"}:
-            sums, _, key = name.partition("/")
-            tallies[sums][key] = arrays[name]
-        return cls(Scope(layout, Window(start, end, first, last, cycles), per_cycle, algorithm), tallies)
-
-
-def gather(trajectory: Trajectory, before: Gathered | None = None) -> Gathered:
-    """Gather from the next chunk of a motion what the criteria read, each kind of sums once.
+def add(
+    chunk: Trajectory,
+    before: Sums | None = None,
+    quantities: Sequence[Quantity[Any]] = CRITERIA,
+    *,
+    engine_orders: Array | None = None,
+) -> Sums:
+    """Return the sums over a chunk of a motion and all chunks before it, each sum once for all that read it.
 
     Args:
-        trajectory: the chunk, of whole cycles.
-        before: what has been gathered from the chunks before it; None at the first.
+        chunk: the next one, of whole cycles; a whole motion is one chunk.
+        before: sums over the chunks before it, of the same quantities; None at the first.
+        quantities: which; their ``sums`` are added.
+        engine_orders: orders of the torques, ascending, which metrics ask for.
 
     Raises:
-        ModelError: if no cycle of the chunk remains after the discarded ones.
         GearRattleError: if the log of corner crossings has a gap.
     """
-    tallies = _tallies(trajectory, CRITERIA, {} if before is None else before.tallies)
-    return Gathered(scope_of(trajectory, None if before is None else before.scope), tallies)
+    states = {} if before is None else dict(before.states)
+    scope = None if before is None else before.scope
+    is_steady = chunk.discard < chunk.cycles
+    for name in dict.fromkeys(name for quantity in quantities for name in quantity.sums):
+        if name == "crossings":
+            states[name] = add_crossings(states.get(name), chunk, steady(chunk) if is_steady else None)
+        elif name == "signals":
+            states[name] = add_signals(chunk, states.get(name), np.zeros(0) if engine_orders is None else engine_orders)
+        elif is_steady:
+            states[name] = _STEADY_SUMS[name](chunk, states.get(name))
+    return Sums(scope_of(chunk, scope) if is_steady else scope, states)
 
 
-def tell(gathered: Gathered, *, units: str = "SI") -> Verdict:
-    """Return the verdict on all that has been gathered.
+def verdict_of(sums: Sums, *, units: str = "SI") -> Verdict:
+    """Return the verdict on a motion.
 
     Args:
-        gathered: from ``gather``.
+        sums: of all criteria over its chunks, of which some cycle is not discarded.
         units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
     """
-    scope, tallies = gathered.scope, gathered.tallies
-    entries = [item for criterion in CRITERIA for item in criterion.tell(tallies[criterion.sums], scope)]
-    parts = worst_first(measure_parts(entries, scope, tallies[ImpactStatistics.sums]))
+    rows = [row for criterion in CRITERIA for row in criterion.rows(sums)]
+    parts = worst_first(measure_parts(rows, sums.steady, sums.states["crossings"]))
     if units != "SI":
-        entries = [item if item.unit in _UNITS_WITHOUT_DIMENSION else _bare(item) for item in entries]
         parts = tuple(dataclasses.replace(part, impulse_unit="1", energy_unit="1", speed_unit="1") for part in parts)
     return Verdict(
         verdict=parts[0].regime if parts and parts[0].rattles else "quiet",
         rule=RULE,
         parts=parts,
-        entries=tuple(entries),
-        notes=_distinct(item.note for item in entries),
-        window=scope.window,
-        spectra=_density(gathered),
+        entries=tuple(_in_units(rows, units)),
+        notes=tuple(dict.fromkeys(row.note for row in rows if row.note)),
+        window=sums.steady.window,
+        spectra=_density(sums),
     )
-
-
-def evaluate(trajectory: Trajectory, criteria: Sequence[Criterion] = CRITERIA) -> list[Entry]:
-    """Return the entries of some criteria, in their order.
-
-    Args:
-        trajectory: the motion, of whole cycles.
-        criteria: which.
-
-    Raises:
-        ModelError: if no cycle remains after the discarded ones.
-        GearRattleError: if the log of corner crossings has a gap.
-    """
-    if not criteria:
-        return []
-    tallies, scope = _tallies(trajectory, criteria, {}), scope_of(trajectory)
-    return [item for criterion in criteria for item in criterion.tell(tallies[criterion.sums], scope)]
-
-
-def _tallies(trajectory: Trajectory, criteria: Sequence[Criterion], before: Mapping[str, Tally]) -> dict[str, Tally]:
-    """Each kind of sums that the criteria read, gathered once."""
-    readers = {criterion.sums: criterion for criterion in criteria}
-    return {sums: reader.gather(trajectory, before.get(sums)) for sums, reader in readers.items()}
 
 
 def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
@@ -227,68 +190,49 @@ def judge(trajectory: Trajectory, *, units: str = "SI") -> Verdict:
         ModelError: if no cycle remains after the discarded ones.
         GearRattleError: if the log of corner crossings has a gap.
     """
-    return tell(gather(trajectory), units=units)
+    steady(trajectory)  # refuses a motion of which nothing remains
+    return verdict_of(add(trajectory), units=units)
 
 
-@dataclasses.dataclass(frozen=True)
-class Row:
-    """One value with where it comes from.
-
-    Attributes:
-        metric: name of the metric in the table.
-        subject, quantity, value, unit, note, error: as in ``Value``; one row without a subject where a metric has
-            nothing.
-        window: over what it was taken.
-        source: where the formula comes from.
-    """
-
-    metric: str
-    subject: str
-    quantity: str
-    value: float
-    unit: str
-    window: str
-    source: str
-    note: str
-    error: float
-
-
-def measure(heard: Heard, metrics: Sequence[Metric] = METRICS, quantities: Collection[str] | None = None) -> list[Row]:
+def rows_of(
+    inputs: Inputs,
+    metrics: Sequence[Quantity[Inputs]] = METRICS,
+    quantities: Collection[str] | None = None,
+    *,
+    units: str = "SI",
+) -> list[Row]:
     """Return every value of the metrics; those that lack something give one row that says what.
 
     Args:
-        heard: what there is to measure.
+        inputs: what there is to measure.
         metrics: which.
         quantities: which of theirs; None for all.
+        units: "SI", or "dimensionless" for a model without units: then every unit reads "1".
     """
     rows = []
     if quantities is not None:
-        heard = dataclasses.replace(heard, wanted=frozenset(quantities))
+        inputs = dataclasses.replace(inputs, wanted=frozenset(quantities))
     for metric in metrics:
-        lacking = [words for need in metric.needs if (words := heard.lacks(need))]
-        values = [] if lacking else metric.measure(heard)
+        lacking = [words for need in metric.needs if (words := inputs.lacks(need))]
+        values = [] if lacking else metric.rows(inputs)
         if not values:
-            why = f"{metric.title}: {lacking[0] if lacking else 'nothing of the kind is heard'}"
-            values = [Value("", metric.title, math.nan, metric.unit, why, math.nan)]
-        window = f"{metric.window}: {heard.window}" if "window" in metric.window else metric.window
+            why = f"{metric.title}: {lacking[0] if lacking else 'nothing of the kind is known'}"
+            values = [metric.row("", metric.title, math.nan, note=why, error=math.nan)]
+        window = f"{metric.window}: {inputs.window}" if "window" in metric.window else metric.window
         rows += [
-            Row(metric.name, v.subject, v.quantity, v.value, v.unit, window, metric.source, v.note, v.error)
-            for v in values
-            if not v.subject or heard.wants(v.quantity)
+            dataclasses.replace(row, window=window) for row in values if not row.subject or inputs.wants(row.quantity)
         ]
-    return rows
+    return _in_units(rows, units)
 
 
-def _bare(item: Entry) -> Entry:
-    return dataclasses.replace(item, unit="1")
+def _in_units(rows: Iterable[Row], units: str) -> list[Row]:
+    """Return rows as a model has them: without units, a dimension reads "1"."""
+    is_si = units == "SI"
+    return [row if is_si or row.unit in WITHOUT_DIMENSION else dataclasses.replace(row, unit="1") for row in rows]
 
 
-def _distinct(notes: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(note for note in notes if note))
-
-
-def _density(gathered: Gathered) -> Spectrum | None:
+def _density(sums: Sums) -> Spectrum | None:
     try:
-        return density_of(gathered.tallies[AccelerationSpectrum.sums], gathered.scope)
+        return density_of(sums.states["spectra"], sums.steady)
     except ModelError:
         return None

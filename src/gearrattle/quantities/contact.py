@@ -9,11 +9,11 @@ on the coast side and free come from the event times of a simulated motion, else
 samples of a deflection, which are blind to what happens between two of them, and say so.
 
 An impact is *double-sided* if the contact before it was on the other flank, *single-sided* if it was on the same one: a
-gear that hammers one flank with an occasional hit of the other is told from one that crosses its backlash every time,
-which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
+gear that hammers one flank with an occasional hit of the other is distinguished from one that crosses its backlash
+every time, which regimes cannot. Before the first impact of a record nothing is known; it counts as single-sided.
 
-Takes a Trajectory; gives the contact share and one entry a region for every clearance. Takes a Heard; gives five values
-a gap.
+Takes sums over crossings; gives the contact share and one row a region for every clearance. Takes inputs; gives five
+rows a gap.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.quantities.criterion import PAPER, Entry, Measures, Scope, Tally, Telling, entry, measured
-from gearrattle.quantities.metric import LOG, Heard, Value
-from gearrattle.signals import add_crossings, centre, centre_words, is_gap, outside, pieces_of, steady
+from gearrattle.quantities.inputs import LOG, Inputs
+from gearrattle.quantities.quantity import PAPER, CrossingQuantity, Quantity, Row, State, Sums, Values
+from gearrattle.signals import centre, centre_words, is_gap, outside, pieces_of
 from gearrattle.signals.crossing_sums import Sides
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.trajectory import Array, Layout
 
 
 @dataclass(frozen=True)
-class ContactShare(Telling):
+class ContactShare(CrossingQuantity):
     """Share of time in contact and in each region."""
 
     name: str = "contact"
@@ -40,37 +40,32 @@ class ContactShare(Telling):
     formula: str = "time outside the centre / time, over [discard T, end], from event times"
     unit: str = "1"
     source: str = f"{PAPER}, sec. 6"
-    sums: str = "crossings"
     merging: str = "exact: times add up"
 
-    def occasional(self, layout: Layout) -> list[Entry]:
+    def occasional(self, layout: Layout) -> list[Row]:
         """Return the contact share of every clearance: a part that has none in some variant is always in contact."""
-        return [entry(self, name, "contact share", 1.0) for name in layout.clearance_names]
+        return [self.row(name, "contact share", 1.0) for name in layout.clearance_names]
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return dwell (pieces of all clearances,): the time in each region [s]; beside other sums of crossings."""
-        return add_crossings(before, trajectory, steady(trajectory))
-
-    def measure(self, tally: Tally, layout: Layout, _cycles: int, duration: Array) -> Measures:
+    def values(self, state: State, layout: Layout, _cycles: int, duration: Array) -> Values:
         """Return the contact share and the share of every region, for every clearance."""
-        found: dict[tuple[str, str], Array] = {}
+        values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
-            first, times = int(layout.region_of_first_piece[k]), tally["dwell"][..., pieces_of(layout, k)]
+            first, times = int(layout.region_of_first_piece[k]), state["dwell"][..., pieces_of(layout, k)]
             shares = {first + i: times[..., i] / duration for i in range(times.shape[-1])}
-            found[name, "contact share"] = outside(layout, k, shares)
-            found |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
-        return found
+            values[name, "contact share"] = outside(layout, k, shares)
+            values |= {(name, f"share of region {_label(region)}"): share for region, share in shares.items()}
+        return values
 
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return the contact share and the share of every region, for every clearance."""
-        entries = []
-        for (name, quantity), share in measured(self, tally, scope).items():
+        rows, layout = [], sums.steady.layout
+        for (name, quantity), share in self.values_of(sums).items():
             region = quantity.removeprefix("share of region ")
             words = f"time in region {region} / time, over [discard T, end], from event times"
-            outside_centre = self.formula + centre_words(scope.layout, scope.layout.clearance_names.index(name))
+            outside_centre = self.formula + centre_words(layout, layout.clearance_names.index(name))
             formula = outside_centre if region == quantity else words
-            entries.append(entry(self, name, quantity, float(share), formula=formula))
-        return entries
+            rows.append(self.row(name, quantity, float(share), formula=formula))
+        return rows
 
 
 def _label(region: int) -> str:
@@ -78,7 +73,7 @@ def _label(region: int) -> str:
 
 
 @dataclass(frozen=True)
-class ContactSides:
+class ContactSides(Quantity[Inputs]):
     """Shares of time by side, and impacts by whether they change flanks."""
 
     name: str = "contact_sides"
@@ -91,29 +86,29 @@ class ContactSides:
     needs: tuple[str, ...] = ("contacts",)
     merging: str = "exact: times and counts add up; what side a chunk begins on the one before tells"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return shares and rates of every gap proper."""
-        layout, deflections, values = heard.plate, heard.of("deflection"), []
-        cycles = heard.duration / (heard.period or math.nan)
+        layout, deflections, rows = inputs.plate, inputs.of("deflection"), list[Row]()
+        cycles = inputs.duration / (inputs.period or math.nan)
         unknown = "" if math.isfinite(cycles) else "; no speed tells what a cycle is"
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
-            found = heard.sides(k) if heard.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
-            shares, single, double = found.shares, found.single, found.double
+            sides = inputs.sides(k) if inputs.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
+            shares, single, double = sides.shares, sides.single, sides.double
             inner = centre(layout, k)
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))
-            note = f"{name}: sides of contact from samples of the deflection" if not heard.has_log else ""
-            error = 0.0 if heard.has_log else math.nan
-            values += [
-                Value(name, "drive-side share", drive, "1", note, error),
-                Value(name, "coast-side share", coast, "1", note, error),
-                Value(name, "free share", max(0.0, 1.0 - drive - coast), "1", note, error),
-                Value(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown, error),
-                Value(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown, error),
+            note = f"{name}: sides of contact from samples of the deflection" if not inputs.has_log else ""
+            error = 0.0 if inputs.has_log else math.nan
+            rows += [
+                self.row(name, "drive-side share", drive, "1", note, error),
+                self.row(name, "coast-side share", coast, "1", note, error),
+                self.row(name, "free share", max(0.0, 1.0 - drive - coast), "1", note, error),
+                self.row(name, "single-sided impacts per cycle", single / cycles, "1/cycle", note + unknown, error),
+                self.row(name, "double-sided impacts per cycle", double / cycles, "1/cycle", note + unknown, error),
             ]
-        return values
+        return rows
 
 
 def _of_samples(layout: Layout, clearance: int, deflection: Array) -> Sides:

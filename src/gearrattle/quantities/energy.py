@@ -9,7 +9,7 @@ energy, so E is the energy lost in the contact, but for the work of other elemen
 m v^2 / 2 of the criterion "impacts" is what a contact begins with.) From the audit: the work of the element's damping
 and friction itself, by quadrature of its power on dense output, exact, but over the whole run.
 
-Takes what is heard; gives values for every gap proper, and for every element with a corner.
+Takes inputs; gives values for every gap proper, and for every element with a corner.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearrattle.quantities.metric import LOG, PFEIFFER, Heard, Value, about
+from gearrattle.quantities.inputs import LOG, Inputs, about
+from gearrattle.quantities.quantity import PFEIFFER, Quantity, Row
 from gearrattle.signals import is_gap, reduced_inertia
 
 
 @dataclass(frozen=True)
-class ImpactLoss:
+class ImpactLoss(Quantity[Inputs]):
     """Relative kinetic energy that is lost in impacts."""
 
     name: str = "impact_loss"
@@ -35,27 +36,27 @@ class ImpactLoss:
     needs: tuple[str, ...] = ("gaps",)
     merging: str = "exact: sums add up; a contact across chunks is one contact"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the rate, and the mean of an impact, of every gap."""
-        layout, values = heard.plate, []
+        layout, rows = inputs.plate, list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
             mass = reduced_inertia(layout, int(layout.clearance[k]))
-            found = heard.contacts(k)
-            taken = 0.5 * mass * found.squares
-            cut = about(name, found, heard.duration)
-            none = "" if found.whole else f"{name}: no impact begins and ends in the window"
-            each = taken / found.whole if found.whole else math.nan
-            values += [
-                Value(name, "impact loss rate", taken / heard.duration, "W", cut),
-                Value(name, "mean loss of an impact", each, "J", none or cut),
+            contacts = inputs.contacts(k)
+            loss = 0.5 * mass * contacts.squares
+            cut = about(name, contacts, inputs.duration)
+            none = "" if contacts.whole else f"{name}: no impact begins and ends in the window"
+            mean = loss / contacts.whole if contacts.whole else math.nan
+            rows += [
+                self.row(name, "impact loss rate", loss / inputs.duration, "W", cut),
+                self.row(name, "mean loss of an impact", mean, "J", none or cut),
             ]
-        return values
+        return rows
 
 
 @dataclass(frozen=True)
-class ContactWork:
+class ContactWork(Quantity[Inputs]):
     """Work of damping and friction in elements with a corner, from the energy audit."""
 
     name: str = "contact_work"
@@ -68,13 +69,13 @@ class ContactWork:
     needs: tuple[str, ...] = ("gaps", "energy")
     merging: str = "exact: work and time add up, of chunks that were audited"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the mean power that every element with a corner takes."""
-        layout, taken = heard.plate, heard.taken
-        assert taken is not None
-        loss, time, share = taken
+        work = inputs.work
+        assert work is not None
+        layout, (loss, time, share) = inputs.plate, work
         note = f"work of contacts counts the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
-            Value(name, "contact work rate", float(loss[element]) / time, "W", note)
+            self.row(name, "contact work rate", float(loss[element]) / time, "W", note)
             for name, element in zip(layout.clearance_names, layout.clearance.tolist(), strict=True)
         ]

@@ -8,7 +8,7 @@ Over the window, with means by the trapezoidal rule,
 Of an exact motion all four are taken between its samples too. k is 1.5 for a sine and 3 for Gaussian noise; hammering
 raises it. The force is that on the line of action.
 
-Takes what is heard; gives four values a force.
+Takes inputs; gives four values a force.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.metric import EXACT, WHOLE, Heard, Value, sampled
+from gearrattle.quantities.inputs import EXACT, WHOLE, Inputs, sampled
+from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary
 
@@ -27,7 +28,7 @@ _SHARE = 0.05  # of the time
 
 
 @dataclass(frozen=True)
-class ForceStatistics:
+class ForceStatistics(Quantity[Inputs]):
     """Standard deviation, crest factor, kurtosis, 5 % exceedance."""
 
     name: str = "force_statistics"
@@ -45,52 +46,52 @@ class ForceStatistics:
         "exact: moments add up, peaks are the largest; but the force exceeded 5 % of the time is of the whole"
     )
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the statistics of every force of a mesh; without a model, of every force in N."""
-        values = []
-        for name in heard.of("force"):
-            if not _is_mesh(heard, name):
+        rows: list[Row] = []
+        for name in inputs.of("force"):
+            if not _is_mesh(inputs, name):
                 continue
-            unit = heard.units.get(("force", name), "N")
-            if heard.layout is None and unit != "N":
+            unit = inputs.units.get(("force", name), "N")
+            if inputs.layout is None and unit != "N":
                 note = f"{name}: its unit is {unit!r}, and forces of meshes are in N: give a model"
-                values.append(Value(name, "force standard deviation", math.nan, "N", note))
+                rows.append(self.row(name, "force standard deviation", math.nan, "N", note))
                 continue
-            told = heard.summary("force", name)
-            level, spread = told.rms, told.spread
+            summary = inputs.summary("force", name)
+            level, spread = summary.rms, summary.spread
             still = "" if spread > 1e-12 * level and spread > 0.0 else f"{name}: a force that does not change"
-            crest = told.peak / level if level > 0.0 else math.nan
-            peaked = sampled(name, told, told.peak) if level > 0.0 else f"{name}: no force"
-            kurtosis = math.nan if still else told.fourth / spread**4
+            crest = summary.peak / level if level > 0.0 else math.nan
+            peaked = sampled(name, summary, summary.peak) if level > 0.0 else f"{name}: no force"
+            kurtosis = math.nan if still else summary.fourth / spread**4
             level_error, crest_error, kurtosis_error = (
-                heard.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
+                inputs.summary_error("force", name, of) for of in (lambda x: x.spread, _crest, _kurtosis)
             )
-            peak_error = told.miss / level if level > 0.0 else math.nan
-            values += [
-                Value(name, "force standard deviation", spread, "N", error=level_error),
-                Value(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
-                Value(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
+            peak_error = summary.miss / level if level > 0.0 else math.nan
+            rows += [
+                self.row(name, "force standard deviation", spread, "N", error=level_error),
+                self.row(name, "force crest factor", crest, "1", peaked, max(crest_error, peak_error)),
+                self.row(name, "force kurtosis", kurtosis, "1", still, kurtosis_error),
             ]
-            if heard.wants(EXCEEDED):
-                exceeded, exceeded_error, why = _exceeded(heard, name)
-                values.append(Value(name, EXCEEDED, exceeded, "N", why, exceeded_error))
-        return values
+            if inputs.wants(EXCEEDED):
+                exceeded, exceeded_error, why = _exceeded(inputs, name)
+                rows.append(self.row(name, EXCEEDED, exceeded, "N", why, exceeded_error))
+        return rows
 
 
-def _crest(told: Summary) -> float:
-    return told.peak / told.rms if told.rms > 0.0 else math.nan
+def _crest(summary: Summary) -> float:
+    return summary.peak / summary.rms if summary.rms > 0.0 else math.nan
 
 
-def _kurtosis(told: Summary) -> float:
-    return told.fourth / told.spread**4 if told.spread > 0.0 else math.nan
+def _kurtosis(summary: Summary) -> float:
+    return summary.fourth / summary.spread**4 if summary.spread > 0.0 else math.nan
 
 
-def _exceeded(heard: Heard, name: str) -> tuple[float, float, str]:
+def _exceeded(inputs: Inputs, name: str) -> tuple[float, float, str]:
     """Return the force exceeded 5 % of the time, its error, and why there is none."""
-    exact = heard.exceeded("force", name, _SHARE)
+    exact = inputs.exceeded("force", name, _SHARE)
     if exact is not None:
         return exact, 0.0, ""
-    samples = heard.signals["force", name]
+    samples = inputs.signals["force", name]
     if not isinstance(samples, np.ndarray):
         return math.nan, math.nan, WHOLE
     force = np.abs(samples[:-1])
@@ -98,7 +99,7 @@ def _exceeded(heard: Heard, name: str) -> tuple[float, float, str]:
     return levels[0], max((abs(level - levels[0]) for level in levels[1:]), default=math.nan), ""
 
 
-def _is_mesh(heard: Heard, name: str) -> bool:
-    if heard.layout is None or name not in heard.layout.element_names:
-        return heard.layout is None
-    return bool(heard.layout.is_mesh[heard.layout.element_names.index(name)])
+def _is_mesh(inputs: Inputs, name: str) -> bool:
+    if inputs.layout is None or name not in inputs.layout.element_names:
+        return inputs.layout is None
+    return bool(inputs.layout.is_mesh[inputs.layout.element_names.index(name)])

@@ -9,9 +9,9 @@ deflection rate at the crossing, v' that at the end of the contact, and m_eff th
 the last being the integral over the contact of the force above the quasi-static load (``gearrattle.signals.impacts``,
 which has every impact with its sign). The contact impulse is the integral of the whole force, static load included:
 it grows with the length of the contact and is no measure of how hard an impact is. A contact that the end of the
-motion cuts short has v' = 0 and the contact impulse gathered by then, and is noted.
+motion cuts short has v' = 0 and the contact impulse up to then, and is noted.
 
-Takes Trajectories; gives rates for every clearance, the rest for those that are hit.
+Takes sums over crossings; gives rates for every clearance, the rest for those that are hit.
 """
 
 from __future__ import annotations
@@ -20,19 +20,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.criterion import (
-    Entry,
-    Measures,
+from gearrattle.quantities.quantity import (
+    CrossingQuantity,
+    Row,
     Scope,
-    Tally,
-    Telling,
+    State,
+    Sums,
+    Values,
     deflection_rate_unit,
-    entry,
     impulse_unit,
-    measured,
 )
-from gearrattle.signals import add_crossings, centre_words, measure_impacts, steady, summarise_impacts
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.signals import centre_words, measure_impacts, summarise_impacts
+from gearrattle.trajectory import Array, Layout
 
 _SEVERITY = {
     "approach speed": ("speed", "|delta'| at the crossing"),
@@ -45,7 +44,7 @@ _SEVERITY = {
 
 
 @dataclass(frozen=True)
-class ImpactStatistics(Telling):
+class ImpactStatistics(CrossingQuantity):
     """Rate of impacts, and how hard they are."""
 
     name: str = "impacts"
@@ -53,47 +52,43 @@ class ImpactStatistics(Telling):
     formula: str = "crossings into contact, from the centre or outward (|to| > |from|), in [discard T, end]"
     unit: str = "1/cycle"
     source: str = "definition: first crossing of a corner to its return, from the log of corner crossings"
-    sums: str = "crossings"
     merging: str = "exact: counts and sums add up, peaks are the largest; a contact across chunks is one contact"
 
-    def occasional(self, layout: Layout) -> list[Entry]:
+    def occasional(self, layout: Layout) -> list[Row]:
         """Return rates, 0 without a clearance, and how hard impacts are: the largest of none is 0, their mean NaN."""
-        entries = []
+        rows = []
         for clearance, name in zip(layout.clearance.tolist(), layout.clearance_names, strict=True):
-            entries += [entry(self, name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
-            entries.append(entry(self, name, "impacts per second", 0.0, unit="1/s"))
+            rows += [self.row(name, f"{of}impacts per cycle", 0.0) for of in ("", "drive-side ", "coast-side ")]
+            rows.append(self.row(name, "impacts per second", 0.0, unit="1/s"))
             for what in _SEVERITY:
                 unit = _unit(layout, clearance, what)
-                entries.append(entry(self, name, f"mean {what}", float("nan"), unit=unit, note="no impact"))
-                entries.append(entry(self, name, f"largest {what}", 0.0, unit=unit, note="no impact"))
-        return entries
+                rows.append(self.row(name, f"mean {what}", float("nan"), unit=unit, note="no impact"))
+                rows.append(self.row(name, f"largest {what}", 0.0, unit=unit, note="no impact"))
+        return rows
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return counts, sums and peaks by clearance, and the contacts still open."""
-        return add_crossings(before, trajectory, steady(trajectory))
-
-    def measure(self, tally: Tally, layout: Layout, cycles: int, duration: Array) -> Measures:
+    def values(self, state: State, layout: Layout, cycles: int, duration: Array) -> Values:
         """Return rates for every clearance; how hard impacts are: without any the largest is 0, the mean NaN."""
         values: dict[tuple[str, str], Array] = {}
         for k, name in enumerate(layout.clearance_names):
-            count, drive = tally["count"][..., k], tally["drive"][..., k]
+            count, drive = state["count"][..., k], state["drive"][..., k]
             values |= {
                 (name, "impacts per cycle"): count / cycles,
                 (name, "drive-side impacts per cycle"): drive / cycles,
                 (name, "coast-side impacts per cycle"): (count - drive) / cycles,
                 (name, "impacts per second"): count / duration,
             }
-            severity = measure_impacts(tally, layout, k)._asdict()
+            severity = measure_impacts(state, layout, k)._asdict()
             for quantity, (field, _) in _SEVERITY.items():
                 values[name, f"mean {quantity}"] = severity[f"mean_{field}"]
                 values[name, f"largest {quantity}"] = np.where(count > 0.0, severity[f"largest_{field}"], 0.0)
         return values
 
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return the impact statistics of every clearance."""
-        entries, layout = [], scope.layout
-        hit = {name for k, name in enumerate(layout.clearance_names) if tally["count"][k]}
-        for (name, quantity), value in measured(self, tally, scope).items():
+        scope, state = sums.steady, sums.states["crossings"]
+        rows, layout = [], scope.layout
+        hit = {name for k, name in enumerate(layout.clearance_names) if state["count"][k]}
+        for (name, quantity), value in self.values_of(sums).items():
             statistic, _, what = quantity.partition(" ")
             clearance = layout.clearance_names.index(name)
             if what not in _SEVERITY:
@@ -104,10 +99,10 @@ class ImpactStatistics(Telling):
             else:
                 word = "mean" if statistic == "mean" else "max"
                 unit, formula = _unit(layout, int(layout.clearance[clearance]), what), f"{word} {_SEVERITY[what][1]}"
-                note = _note(tally, scope, clearance, what)
+                note = _note(state, scope, clearance, what)
             formula += centre_words(layout, clearance)
-            entries.append(entry(self, name, quantity, float(value), unit=unit, formula=formula, note=note))
-        return entries
+            rows.append(self.row(name, quantity, float(value), unit=unit, formula=formula, note=note))
+        return rows
 
 
 def _unit(layout: Layout, element: int, what: str) -> str:
@@ -116,9 +111,9 @@ def _unit(layout: Layout, element: int, what: str) -> str:
     return "J" if what == "impact energy" else impulse_unit(layout, element)
 
 
-def _note(tally: Tally, scope: Scope, clearance: int, what: str) -> str:
+def _note(state: State, scope: Scope, clearance: int, what: str) -> str:
     """Say what there is to know about contacts that are cut short, and values that do not exist."""
-    name, summary = scope.layout.clearance_names[clearance], summarise_impacts(tally, scope.layout, clearance)
+    name, summary = scope.layout.clearance_names[clearance], summarise_impacts(state, scope.layout, clearance)
     if what == "contact impulse":
         if np.isnan(summary.severity.mean_impulse):
             return f"{name}: no contact impulses, for {scope.algorithm} supplies no force integral"

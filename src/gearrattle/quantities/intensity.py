@@ -8,7 +8,7 @@ p is the momentum that an impact exchanges, the integral over the contact of the
 (``gearrattle.signals.impacts``); the criterion "impacts" has its mean and largest value. A contact that the end of the
 motion cuts short has e = 0, and no restitution. The intensity is the mean force of the impacts.
 
-Takes what is heard; gives values for every gap.
+Takes inputs; gives values for every gap.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearrattle.quantities.metric import LOG, PFEIFFER, Heard, Value, about
+from gearrattle.quantities.inputs import LOG, Inputs, about
+from gearrattle.quantities.quantity import PFEIFFER, Quantity, Row
 from gearrattle.signals import is_gap, reduced_inertia
 
 
 @dataclass(frozen=True)
-class ImpactIntensity:
+class ImpactIntensity(Quantity[Inputs]):
     """What the exchanged momenta m (1 + e) |v| add up to in time, and how much impacts rebound."""
 
     name: str = "impact_intensity"
@@ -34,21 +35,21 @@ class ImpactIntensity:
     needs: tuple[str, ...] = ("gaps",)
     merging: str = "exact: sums add up; a contact across chunks is one contact"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return mean restitution and mean intensity of every gap."""
-        layout, values = heard.plate, []
+        layout, rows = inputs.plate, list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
             element = int(layout.clearance[k])
             mesh, mass = bool(layout.is_mesh[element]), reduced_inertia(layout, element)
-            contacts = heard.contacts(k)
-            cut = about(name, contacts, heard.duration)
+            contacts = inputs.contacts(k)
+            cut = about(name, contacts, inputs.duration)
             unknown = "" if contacts.whole else f"{name}: no impact begins and ends in the window"
             restitution = contacts.kept / contacts.moving if contacts.moving else math.nan
-            intensity = mass * contacts.speeds / heard.duration
-            values += [
-                Value(name, "mean restitution", restitution, "1", unknown or cut),
-                Value(name, "mean impact intensity", intensity, "N" if mesh else "N m", cut),
+            intensity = mass * contacts.speeds / inputs.duration
+            rows += [
+                self.row(name, "mean restitution", restitution, "1", unknown or cut),
+                self.row(name, "mean impact intensity", intensity, "N" if mesh else "N m", cut),
             ]
-        return values
+        return rows

@@ -11,7 +11,7 @@ Zhao 2001, Proc. IMechE D 215, 241-258).
 
 A gear is *loose* if it carries a drag torque and the mesh is the only element with a stiffness on its body.
 
-Takes a Trajectory; gives three entries a loose gear.
+Takes peaks of the accelerations; gives three rows a loose gear.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.criterion import Entry, Scope, Tally, Telling, entry
+from gearrattle.quantities.quantity import Quantity, Row, State, Sums
 from gearrattle.signals import decibels, loose_gears, steady, torque_ratio
 from gearrattle.signals.levels import extremes_missed
 from gearrattle.trajectory import Trajectory
 
-_FINE = 0.1  # per cent: smaller sampling errors are not told
+_FINE = 0.1  # per cent: smaller sampling errors are not noted
 
 
 @dataclass(frozen=True)
-class LooseGear(Telling):
+class LooseGear(Quantity[Sums]):
     """Inertia torque of a loose gear against its drag torque."""
 
     name: str = "loose_gear"
@@ -38,43 +38,27 @@ class LooseGear(Telling):
     formula: str = "20 log10( J_loose (R_driver/R_loose) peak|theta_driver''| / drag torque ), over [discard T, end]"
     unit: str = "dB"
     source: str = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215"
-    sums: str = "peaks"
+    sums: tuple[str, ...] = ("peaks",)
     merging: str = "exact: the peak of all is the largest peak"
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
-
-        Of the drivers of loose gears the peak is that of the exact motion, where it is known.
-        """
-        samples = steady(trajectory).closed(trajectory.acceleration)
-        peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
-        drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
-        miss = np.zeros(peak.size)
-        for driver in drivers:
-            miss[driver] = np.max(extremes_missed(samples[:, driver]))
-        for driver, value in exact.items():
-            peak[driver] = value
-        tally = {"peak": peak, "miss": miss}
-        return tally if before is None else {name: np.maximum(before[name], new) for name, new in tally.items()}
-
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return peak acceleration of the driver, ratio and margin for every loose gear, by mesh."""
-        layout, peak = scope.layout, tally["peak"]
-        entries = []
+        state, layout = sums.states["peaks"], sums.steady.layout
+        peak = state["peak"]
+        rows = []
         for gear in loose_gears(layout):
             mesh, loose, driver, _ = gear
             ratio = torque_ratio(layout, gear, float(peak[driver]))
             margin = decibels(ratio)
             element = layout.element_names[mesh]
             loose_name, driver_name = layout.inertia_names[loose], layout.inertia_names[driver]
-            short = 100.0 * float(tally["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0
+            short = 100.0 * float(state["miss"][driver]) / peak[driver] if peak[driver] > 0.0 else 0.0
             note = f"{element}: by samples; the peak between two of them may lie {short:.2g} % higher"
             note = note if short > _FINE else ""
             beyond = short / 100.0
             by = f"J_{loose_name} (R_{driver_name}/R_{loose_name}) peak|theta_{driver_name}''| / drag torque"
-            entries += [
-                entry(
-                    self,
+            rows += [
+                self.row(
                     element,
                     f"peak acceleration of the driver {driver_name}",
                     float(peak[driver]),
@@ -83,8 +67,7 @@ class LooseGear(Telling):
                     note=note,
                     error=float(peak[driver]) * beyond,
                 ),
-                entry(
-                    self,
+                self.row(
                     element,
                     f"torque ratio of {loose_name}",
                     ratio,
@@ -93,8 +76,7 @@ class LooseGear(Telling):
                     note=note,
                     error=ratio * beyond,
                 ),
-                entry(
-                    self,
+                self.row(
                     element,
                     "margin",
                     margin,
@@ -103,7 +85,26 @@ class LooseGear(Telling):
                     error=20.0 * math.log10(1.0 + beyond),
                 ),
             ]
-        return entries
+        return rows
+
+
+def add_peaks(trajectory: Trajectory, before: State | None) -> State:
+    """Return the sum "peaks" over a chunk and all before it.
+
+    peak and miss (n,): the largest |theta''|, and by how much a driver's may be passed [rad/s^2].
+
+    Of the drivers of loose gears the peak is that of the exact motion, where it is known.
+    """
+    samples = steady(trajectory).closed(trajectory.acceleration)
+    peak, exact = np.max(np.abs(samples), axis=0), _exact_peaks(trajectory)
+    drivers = {gear.driver for gear in loose_gears(trajectory.layout)} - set(exact)
+    miss = np.zeros(peak.size)
+    for driver in drivers:
+        miss[driver] = np.max(extremes_missed(samples[:, driver]))
+    for driver, value in exact.items():
+        peak[driver] = value
+    state = {"peak": peak, "miss": miss}
+    return state if before is None else {name: np.maximum(before[name], new) for name, new in state.items()}
 
 
 def _exact_peaks(trajectory: Trajectory) -> dict[int, float]:
@@ -115,7 +116,7 @@ def _exact_peaks(trajectory: Trajectory) -> dict[int, float]:
     drivers = dict.fromkeys(gear.driver for gear in loose_gears(trajectory.layout))
     wanted = [driver for driver in drivers if ("acceleration", names[driver]) in known]
     signals = [("acceleration", names[driver]) for driver in wanted]
-    found = trajectory.exact.statistics(trajectory, signals, with_moments=False) if signals else None
-    if found is None:
+    statistics = trajectory.exact.statistics(trajectory, signals, with_moments=False) if signals else None
+    if statistics is None:
         return {}
-    return dict(zip(wanted, np.maximum(found.high, -found.low).tolist(), strict=True))
+    return dict(zip(wanted, np.maximum(statistics.high, -statistics.low).tolist(), strict=True))

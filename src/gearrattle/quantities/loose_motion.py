@@ -3,7 +3,7 @@
 The mean is taken out. Above the engine's orders: what is left of the window's discrete Fourier transform when all
 lines up to the highest order of the engine's torque are gone. Impacts live there; the torque cannot reach it directly.
 
-Takes what is heard; gives four values a loose gear.
+Takes inputs; gives four values a loose gear.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearrattle.quantities.metric import EXACT, WHOLE, Heard, Value, closed, sampled
+from gearrattle.quantities.inputs import EXACT, WHOLE, Inputs, closed, sampled
+from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals import loose_gears
 from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary, summary_of
@@ -21,7 +22,7 @@ from gearrattle.trajectory import Array
 
 
 @dataclass(frozen=True)
-class LooseMotion:
+class LooseMotion(Quantity[Inputs]):
     """Acceleration levels of loose gears."""
 
     name: str = "loose_gear_motion"
@@ -34,47 +35,48 @@ class LooseMotion:
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: moments add up, peaks are the largest; what is above the engine's orders needs the whole"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return rms and peak of every loose gear."""
-        values, heards = [], heard.of("acceleration")
-        for gear in loose_gears(heard.plate):
-            name = heard.plate.inertia_names[gear.loose]
-            signal = heards.get(name)
-            full = None if signal is None else heard.summary("acceleration", name)
-            note = f"{name}: no acceleration is heard" if full is None else ""
-            missed = math.nan if full is None else heard.summary_error("acceleration", name, lambda x: x.spread)
-            values += _levels(name, "acceleration", full, note, missed)
-            cannot = heard.lacks("engine orders") or ("" if signal is None or isinstance(signal, np.ndarray) else WHOLE)
+        rows, accelerations = list[Row](), inputs.of("acceleration")
+        for gear in loose_gears(inputs.plate):
+            name = inputs.plate.inertia_names[gear.loose]
+            signal = accelerations.get(name)
+            full = None if signal is None else inputs.summary("acceleration", name)
+            note = f"{name}: no acceleration is known" if full is None else ""
+            missed = math.nan if full is None else inputs.summary_error("acceleration", name, lambda x: x.spread)
+            rows += self._levels(name, "acceleration", full, note, missed)
+            cannot = inputs.lacks("engine orders") or (
+                "" if signal is None or isinstance(signal, np.ndarray) else WHOLE
+            )
             above, error = None, math.nan
             if full is not None and not cannot:
-                above, error = _summary_above(heard, np.asarray(signal))
-            values += _levels(name, "acceleration above the engine orders", above, note or cannot, error)
-        return values
+                above, error = _summary_above(inputs, np.asarray(signal))
+            rows += self._levels(name, "acceleration above the engine orders", above, note or cannot, error)
+        return rows
+
+    def _levels(self, name: str, what: str, summary: Summary | None, note: str, error: float) -> list[Row]:
+        level, peak = (math.nan, math.nan) if summary is None else (summary.spread, summary.reach)
+        missed = note if summary is None else note or sampled(name, summary, peak)
+        return [
+            self.row(name, f"rms {what}", level, "rad/s^2", note, error),
+            self.row(name, f"peak {what}", peak, "rad/s^2", missed, math.nan if summary is None else summary.miss),
+        ]
 
 
-def _summary_above(heard: Heard, signal: Array) -> tuple[Summary, float]:
+def _summary_above(inputs: Inputs, signal: Array) -> tuple[Summary, float]:
     """Return the summary of an acceleration above the engine's orders, with its miss, and the error of its rms."""
-    told, *parts = (
-        summary_of(_above(heard, each - np.mean(each[:-1])))
-        for each in (signal, *(closed(some) for some in thinned(signal[:-1])))
+    summary, *parts = (
+        summary_of(_above(inputs, samples - np.mean(samples[:-1])))
+        for samples in (signal, *(closed(some) for some in thinned(signal[:-1])))
     )
-    miss = max([told.miss, *(told.peak - some.peak for some in parts)])
-    return replace(told, miss=miss), max((abs(some.spread - told.spread) for some in parts), default=math.nan)
+    miss = max([summary.miss, *(summary.peak - some.peak for some in parts)])
+    return replace(summary, miss=miss), max((abs(some.spread - summary.spread) for some in parts), default=math.nan)
 
 
-def _levels(name: str, what: str, told: Summary | None, note: str, error: float) -> list[Value]:
-    level, peak = (math.nan, math.nan) if told is None else (told.spread, told.reach)
-    missed = note if told is None else note or sampled(name, told, peak)
-    return [
-        Value(name, f"rms {what}", level, "rad/s^2", note, error),
-        Value(name, f"peak {what}", peak, "rad/s^2", missed, math.nan if told is None else told.miss),
-    ]
-
-
-def _above(heard: Heard, signal: Array) -> Array:
+def _above(inputs: Inputs, signal: Array) -> Array:
     """Return the samples without all lines up to the highest engine order."""
     lines = np.fft.rfft(signal[:-1])
-    spacing = 2.0 * np.pi / (heard.speed * heard.duration)
-    lines[np.arange(lines.size) * spacing <= float(heard.engine_orders[-1]) + 0.5 * spacing] = 0.0
+    spacing = 2.0 * np.pi / (inputs.speed * inputs.duration)
+    lines[np.arange(lines.size) * spacing <= float(inputs.engine_orders[-1]) + 0.5 * spacing] = 0.0
     left = np.fft.irfft(lines, signal.size - 1)
     return np.append(left, left[0])

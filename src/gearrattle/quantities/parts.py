@@ -1,48 +1,108 @@
-"""Measure the parts of the verdict: one row for every mesh and clearance.
+"""The parts of the verdict: every mesh and clearance, judged by its regime in the steady part.
 
-Takes the entries of the criteria and the sums over impacts; gives Parts, in element order, to ``judge``.
+The whole is the worst of the parts that rattle. The rule is stated in words (``RULE``) wherever the verdict is shown.
+
+Takes the rows of the criteria and the sums over crossings; gives Parts to the verdict.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 
-from gearrattle.quantities.criterion import (
-    Entry,
-    Part,
-    Scope,
-    Tally,
-    deflection_rate_unit,
-    impulse_unit,
-    judged_elements,
-)
+from gearrattle.quantities.quantity import Row, Scope, State, deflection_rate_unit, impulse_unit, judged_elements
 from gearrattle.signals import ImpactSummary, Regime, Severity, is_gap, summarise_impacts
 from gearrattle.trajectory import Layout
 
+RULE = (
+    "Each mesh and each clearance is judged over the steady part, from the discarded cycles to the end: quiet if it "
+    "crosses no corner there, single-sided if it crosses corners on its drive side only or on its coast side only, "
+    "double-sided if it crosses corners on both sides. Of a gap, whose centre has no stiffness, the corners of the "
+    "centre count: crossing them it separates, and rattles. A staged spring with stiffness in all its stages changes "
+    "stage and does not rattle. The whole is the worst of the parts that rattle, and quiet if none does. Parts that "
+    "rattle come first, then double-sided before single-sided, then the larger impact energy m_eff v^2 / 2 of the "
+    "hardest impact. The margin is that of the loose-gear test, 20 log10 of the loose gear's "
+    "inertia torque over its drag torque: above 0 dB the drag cannot hold the gear against its flank."
+)
+
+SEVERITY: Mapping[Regime, int] = {"quiet": 0, "single-sided": 1, "double-sided": 2}
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh or clearance, judged over the steady part.
+
+    Attributes:
+        name: of the mesh or coupling.
+        kind: "mesh" or "coupling".
+        gap: whether its centre is free of stiffness, so that it can separate; else its corners are those of a staged
+            spring.
+        regime: "quiet", "single-sided" or "double-sided"; of a gap: where it separates.
+        impacts_per_cycle, impacts_per_second: rate of impacts.
+        drive_impacts_per_cycle, coast_impacts_per_cycle: the same, side by side.
+        max_approach_speed: ``|v|`` of the fastest impact [m/s or rad/s]; None without impacts.
+        max_impact_momentum: ``m_eff |v|`` of the same [N s or N m s]; None without impacts, or if no body is free.
+        mean_impact_energy, max_impact_energy: m_eff v^2 / 2 [J]; None as above. The largest one ranks parts.
+        mean_exchanged_momentum, max_exchanged_momentum: ``m_eff (|v| + |v'|)`` [N s or N m s]; None as above.
+        mean_contact_impulse, max_contact_impulse: magnitude of the integral of the force over the contact, static load
+            included [N s or N m s]; None without impacts or without a force integral.
+        contact_share: share of time in contact, 0 to 1.
+        margin_db: of the loose-gear test [dB]; None where there is no loose gear.
+        impulse_unit, energy_unit, speed_unit: units of the above.
+    """
+
+    name: str
+    kind: str
+    gap: bool
+    regime: Regime
+    impacts_per_cycle: float
+    impacts_per_second: float
+    drive_impacts_per_cycle: float
+    coast_impacts_per_cycle: float
+    max_approach_speed: float | None
+    max_impact_momentum: float | None
+    mean_impact_energy: float | None
+    max_impact_energy: float | None
+    mean_exchanged_momentum: float | None
+    max_exchanged_momentum: float | None
+    mean_contact_impulse: float | None
+    max_contact_impulse: float | None
+    contact_share: float
+    margin_db: float | None
+    impulse_unit: str
+    energy_unit: str
+    speed_unit: str
+
+    @property
+    def rattles(self) -> bool:
+        """Whether it separates and meets again: a gap that is not quiet."""
+        return self.gap and self.regime != "quiet"
+
+
 Key = tuple[str, str, str]
-"""Criterion, quantity, subject."""
+"""Name of the criterion, quantity, subject."""
 
 
-def measure_parts(entries: Sequence[Entry], scope: Scope, impacts: Tally) -> list[Part]:
+def measure_parts(rows: Sequence[Row], scope: Scope, impacts: State) -> list[Part]:
     """Return the part of every mesh and clearance, in element order.
 
     Args:
-        entries: those of all criteria.
+        rows: those of all criteria.
         scope: what they are of.
         impacts: sums over the crossings (``signals.crossing_sums``).
     """
-    said = {(item.criterion, item.quantity, item.subject): item.value for item in entries}
+    values = {(item.name, item.quantity, item.subject): item.value for item in rows}
     margins: dict[str, float] = {}
-    for item in entries:
-        if (item.criterion, item.quantity) == ("loose_gear", "margin") and isinstance(item.value, float):
+    for item in rows:
+        if (item.name, item.quantity) == ("loose_gear", "margin") and isinstance(item.value, float):
             margins[item.subject] = max(item.value, margins.get(item.subject, item.value))
     return [
         _unbroken(scope.layout, element, margins)
         if clearance is None
-        else _part(scope, element, (summarise_impacts(impacts, scope.layout, clearance), said), margins)
+        else _part(scope, element, (summarise_impacts(impacts, scope.layout, clearance), values), margins)
         for element, clearance in judged_elements(scope.layout)
     ]
 
@@ -50,7 +110,7 @@ def measure_parts(entries: Sequence[Entry], scope: Scope, impacts: Tally) -> lis
 def _part(
     scope: Scope, element: int, judged: tuple[ImpactSummary, Mapping[Key, float | str]], margins: Mapping[str, float]
 ) -> Part:
-    impacts, said = judged
+    impacts, values = judged
     layout, window = scope.layout, scope.window
     name = layout.element_names[element]
     clearance = layout.clearance.tolist().index(element)
@@ -58,13 +118,13 @@ def _part(
         name=name,
         kind=_kind(layout, element),
         gap=is_gap(layout, clearance),
-        regime=cast(Regime, said["regime", "regime", name]),
+        regime=cast(Regime, values["regime", "regime", name]),
         impacts_per_cycle=impacts.count / window.cycles,
         impacts_per_second=impacts.count / window.duration,
         drive_impacts_per_cycle=impacts.drive / window.cycles,
         coast_impacts_per_cycle=(impacts.count - impacts.drive) / window.cycles,
         **_severity(impacts.severity),
-        contact_share=cast(float, said["contact", "contact share", name]),
+        contact_share=cast(float, values["contact", "contact share", name]),
         margin_db=margins.get(name),
         impulse_unit=impulse_unit(layout, element),
         energy_unit="J",
@@ -111,3 +171,10 @@ def _severity(severity: Severity | None) -> dict[str, float | None]:
     }
     values = {} if severity is None else {name: float(value) for name, value in severity._asdict().items()}
     return {name: None if np.isnan(values.get(field, np.nan)) else values[field] for name, field in names.items()}
+
+
+def worst_first(parts: list[Part]) -> tuple[Part, ...]:
+    """Return those that rattle first, by falling regime, then largest impact energy; element order decides ties."""
+    return tuple(
+        sorted(parts, key=lambda part: (not part.rattles, -SEVERITY[part.regime], -(part.max_impact_energy or 0.0)))
+    )

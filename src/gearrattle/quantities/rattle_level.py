@@ -6,7 +6,7 @@ L_0 is the level of the gearbox that does not rattle, I the mean intensity of th
 ``intensity``), kappa [1/N] what a gearbox and a room make of it. Both constants must be measured; no model gives them.
 Uncalibrated (L_0 = 0 dB, kappa = 1/N) only differences of a gearbox from itself mean anything.
 
-Takes what is heard; gives one value a mesh with backlash, and one for all of them.
+Takes inputs; gives one value a mesh with backlash, and one for all of them.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearrattle.quantities.metric import LOG, Heard, Value
+from gearrattle.quantities.inputs import LOG, Inputs
+from gearrattle.quantities.quantity import Quantity, Row
 from gearrattle.signals import is_gap, reduced_inertia
 
 ALL = "all meshes"
 
 
 @dataclass(frozen=True)
-class RattleLevel:
+class RattleLevel(Quantity[Inputs]):
     """Level by the intensity of impacts.
 
     Attributes:
@@ -44,22 +45,22 @@ class RattleLevel:
     needs: tuple[str, ...] = ("gaps",)
     merging: str = "exact: the sums of momenta add up; a contact across chunks is one contact"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the level of every mesh with backlash by itself, and of all together."""
-        layout, intensities = heard.plate, {}
+        layout, intensities = inputs.plate, {}
         for k, name in enumerate(layout.clearance_names):
             element = int(layout.clearance[k])
             if layout.is_mesh[element] and is_gap(layout, k):
-                intensities[name] = reduced_inertia(layout, element) * heard.contacts(k).speeds / heard.duration
+                intensities[name] = reduced_inertia(layout, element) * inputs.contacts(k).speeds / inputs.duration
         if not intensities:
             return []
         intensities[ALL] = sum(intensities.values())
         note = "" if self.calibrated else "rattle level: not calibrated (L_0 = 0 dB, kappa = 1/N), compare only"
-        return [Value(name, _quantity(name), self.level(i), "dB", note) for name, i in intensities.items()]
+        return [self.row(name, _quantity(name), self.level(i), "dB", note) for name, i in intensities.items()]
 
     @property
     def calibrated(self) -> bool:
-        """Whether the constants were given."""
+        """Whether the constants are known."""
         return self.base is not None and self.kappa is not None
 
     def level(self, intensity: float) -> float:

@@ -6,33 +6,23 @@ time, or float free), crossings of drive-side corners only or of coast-side ones
 the corners of its centre count, where it separates: a gap that is not quiet rattles. Of a spring with stiffness in all
 its stages every corner counts: it changes stage, which is no rattle.
 
-Takes a Trajectory; gives one entry an element.
+Takes sums over crossings; gives one row an element.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
-from gearrattle.quantities.criterion import (
-    PAPER,
-    SEVERITY,
-    Entry,
-    Measures,
-    Scope,
-    Tally,
-    Telling,
-    entry,
-    judged_elements,
-    measured,
-)
-from gearrattle.signals import add_crossings, centre_words, steady
-from gearrattle.trajectory import Array, Layout, Trajectory
+from gearrattle.quantities.quantity import PAPER, CrossingQuantity, Row, State, Sums, Values, judged_elements
+from gearrattle.signals import Regime, centre_words
+from gearrattle.trajectory import Array, Layout
 
 
 @dataclass(frozen=True)
-class ImpactRegime(Telling):
+class ImpactRegime(CrossingQuantity):
     """Sides on which corners are crossed."""
 
     name: str = "regime"
@@ -40,20 +30,15 @@ class ImpactRegime(Telling):
     formula: str = "corners crossed in [discard T, end]: none, on one side of the centre, on both"
     unit: str = ""
     source: str = f"{PAPER}, sec. 6 and Fig. 3"
-    sums: str = "crossings"
     merging: str = "exact: a side crossed in any chunk is crossed"
 
-    def occasional(self, layout: Layout) -> list[Entry]:
+    def occasional(self, layout: Layout) -> list[Row]:
         """Return the regime of every part: one that has no corner in some variant is quiet there."""
-        return [entry(self, layout.element_names[element], "regime", "quiet") for element, _ in judged_elements(layout)]
+        return [self.row(layout.element_names[element], "regime", "quiet") for element, _ in judged_elements(layout)]
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return sides (K, 2): 1 where a clearance crosses corners of its drive side, of its coast side; and others."""
-        return add_crossings(before, trajectory, steady(trajectory))
-
-    def measure(self, tally: Tally, layout: Layout, _cycles: int, _duration: Array) -> Measures:
+    def values(self, state: State, layout: Layout, _cycles: int, _duration: Array) -> Values:
         """Return the regime of every mesh and clearance, by its severity; a mesh without a corner is quiet."""
-        sides = tally["sides"] > 0.0
+        sides = state["sides"] > 0.0
         code = sides.sum(axis=-1)
         return {
             (layout.element_names[k], self.name): np.zeros(code.shape[:-1])
@@ -62,12 +47,12 @@ class ImpactRegime(Telling):
             for k, clearance in judged_elements(layout)
         }
 
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return the regime of every mesh and clearance."""
-        words = list(SEVERITY)
+        words, layout = get_args(Regime), sums.steady.layout
         return [
-            entry(self, name, quantity, words[int(code)], formula=self.formula + _centre(scope.layout, name))
-            for (name, quantity), code in measured(self, tally, scope).items()
+            self.row(name, quantity, words[int(code)], formula=self.formula + _centre(layout, name))
+            for (name, quantity), code in self.values_of(sums).items()
         ]
 
 

@@ -7,7 +7,7 @@ To follow its driver a loose gear needs the torque J (R_d/R_l) theta_d''; only i
 Above 1, above 0 dB, the gear lifts off. The driver's motion is taken: the loose gear's own would measure the impacts.
 In harmonic form the ratio is of one order's amplitude, (o Omega)^2 times that of the angle: which order does it.
 
-Takes what is heard; gives values for every loose gear, by its mesh.
+Takes inputs; gives values for every loose gear, by its mesh.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.metric import EXACT, SAMPLES, SINGH, Heard, Value, order_word, sampled
+from gearrattle.quantities.inputs import EXACT, SAMPLES, Inputs, order_word, sampled
+from gearrattle.quantities.quantity import SINGH, Quantity, Row
 from gearrattle.signals import decibels, loose_gears, torque_ratio
 
 
 @dataclass(frozen=True)
-class SeparationRatio:
+class SeparationRatio(Quantity[Inputs]):
     """Inertia torque of a loose gear over its drag torque, by the peak acceleration of its driver."""
 
     name: str = "separation"
@@ -35,25 +36,29 @@ class SeparationRatio:
     needs: tuple[str, ...] = ("loose gears", "acceleration")
     merging: str = "exact: the peak is the largest"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return ratio and margin of every loose gear."""
-        values, accelerations = [], heard.of("acceleration")
-        for gear in loose_gears(heard.plate):
-            mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
-            told = heard.summary("acceleration", driver) if driver in accelerations else None
-            ratio = math.nan if told is None else torque_ratio(heard.plate, gear, told.peak)
-            note = f"{mesh}: no acceleration of its driver {driver}" if told is None else sampled(mesh, told, told.peak)
-            missed = math.nan if told is None else torque_ratio(heard.plate, gear, told.miss)
-            values.append(Value(mesh, "separation ratio", ratio, "1", note, missed))
+        rows, accelerations = list[Row](), inputs.of("acceleration")
+        for gear in loose_gears(inputs.plate):
+            mesh, driver = inputs.plate.element_names[gear.mesh], inputs.plate.inertia_names[gear.driver]
+            summary = inputs.summary("acceleration", driver) if driver in accelerations else None
+            ratio = math.nan if summary is None else torque_ratio(inputs.plate, gear, summary.peak)
+            note = (
+                f"{mesh}: no acceleration of its driver {driver}"
+                if summary is None
+                else sampled(mesh, summary, summary.peak)
+            )
+            missed = math.nan if summary is None else torque_ratio(inputs.plate, gear, summary.miss)
+            rows.append(self.row(mesh, "separation ratio", ratio, "1", note, missed))
             margin = decibels(ratio)
             still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
             beyond = 20.0 * math.log10(1.0 + missed / ratio) if ratio > 0.0 else 0.0
-            values.append(Value(mesh, "separation margin", margin, "dB", still, beyond))
-        return values
+            rows.append(self.row(mesh, "separation margin", margin, "dB", still, beyond))
+        return rows
 
 
 @dataclass(frozen=True)
-class HarmonicSeparation:
+class HarmonicSeparation(Quantity[Inputs]):
     """The same of every order of the driver's motion by itself."""
 
     name: str = "harmonic_separation"
@@ -66,23 +71,23 @@ class HarmonicSeparation:
     needs: tuple[str, ...] = ("loose gears", "orders", "motions")
     merging: str = "exact, to rounding: the products that least squares rest on add up"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the ratio of every order, and the order of the largest, of every loose gear."""
-        values = []
-        for gear in loose_gears(heard.plate):
-            mesh, driver = heard.plate.element_names[gear.mesh], heard.plate.inertia_names[gear.driver]
-            found = heard.velocities_at(driver)
-            if found is None:
+        rows: list[Row] = []
+        for gear in loose_gears(inputs.plate):
+            mesh, driver = inputs.plate.element_names[gear.mesh], inputs.plate.inertia_names[gear.driver]
+            velocities = inputs.velocities_at(driver)
+            if velocities is None:
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"
-                values.append(Value(mesh, "largest separation ratio of an order", math.nan, "1", note))
+                rows.append(self.row(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
-            ratios = torque_ratio(heard.plate, gear, heard.orders * heard.speed * np.abs(found))
-            errors = torque_ratio(heard.plate, gear, heard.orders * heard.speed * heard.velocity_errors(driver))
-            for order, ratio, error in zip(heard.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
+            ratios = torque_ratio(inputs.plate, gear, inputs.orders * inputs.speed * np.abs(velocities))
+            errors = torque_ratio(inputs.plate, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver))
+            for order, ratio, error in zip(inputs.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
-                values.append(Value(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
+                rows.append(self.row(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
             largest = float(np.nanmax(ratios)) if np.isfinite(ratios).any() else math.nan
             note = "" if math.isfinite(largest) else "the samples show none of the orders"
             error = float(errors[np.nanargmax(ratios)]) if np.isfinite(ratios).any() else math.nan
-            values.append(Value(mesh, "largest separation ratio of an order", largest, "1", note, error))
-        return values
+            rows.append(self.row(mesh, "largest separation ratio of an order", largest, "1", note, error))
+        return rows

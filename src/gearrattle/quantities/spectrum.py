@@ -2,10 +2,10 @@
 
 Power spectral density by Welch's method over whole cycles; amplitudes at the excited orders by Fourier sums over the
 whole steady part; super- and sub-harmonics as lines that stand out of their surroundings at orders nothing excites
-(the rule is told in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
+(the rule is stated in ``gearrattle.signals.lines``). All are of samples: nothing beyond half the sampling rate is seen,
 and what a response holds beyond it folds back.
 
-Takes a Trajectory; gives entries for every inertia, and the densities themselves to the verdict.
+Takes sums over Trajectories; gives rows for every inertia, and the densities themselves to the verdict.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError
-from gearrattle.quantities.criterion import PAPER, Entry, Scope, Tally, Telling, entry, scope_of
+from gearrattle.quantities.quantity import PAPER, Quantity, Row, Scope, State, Sums
 from gearrattle.signals import (
     Line,
     Spectrum,
@@ -39,7 +39,7 @@ FLUCTUATION = "rms of the fluctuation"
 
 
 @dataclass(frozen=True)
-class AccelerationSpectrum(Telling):
+class AccelerationSpectrum(Quantity[Sums]):
     """Spectral content of every inertia's acceleration."""
 
     name: str = "spectrum"
@@ -47,86 +47,63 @@ class AccelerationSpectrum(Telling):
     formula: str = "Fourier sums over [discard T, end]"
     unit: str = "rad/s^2"
     source: str = f"Welch 1967, IEEE Trans. Audio Electroacoust. AU-15, 70-73; {PAPER}, sec. 8"
-    sums: str = "spectra"
+    sums: tuple[str, ...] = ("spectra",)
     merging: str = (
         "exact: sums of the least squares and of the segments' densities add up, segments reach across chunks; "
         "super- and sub-harmonics are of the longest chunk's number of last cycles only"
     )
 
-    def occasional(self, layout: Layout) -> list[Entry]:
+    def occasional(self, layout: Layout) -> list[Row]:
         """Return the density's peak, which takes four samples, and the strongest lines that nothing excites."""
-        entries, nan = [], float("nan")
+        rows, nan = [], float("nan")
         for inertia in layout.inertia_names:
-            entries += [
-                entry(self, inertia, "order of the density's peak", nan, unit="1"),
-                entry(self, inertia, "density at its peak", nan, unit="(rad/s^2)^2/Hz"),
+            rows += [
+                self.row(inertia, "order of the density's peak", nan, unit="1"),
+                self.row(inertia, "density at its peak", nan, unit="(rad/s^2)^2/Hz"),
             ]
             for kind in ("super-harmonic", "sub-harmonic") if layout.orders.size else ():
                 order, amplitude = f"order of the strongest {kind}", f"amplitude of the strongest {kind}"
-                entries.append(entry(self, inertia, order, nan, unit="1", note=f"no {kind} seen"))
-                entries.append(entry(self, inertia, amplitude, nan, note=f"no {kind} seen"))
-        return entries
+                rows.append(self.row(inertia, order, nan, unit="1", note=f"no {kind} seen"))
+                rows.append(self.row(inertia, amplitude, nan, note=f"no {kind} seen"))
+        return rows
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return what the amplitudes and the density add up to, and the last samples.
-
-        gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): begin of the
-        segments that wait for more; last (samples, n): as many last cycles as the longest chunk has.
-        """
-        window, layout, per_cycle = steady(trajectory), trajectory.layout, trajectory.samples_per_cycle
-        signal, time = window.periodic(trajectory.acceleration), window.periodic(trajectory.time)
-        shown = layout.orders[_shown(layout, per_cycle)]
-        gram, moments = order_sums(signal, time, layout.omega, shown, periods=window.cycles)
-        tally = {
-            "gram": gram,
-            "moments": moments,
-            "last": signal,
-            **_segments(signal, per_cycle, layout.period, before),
-        }
-        if before is not None:
-            tally["gram"], tally["moments"] = before["gram"] + gram, before["moments"] + moments
-            longest = max(len(before["last"]), len(signal))
-            tally["last"] = np.concatenate([before["last"], signal])[-longest:]
-        return tally
-
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return density, order amplitudes, super- and sub-harmonics for every inertia."""
+        scope, state = sums.steady, sums.states["spectra"]
         layout = scope.layout
         amplitudes = np.full((layout.orders.size, len(layout.inertia_names)), np.nan)
-        amplitudes[_shown(layout, scope.samples_per_cycle)] = np.abs(amplitudes_from(tally["gram"], tally["moments"]))
+        amplitudes[_shown(layout, scope.samples_per_cycle)] = np.abs(amplitudes_from(state["gram"], state["moments"]))
         try:
-            density, too_short = density_of(tally, scope), ""
+            density, too_short = density_of(state, scope), ""
         except ModelError as error:
             density, too_short = None, f"no power spectral density: {error}"
-        entries: list[Entry] = []
+        rows: list[Row] = []
         for i, inertia in enumerate(layout.inertia_names):
             if density is None:
-                entries.append(entry(self, inertia, FLUCTUATION, float("nan"), note=too_short))
+                rows.append(self.row(inertia, FLUCTUATION, float("nan"), note=too_short))
             else:
-                entries += self._density(layout, inertia, density, i)
+                rows += self._density(layout, inertia, density, i)
             for order, amplitude in zip(layout.orders.tolist(), amplitudes[:, i].tolist(), strict=True):
                 unseen = f"order {order:g} is not resolved by {scope.samples_per_cycle} samples a cycle"
                 note = unseen if np.isnan(amplitude) else ""
                 words = "a of a sin(order Omega t + phase), least squares over [discard T, end]"
-                entries.append(
-                    entry(self, inertia, f"amplitude at order {order:g}", amplitude, formula=words, note=note)
-                )
-            entries += self._unexcited(scope, inertia, tally["last"][:, i])
-        return [replace(each, error=math.nan) for each in entries]  # of samples, without an estimate
+                rows.append(self.row(inertia, f"amplitude at order {order:g}", amplitude, formula=words, note=note))
+            rows += self._unexcited(scope, inertia, state["last"][:, i])
+        return [replace(row, error=math.nan) for row in rows]  # of samples, without an estimate
 
-    def _density(self, layout: Layout, inertia: str, spectrum: Spectrum, column: int) -> list[Entry]:
+    def _density(self, layout: Layout, inertia: str, spectrum: Spectrum, column: int) -> list[Row]:
         density = spectrum.density[:, column]
         peak = int(np.argmax(density))
         order = float(2.0 * np.pi * spectrum.frequency[peak] / layout.omega)
         level = float(np.sqrt(np.sum(density) * spectrum.resolution))
         by = f"Welch: {spectrum.window}"
         return [
-            entry(self, inertia, FLUCTUATION, level, formula=f"sqrt(sum of the density x bin width); {by}"),
-            entry(self, inertia, "order of the density's peak", order, unit="1", formula=by),
-            entry(self, inertia, "density at its peak", float(density[peak]), unit="(rad/s^2)^2/Hz", formula=by),
+            self.row(inertia, FLUCTUATION, level, formula=f"sqrt(sum of the density x bin width); {by}"),
+            self.row(inertia, "order of the density's peak", order, unit="1", formula=by),
+            self.row(inertia, "density at its peak", float(density[peak]), unit="(rad/s^2)^2/Hz", formula=by),
         ]
 
-    def _unexcited(self, scope: Scope, inertia: str, signal: Array) -> list[Entry]:
+    def _unexcited(self, scope: Scope, inertia: str, signal: Array) -> list[Row]:
         layout, per_cycle = scope.layout, scope.samples_per_cycle
         if layout.orders.size == 0:
             return []
@@ -138,26 +115,49 @@ class AccelerationSpectrum(Telling):
             if cycles == scope.window.cycles
             else f" in the last {cycles} of {counted(scope.window.cycles, 'cycle')} only"
         )
-        entries: list[Entry] = []
+        rows: list[Row] = []
         amplitudes: dict[int, Array] = {}
         kinds = (("super-harmonic", super_harmonics, 1), ("sub-harmonic", sub_harmonics, 2))
         for kind, search, divisor in kinds:
             need = FEWEST_PERIODS * divisor
             note = "" if cycles >= need else f"{kind}s not sought: fewer than {need} steady cycles"
-            told = note or (of and f"super- and sub-harmonics are sought{of}")
+            remark = note or (of and f"super- and sub-harmonics are sought{of}")
             lines = search(signal, per_cycle, fundamental, layout.orders, amplitudes)
             count = float("nan") if note else float(len(lines))
-            entries.append(entry(self, inertia, f"{kind}s present", count, unit="1", formula=rule, note=told))
-            entries += self._strongest(inertia, kind, strongest(lines), rule)
-        return entries
+            rows.append(self.row(inertia, f"{kind}s present", count, unit="1", formula=rule, note=remark))
+            rows += self._strongest(inertia, kind, strongest(lines), rule)
+        return rows
 
-    def _strongest(self, inertia: str, kind: str, line: Line | None, rule: str) -> list[Entry]:
+    def _strongest(self, inertia: str, kind: str, line: Line | None, rule: str) -> list[Row]:
         if line is None:
             return []
         return [
-            entry(self, inertia, f"order of the strongest {kind}", line.order, unit="1", formula=rule),
-            entry(self, inertia, f"amplitude of the strongest {kind}", line.amplitude, formula=rule),
+            self.row(inertia, f"order of the strongest {kind}", line.order, unit="1", formula=rule),
+            self.row(inertia, f"amplitude of the strongest {kind}", line.amplitude, formula=rule),
         ]
+
+
+def add_spectra(trajectory: Trajectory, before: State | None) -> State:
+    """Return the sum "spectra" over a chunk and all before it.
+
+    gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): begin of the
+    segments that wait for more; last (samples, n): as many last cycles as the longest chunk has.
+    """
+    window, layout, per_cycle = steady(trajectory), trajectory.layout, trajectory.samples_per_cycle
+    signal, time = window.periodic(trajectory.acceleration), window.periodic(trajectory.time)
+    shown = layout.orders[_shown(layout, per_cycle)]
+    gram, moments = order_sums(signal, time, layout.omega, shown, periods=window.cycles)
+    state = {
+        "gram": gram,
+        "moments": moments,
+        "last": signal,
+        **_segments(signal, per_cycle, layout.period, before),
+    }
+    if before is not None:
+        state["gram"], state["moments"] = before["gram"] + gram, before["moments"] + moments
+        longest = max(len(before["last"]), len(signal))
+        state["last"] = np.concatenate([before["last"], signal])[-longest:]
+    return state
 
 
 def _shown(layout: Layout, per_cycle: int) -> NDArray[np.bool_]:
@@ -165,7 +165,7 @@ def _shown(layout: Layout, per_cycle: int) -> NDArray[np.bool_]:
     return resolved(layout.orders, layout.omega, layout.period / per_cycle)
 
 
-def _segments(signal: Array, per_cycle: int, period: float, before: Tally | None) -> dict[str, Array]:
+def _segments(signal: Array, per_cycle: int, period: float, before: State | None) -> dict[str, Array]:
     """Return the sum of the densities of all whole segments so far, their number, and the samples still needed."""
     if before is not None:
         signal = np.concatenate([before["rest"], signal])
@@ -173,32 +173,22 @@ def _segments(signal: Array, per_cycle: int, period: float, before: Tally | None
     hop = length - length // 2
     density, segments = np.zeros((length // 2 + 1, signal.shape[1])), 0
     if len(signal) >= length:
-        found = psd(signal, period, per_cycle)
-        density, segments = found.density * found.segments, found.segments
+        spectrum = psd(signal, period, per_cycle)
+        density, segments = spectrum.density * spectrum.segments, spectrum.segments
         signal = signal[segments * hop :]
     if before is not None:
         density, segments = density + before["density"], segments + int(before["segments"])
     return {"density": density, "segments": np.array(float(segments)), "rest": signal.copy()}
 
 
-def density_of(tally: Tally, scope: Scope) -> Spectrum:
+def density_of(state: State, scope: Scope) -> Spectrum:
     """Return the power spectral density of all accelerations over the steady part, density (f, n).
 
     Raises:
         ModelError: if the steady part holds fewer than four samples.
     """
-    period, per_cycle, segments = scope.layout.period, scope.samples_per_cycle, int(tally["segments"])
+    period, per_cycle, segments = scope.layout.period, scope.samples_per_cycle, int(state["segments"])
     if segments == 0:
-        return psd(tally["rest"], period, per_cycle)
+        return psd(state["rest"], period, per_cycle)
     frequency = np.fft.rfftfreq(CYCLES_PER_SEGMENT * per_cycle, period / per_cycle).astype(np.float64)
-    return Spectrum(frequency, tally["density"] / segments, averaged(CYCLES_PER_SEGMENT, segments), segments)
-
-
-def acceleration_density(trajectory: Trajectory) -> Spectrum:
-    """Return the power spectral density of one trajectory's accelerations over the steady part, density (f, n).
-
-    Raises:
-        ModelError: if the steady part holds fewer than four samples.
-    """
-    tally = AccelerationSpectrum().gather(trajectory, None)
-    return density_of(tally, scope_of(trajectory))
+    return Spectrum(frequency, state["density"] / segments, averaged(CYCLES_PER_SEGMENT, segments), segments)

@@ -9,11 +9,11 @@ Transmissibility by order: what of an order's motion at the reference body reach
 
     T_i(o) = |Theta_i(o)| / |Theta_r(o)|
 
-the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so a body may be
-heard by any of them. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
+the quotient of amplitudes at one order; it is the same for angles, velocities and accelerations, so any of them
+serves. Only orders of the engine count: what a transmission error excites elsewhere is not transmitted
 from the reference. An order at which the reference moves by less than 1e-9 of its strongest has no transmissibility.
 
-Takes a Trajectory; gives two entries an inertia. Takes a Heard; gives one value a body and order.
+Takes levels of the last cycles; gives two rows an inertia. Takes inputs; gives one row a body and order.
 """
 
 from __future__ import annotations
@@ -23,39 +23,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearrattle.quantities.criterion import PAPER, Entry, Scope, Tally, Telling, entry
-from gearrattle.quantities.metric import SAMPLES, Heard, Value, order_word
-from gearrattle.signals.last_levels import gather_levels, peak_to_peak_of, rms_of, shortened
-from gearrattle.trajectory import Trajectory
+from gearrattle.quantities.inputs import SAMPLES, Inputs, order_word
+from gearrattle.quantities.quantity import PAPER, Quantity, Row, Sums
+from gearrattle.signals.last_levels import LAST_CYCLES, peak_to_peak_of, rms_of, shortened
 
 
 @dataclass(frozen=True)
-class Transmissibility(Telling):
+class Transmissibility(Quantity[Sums]):
     """Ratio of rms and of peak-to-peak accelerations to those of the reference inertia."""
 
-    cycles: int = 8
     name: str = "transmissibility"
     title: str = "Transmissibility"
     formula: str = "rms(theta_i'') / rms(theta_r'') and pp(theta_i'') / pp(theta_r''), r: reference inertia, last 8 T"
     unit: str = "1"
     source: str = f"{PAPER}, eqs. (23)-(25)"
-    sums: str = "last cycles"
+    sums: tuple[str, ...] = ("last cycles",)
     merging: str = "exact: levels of each of the last eight cycles are kept across chunks"
 
-    def gather(self, trajectory: Trajectory, before: Tally | None) -> Tally:
-        """Return levels of the accelerations in the last cycles."""
-        return gather_levels(trajectory, before, self.cycles)
-
-    def tell(self, tally: Tally, scope: Scope) -> list[Entry]:
+    def rows(self, sums: Sums) -> list[Row]:
         """Return TR_rms and TR_peak of every inertia; NaN, with a note, where the reference does not move."""
+        scope, state = sums.steady, sums.states["last cycles"]
         layout = scope.layout
-        cycles = min(self.cycles, scope.window.cycles)
+        cycles = min(LAST_CYCLES, scope.window.cycles)
         reference = layout.inertia_names[layout.reference]
-        short = shortened("transmissibility", cycles, self.cycles)
-        entries = []
+        short = shortened("transmissibility", cycles)
+        rows = []
         for quantity, over, level in (
-            ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms_of(tally)),
-            ("TR peak", f"pp(theta_i'') / pp(theta_{reference}'')", peak_to_peak_of(tally)),
+            ("TR rms", f"rms(theta_i'') / rms(theta_{reference}'')", rms_of(state)),
+            ("TR peak", f"pp(theta_i'') / pp(theta_{reference}'')", peak_to_peak_of(state)),
         ):
             base = float(level.value[layout.reference])
             still = "" if base > 0.0 else f"{quantity}: {reference} shows no acceleration to refer to"
@@ -65,20 +60,22 @@ class Transmissibility(Telling):
                     value, error = float(level.value[i]) / base, float(level.error[i]) / base
                     error += value * float(level.error[layout.reference]) / base if i != layout.reference else -error
                 words = f"{over}, last {cycles} T"
-                entries.append(entry(self, inertia, quantity, value, formula=words, note=still or short, error=error))
-        return entries
+                rows.append(self.row(inertia, quantity, value, formula=words, note=still or short, error=error))
+        return rows
 
 
 _STILL = 1e-9
 
 
 @dataclass(frozen=True)
-class OrderTransmissibility:
+class OrderTransmissibility(Quantity[Inputs]):
     """Quotient of amplitudes at every engine order."""
 
     name: str = "order_transmissibility"
     title: str = "Transmissibility by order"
-    formula: str = "|Theta_i(o)| / |Theta_r(o)|, r: the inertia of the first torque, else the first that is heard"
+    formula: str = (
+        "|Theta_i(o)| / |Theta_r(o)|, r: the inertia of the first torque, else the first whose motion is known"
+    )
     unit: str = "1"
     source: str = "definition (harmonic transmissibility)"
     window: str = f"{SAMPLES}, least squares at all orders of the excitation"
@@ -86,27 +83,29 @@ class OrderTransmissibility:
     needs: tuple[str, ...] = ("engine orders", "motions")
     merging: str = "exact, to rounding: the products that least squares rest on add up"
 
-    def measure(self, heard: Heard) -> list[Value]:
+    def rows(self, inputs: Inputs) -> list[Row]:
         """Return the transmissibility of every body but the reference, order by order."""
-        movers = heard.movers()
-        plate = heard.layout
+        movers = inputs.movers()
+        plate = inputs.layout
         reference = movers[0] if plate is None else plate.inertia_names[plate.reference]
-        base = heard.velocities_at(reference)
+        base = inputs.velocities_at(reference)
         if base is None:
             return [
-                Value(reference, "transmissibility", math.nan, "1", f"nothing is heard of {reference}, the reference")
+                self.row(
+                    reference, "transmissibility", math.nan, "1", f"nothing is known of {reference}, the reference"
+                )
             ]
         strongest = float(np.nanmax(np.abs(base), initial=0.0))
-        values = []
+        rows: list[Row] = []
         for name in movers:
-            found = heard.velocities_at(name)
-            if name == reference or found is None:
+            velocities = inputs.velocities_at(name)
+            if name == reference or velocities is None:
                 continue
-            errors = heard.velocity_errors(name), heard.velocity_errors(reference)
+            errors = inputs.velocity_errors(name), inputs.velocity_errors(reference)
             for order, own, to, own_error, to_error in zip(
-                heard.orders.tolist(), np.abs(found), np.abs(base), *errors, strict=True
+                inputs.orders.tolist(), np.abs(velocities), np.abs(base), *errors, strict=True
             ):
-                if order not in heard.engine_orders:
+                if order not in inputs.engine_orders:
                     continue
                 moves = to > _STILL * strongest
                 note = (
@@ -114,5 +113,5 @@ class OrderTransmissibility:
                 )
                 value = float(own / to) if moves else math.nan
                 error = float(own_error + value * to_error) / float(to) if moves else math.nan
-                values.append(Value(name, f"transmissibility at {order_word(order)}", value, "1", note, error))
-        return values
+                rows.append(self.row(name, f"transmissibility at {order_word(order)}", value, "1", note, error))
+        return rows

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from gearrattle.json_types import json_value
-from gearrattle.quantities.criterion import Entry, Part
+from gearrattle.quantities.parts import Part
+from gearrattle.quantities.quantity import Row
 from gearrattle.quantities.wording import sentence
 from gearrattle.result import Result
 from gearrattle.signals import Regime, Spectrum, Window
@@ -33,7 +34,7 @@ class Verdict(Result):
     verdict: Regime
     rule: str
     parts: tuple[Part, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[Row, ...]
     notes: tuple[str, ...]
     window: Window
     spectra: Spectrum | None = dataclasses.field(repr=False, compare=False, default=None)
@@ -49,13 +50,15 @@ class Verdict(Result):
         """Return the verdict and its sentence."""
         return f"{self.verdict}: {self.sentence}"
 
-    def of(self, criterion: str, subject: str | None = None) -> tuple[Entry, ...]:
+    def of(self, criterion: str, subject: str | None = None) -> tuple[Row, ...]:
         """Return the entries of one criterion, of one inertia, mesh or coupling if it is named."""
-        return tuple(e for e in self.entries if e.criterion == criterion and subject in (None, e.subject))
+        return tuple(e for e in self.entries if e.name == criterion and subject in (None, e.subject))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the verdict in JSON types; numbers that do not exist or are not finite become None."""
         names = ("verdict", "sentence", "rule", "parts", "entries", "notes")
         window = {"start": self.window.start, "end": self.window.end, "cycles": self.window.cycles}
-        converted: dict[str, Any] = json_value({**{name: getattr(self, name) for name in names}, "window": window})
+        entries = [row.table_row("criterion") for row in self.entries]
+        shown = {name: getattr(self, name) for name in names} | {"entries": entries, "window": window}
+        converted: dict[str, Any] = json_value(shown)
         return converted

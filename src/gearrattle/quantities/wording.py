@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gearrattle.quantities.criterion import Part
+from gearrattle.quantities.parts import Part
 from gearrattle.wording import counted
 
 SPELT_OUT = 3

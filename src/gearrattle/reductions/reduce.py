@@ -214,10 +214,10 @@ def _both(model: Model, smaller: Model) -> Simulated:
     from gearrattle.simulation.simulate import simulate
 
     full, reduced = (criteria(simulate(each, audit=False)) for each in (model, smaller))
-    found = {(e.criterion, e.subject, e.quantity, e.unit): e.value for e in reduced.entries}
+    found = {(e.name, e.subject, e.quantity, e.unit): e.value for e in reduced.entries}
     entries = tuple(
         Compared(*key, entry.value, found[key])
         for entry in full.entries
-        if (key := (entry.criterion, entry.subject, entry.quantity, entry.unit)) in found
+        if (key := (entry.name, entry.subject, entry.quantity, entry.unit)) in found
     )
     return Simulated(full.sentence, reduced.sentence, entries)

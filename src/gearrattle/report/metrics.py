@@ -36,7 +36,8 @@ class MetricsPage(Presentation["pd.DataFrame"]):
 
         table = result if isinstance(result, pd.DataFrame) else _table(result)
         super().__init__(table)
-        self.rows = [Row(**{str(name): value for name, value in row.items()}) for row in table.to_dict("records")]
+        records = [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+        self.rows = [Row(record.pop("metric"), formula="", **record) for record in records]
 
     @property
     def title(self) -> str:
@@ -45,8 +46,8 @@ class MetricsPage(Presentation["pd.DataFrame"]):
     @property
     def sentence(self) -> str:
         measured = [row for row in self.rows if row.subject]
-        metrics = len({row.metric for row in measured})
-        lacking = len({row.metric for row in self.rows if not row.subject})
+        metrics = len({row.name for row in measured})
+        lacking = len({row.name for row in self.rows if not row.subject})
         also = f"; {counted(lacking, 'metric')} could not be measured" if lacking else ""
         return f"{counted(len(measured), 'value')} of {counted(metrics, 'metric')}{also}."
 
@@ -66,7 +67,7 @@ class MetricsPage(Presentation["pd.DataFrame"]):
     def answer(self) -> tuple[Table, ...]:
         rows = [
             (
-                row.metric,
+                row.name,
                 row.subject,
                 row.quantity,
                 f"{row.value:.6g} {row.unit}".removesuffix(" 1"),
@@ -82,7 +83,9 @@ class MetricsPage(Presentation["pd.DataFrame"]):
         return {"metrics": json_value(self.result.to_dict("records"))}
 
     def numbers(self) -> xr.Dataset:
-        return records_dataset(self.rows, "row").assign_attrs(notes="\n".join(super().notes))
+        return records_dataset([row.table_row("metric") for row in self.rows], "row").assign_attrs(
+            notes="\n".join(super().notes)
+        )
 
 
 def _table(data: xr.Dataset) -> pd.DataFrame:

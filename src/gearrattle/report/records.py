@@ -1,6 +1,6 @@
 """Records as a Dataset: a variable a field, a row a record.
 
-Takes frozen dataclasses of one kind; gives a Dataset.
+Takes frozen dataclasses of one kind, or mappings with the same keys; gives a Dataset.
 """
 
 from __future__ import annotations
@@ -41,16 +41,21 @@ def record_columns(
     """Return the fields of records that are numbers or text, each as a variable over one dimension, for ``Arrays``.
 
     Args:
-        records: dataclasses of one kind; None among numbers becomes NaN, fields of another type are left out.
+        records: dataclasses of one kind, or mappings with the same keys; None among numbers becomes NaN, fields of
+            another type are left out.
         dimension: its name.
         prefix: of the names of variables.
         names: fields to take; empty: all.
         units: by field.
     """
     columns = {}
-    for field in fields(records[0]) if records else ():
-        values = [getattr(record, field.name) for record in records]
-        if names and field.name not in names:
+    rows = [
+        record if isinstance(record, Mapping) else {field.name: getattr(record, field.name) for field in fields(record)}
+        for record in records
+    ]
+    for name in rows[0] if rows else ():
+        values = [row[name] for row in rows]
+        if names and name not in names:
             continue
         if all(value is None or isinstance(value, bool | int | float | np.number) for value in values):
             whole = all(isinstance(value, bool | int) for value in values)
@@ -59,8 +64,8 @@ def record_columns(
             column = np.array(values, dtype=np.str_)
         else:
             continue
-        unit = (units or {}).get(field.name)
-        columns[f"{prefix}{field.name}"] = (dimension, column, {"units": unit} if unit else {})
+        unit = (units or {}).get(name)
+        columns[f"{prefix}{name}"] = (dimension, column, {"units": unit} if unit else {})
     return columns
 
 

@@ -137,7 +137,7 @@ class VerdictReport(Presentation[Verdict]):
         values = [entry.value for entry in self.result.entries]
         numbers = [value if isinstance(value, float) else math.nan for value in values]
         words = [value if isinstance(value, str) else "" for value in values]
-        entries = records_dataset(self.result.entries, "entry")
+        entries = records_dataset([row.table_row("criterion") for row in self.result.entries], "entry")
         return entries.assign(value=("entry", numbers), word=("entry", np.array(words, dtype=np.str_)))
 
 

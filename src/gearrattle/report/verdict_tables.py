@@ -14,7 +14,7 @@ from itertools import groupby
 from markupsafe import Markup
 
 from gearrattle.pipeline import Findings
-from gearrattle.quantities import CRITERIA, Entry, Part, Row, Verdict
+from gearrattle.quantities import CRITERIA, Part, Row, Verdict
 from gearrattle.report.plots.numerals import engineering, numeral, quantity
 from gearrattle.report.tables import Table
 from gearrattle.signals import centre, region_shares, steady
@@ -150,7 +150,7 @@ def criteria_tables(verdict: Verdict) -> list[Table]:
     """Return one table a criterion, every entry in it: subjects down and quantities across, or turned if too wide."""
     criteria = {criterion.name: criterion for criterion in CRITERIA}
     made = []
-    for name, group in groupby(verdict.entries, key=lambda entry: entry.criterion):
+    for name, group in groupby(verdict.entries, key=lambda entry: entry.name):
         entries = list(group)
         criterion = criteria[name]
         note = f"Definition: {criterion.formula}. Source: {criterion.source}.{errors_note(entries)}"
@@ -158,7 +158,7 @@ def criteria_tables(verdict: Verdict) -> list[Table]:
     return made
 
 
-def errors_note(entries: Sequence[Entry | Row]) -> str:
+def errors_note(entries: Sequence[Row]) -> str:
     """Say what stands behind ±, or that nothing is known of it; empty where all values are exact."""
     told = ""
     if any(entry.error > 0.0 for entry in entries):
@@ -167,11 +167,11 @@ def errors_note(entries: Sequence[Entry | Row]) -> str:
     return f"{told} Of samples, without an estimate of their error: {', '.join(unknown)}." if unknown else told
 
 
-def _is_nothing(entry: Entry | Row) -> bool:
+def _is_nothing(entry: Row) -> bool:
     return isinstance(entry.value, float) and math.isnan(entry.value)
 
 
-def grid(entries: Sequence[Entry | Row], title: str, note: str) -> Table:
+def grid(entries: Sequence[Row], title: str, note: str) -> Table:
     """Return entries as a grid; a unit stands in the title of its quantity, or in the cells where it varies."""
     units: dict[str, set[str]] = {}
     for entry in entries:
@@ -198,7 +198,7 @@ def _shown(unit: str) -> str:
     return "" if unit == "1" else unit.replace("^2", "²")
 
 
-def _value(entry: Entry | Row, *, with_unit: bool) -> str:
+def _value(entry: Row, *, with_unit: bool) -> str:
     """Return a value as text, with the estimated error of its samples where that counts."""
     if isinstance(entry.value, str):
         return entry.value

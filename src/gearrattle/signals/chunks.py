@@ -1,11 +1,10 @@
-"""What is kept of the chunks of a long motion: moments, extremes, products for orders, sums of crossings.
+"""What is kept of the chunks of a long motion: moments, extremes, products for orders.
 
 Its size does not grow with the number of chunks. Moments of two pieces merge as in P. Pebay (2008, Sandia report
 SAND2008-6212, eqs. 2.1-2.9, after Chan, Golub, LeVeque 1979): no mean is taken away from a sum of squares. Orders rest
 on the products of 1, the time, its square, sines and cosines with each other and with every signal, of which any least
-squares with a polynomial beside the orders is solved in the end. Crossings are added up by ``crossing_sums``.
-
-Takes consecutive Trajectories and signals on their grid; gives a Tally.
+squares with a polynomial beside the orders is solved in the end.
+Takes consecutive Trajectories and signals on their grid; gives SignalSums.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.statistics import Statistics
-from gearrattle.signals.crossing_sums import Sums, add_crossings
 from gearrattle.signals.levels import extremes_missed
 from gearrattle.signals.orders import repeating_angles, resolved
 from gearrattle.signals.summaries import Summary
@@ -84,7 +82,7 @@ class Moments:
 
     def summary(self, column: int) -> Summary:
         """Return the summary of one signal."""
-        second, fourth = (float(each[column]) / self.weight for each in (self.second, self.fourth))
+        second, fourth = (float(power[column]) / self.weight for power in (self.second, self.fourth))
         return Summary(
             float(self.mean[column]),
             second,
@@ -97,8 +95,8 @@ class Moments:
 
 
 @dataclass(frozen=True)
-class Tally:
-    """What is kept of the chunks so far.
+class SignalSums:
+    """What is kept of the signals of the chunks so far.
 
     Attributes:
         layout: names and constants of the driveline.
@@ -109,7 +107,6 @@ class Tally:
         moments: of the signals; None while all is discarded.
         gram: (p, p) products of 1, s, s^2, sines and cosines, s = (time - start) / period.
         products: (p, q) of these with the signals.
-        crossings: what is kept of the log (``crossing_sums``).
         loss: (m,) work that elements took since the very begin [J]; None where a chunk was not audited.
         time: since the very begin [s].
     """
@@ -124,7 +121,6 @@ class Tally:
     moments: Moments | None
     gram: Array
     products: Array
-    crossings: Sums
     loss: Array | None
     time: float
 
@@ -135,18 +131,18 @@ class Tally:
             products: (p,) of it with 1, s, s^2, sines and cosines.
             trend: degree of the polynomial, 2 at most.
         """
-        found = np.full(self.orders.size, np.nan + 0j)
+        amplitudes = np.full(self.orders.size, np.nan + 0j)
         shown = resolved(self.orders, self.layout.omega, self.interval)
         count = int(np.count_nonzero(shown))
         if not count or self.gram[0, 0] < 2 * count + 1 + trend:
-            return found
+            return amplitudes
         chosen = np.flatnonzero(np.concatenate([np.arange(_POWERS) <= trend, shown, shown]))
         gram, right = self.gram[np.ix_(chosen, chosen)], products[chosen]
         scale = 1.0 / np.sqrt(np.diag(gram))  # s grows with the motion, sines do not
         weights = scale * np.linalg.lstsq(gram * np.outer(scale, scale), scale * right, rcond=None)[0]
         sines, cosines = np.split(weights[1 + trend :], 2)
-        found[shown] = sines + 1j * cosines
-        return found
+        amplitudes[shown] = sines + 1j * cosines
+        return amplitudes
 
     def velocities(self, angle: int, velocity: int) -> NDArray[np.complex128]:
         """(o,) complex amplitudes of an angle whose line and parabola join it and its velocity end to end.
@@ -163,10 +159,10 @@ class Tally:
         return self.amplitudes(self.products[:, angle] - (rise - bend) * line - bend * parabola, 0)
 
 
-def gather(
-    trajectory: Trajectory, signals: Array, orders: Array, before: Tally | None, exact: Exactly | None = None
-) -> Tally:
-    """Return the tally of a chunk and of all before it.
+def add_chunk(
+    trajectory: Trajectory, signals: Array, orders: Array, before: SignalSums | None, exact: Exactly | None = None
+) -> SignalSums:
+    """Return the sums over a chunk and all before it.
 
     Args:
         trajectory: the next chunk, of whole cycles.
@@ -176,9 +172,8 @@ def gather(
         exact: columns of the signals whose statistics are known between samples, and these.
     """
     window = steady(trajectory) if trajectory.discard < trajectory.cycles else None
-    crossings = add_crossings(None if before is None else before.crossings, trajectory, window)
-    kept = _begun(trajectory, signals.shape[1], orders, crossings) if before is None else before
-    kept = replace(kept, crossings=crossings, discarded=kept.discarded + trajectory.discard)
+    kept = _start(trajectory, signals.shape[1], orders) if before is None else before
+    kept = replace(kept, discarded=kept.discarded + trajectory.discard)
     kept = replace(kept, time=kept.time + float(trajectory.time[-1] - trajectory.time[0]), loss=_lost(trajectory, kept))
     if window is not None:
         start = min(kept.start, window.start)
@@ -187,9 +182,9 @@ def gather(
     return kept
 
 
-def _begun(trajectory: Trajectory, signals: int, orders: Array, crossings: Sums) -> Tally:
+def _start(trajectory: Trajectory, signals: int, orders: Array) -> SignalSums:
     size = _POWERS + 2 * orders.size
-    return Tally(
+    return SignalSums(
         layout=trajectory.layout,
         start=np.inf,
         end=0.0,
@@ -200,18 +195,17 @@ def _begun(trajectory: Trajectory, signals: int, orders: Array, crossings: Sums)
         moments=None,
         gram=np.zeros((size, size)),
         products=np.zeros((size, signals)),
-        crossings=crossings,
         loss=np.zeros(trajectory.layout.is_mesh.size),
         time=0.0,
     )
 
 
-def _lost(trajectory: Trajectory, kept: Tally) -> Array | None:
+def _lost(trajectory: Trajectory, kept: SignalSums) -> Array | None:
     audit = trajectory.energy
     return None if audit is None or kept.loss is None else np.asarray(kept.loss + audit.element_loss)
 
 
-def _sampled(kept: Tally, time: Array, signals: Array, exact: Exactly | None) -> Tally:
+def _sampled(kept: SignalSums, time: Array, signals: Array, exact: Exactly | None) -> SignalSums:
     """Add samples: moments by both bounds, products by each sample once."""
     moments = Moments.of(signals)
     if exact is not None:
@@ -226,7 +220,7 @@ def _sampled(kept: Tally, time: Array, signals: Array, exact: Exactly | None) ->
     )
 
 
-def _waves(kept: Tally, time: Array) -> Array:
+def _waves(kept: SignalSums, time: Array) -> Array:
     """(N, 2 o) sines and cosines of the orders."""
     omega, periods = kept.layout.omega, max(1, round((time.size * kept.interval) / kept.layout.period))
     angle = repeating_angles(time, omega, kept.orders, periods)

@@ -4,7 +4,7 @@ Of an exact motion extremes and means are taken between the samples, both limits
 what remains for a recording, for another algorithm and for a body of prescribed motion; their error is estimated by
 what every second sample alone would have told (``gearrattle.signals.levels``).
 
-Takes Trajectories; gives a tally of bounded size, and levels from it.
+Takes Trajectories; gives a state of bounded size, and levels from it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ from gearrattle.signals.windows import steady
 from gearrattle.trajectory import Array, Trajectory
 from gearrattle.wording import counted
 
+LAST_CYCLES = 8
+"""Over how many cycles levels are taken, at most (Padmanabhan et al. 1995, eqs. (23)-(25))."""
+
 
 class Level(NamedTuple):
     """A level of every inertia (n,) and its estimated error (n,) [rad/s^2]."""
@@ -27,7 +30,7 @@ class Level(NamedTuple):
     error: Array
 
 
-def gather_levels(trajectory: Trajectory, before: Mapping[str, Array] | None, cycles: int) -> dict[str, Array]:
+def add_levels(trajectory: Trajectory, before: Mapping[str, Array] | None) -> dict[str, Array]:
     """Return levels of the accelerations in each of the last cycles, (cycles, n) [rad/s^2].
 
     low, high, rms; below, above: by how much low and high may be passed between samples; off: error of rms.
@@ -35,14 +38,13 @@ def gather_levels(trajectory: Trajectory, before: Mapping[str, Array] | None, cy
     Args:
         trajectory: the next chunk.
         before: the same of the chunks before; None at the first.
-        cycles: how many at most.
     """
     window, per_cycle = steady(trajectory), trajectory.samples_per_cycle
-    count = min(cycles, window.cycles)
+    count = min(LAST_CYCLES, window.cycles)
     samples = window.closed(trajectory.acceleration)[-(count * per_cycle + 1) :]
     parts = [samples[c * per_cycle : (c + 1) * per_cycle + 1] for c in range(count)]
-    below, above = (np.array(each) for each in zip(*map(extremes_missed, parts), strict=True))
-    tally = {
+    below, above = (np.array(missed) for missed in zip(*map(extremes_missed, parts), strict=True))
+    state = {
         "low": np.array([part.min(axis=0) for part in parts]),
         "high": np.array([part.max(axis=0) for part in parts]),
         "rms": np.array([rms(part) for part in parts]),
@@ -50,39 +52,39 @@ def gather_levels(trajectory: Trajectory, before: Mapping[str, Array] | None, cy
         "above": above,
         "off": np.array([rms_missed(part) for part in parts]),
     }
-    _put_exact(tally, trajectory, window.cycles, count)
+    _put_exact(state, trajectory, window.cycles, count)
     if before is None:
-        return tally
-    return {name: np.concatenate([before[name], new])[-cycles:] for name, new in tally.items()}
+        return state
+    return {name: np.concatenate([before[name], new])[-LAST_CYCLES:] for name, new in state.items()}
 
 
-def _put_exact(tally: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> None:
+def _put_exact(state: dict[str, Array], trajectory: Trajectory, cycles: int, count: int) -> None:
     """Put levels of the exact motion in the place of those of samples, where they are known."""
     if trajectory.exact is None:
         return
     signals = [signal for signal in trajectory.exact.signals(trajectory) if signal[0] == "acceleration"]
     ends = tuple(range(cycles - count, cycles + 1))
-    found = trajectory.exact.statistics(trajectory, signals, cycles=ends)
-    if found is None:
+    statistics = trajectory.exact.statistics(trajectory, signals, cycles=ends)
+    if statistics is None:
         return
     bodies = [trajectory.layout.inertia_names.index(name) for _, name in signals]
-    level = np.hypot(np.sqrt(np.maximum(found.second, 0.0)), found.mean)
-    for name, values in (("low", found.low), ("high", found.high), ("rms", level)):
-        tally[name][:, bodies] = values
+    level = np.hypot(np.sqrt(np.maximum(statistics.second, 0.0)), statistics.mean)
+    for name, values in (("low", statistics.low), ("high", statistics.high), ("rms", level)):
+        state[name][:, bodies] = values
     for name in ("below", "above", "off"):
-        tally[name][:, bodies] = 0.0
+        state[name][:, bodies] = 0.0
 
 
-def peak_to_peak_of(tally: Mapping[str, Array]) -> Level:
+def peak_to_peak_of(state: Mapping[str, Array]) -> Level:
     """Return the largest less the smallest acceleration of every inertia."""
-    low, high = tally["low"].min(axis=0), tally["high"].max(axis=0)
-    beyond = (tally["high"] + tally["above"]).max(axis=0) - (tally["low"] - tally["below"]).min(axis=0)
+    low, high = state["low"].min(axis=0), state["high"].max(axis=0)
+    beyond = (state["high"] + state["above"]).max(axis=0) - (state["low"] - state["below"]).min(axis=0)
     return Level(high - low, np.maximum(beyond - (high - low), 0.0))
 
 
-def rms_of(tally: Mapping[str, Array]) -> Level:
+def rms_of(state: Mapping[str, Array]) -> Level:
     """Return the root mean square acceleration of every inertia."""
-    return Level(_together(tally["rms"]), _together(tally["off"]))
+    return Level(_together(state["rms"]), _together(state["off"]))
 
 
 def _together(levels: Array) -> Array:
@@ -92,9 +94,9 @@ def _together(levels: Array) -> Array:
     return np.asarray(scale * np.sqrt(np.mean((levels / scale) ** 2, axis=0)))
 
 
-def shortened(what: str, cycles: int, wanted: int) -> str:
-    """Say that fewer cycles remain than a level is wanted of; empty where they do not."""
-    if cycles >= wanted:
+def shortened(what: str, cycles: int) -> str:
+    """Say that fewer cycles remain than a level is taken over; empty where they do not."""
+    if cycles >= LAST_CYCLES:
         return ""
     remain = f"{counted(cycles, 'cycle')} remain{'s' * (cycles == 1)}"
-    return f"{what} over fewer than {counted(wanted, 'cycle')}: {remain} after the discarded ones"
+    return f"{what} over fewer than {counted(LAST_CYCLES, 'cycle')}: {remain} after the discarded ones"

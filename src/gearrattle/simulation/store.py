@@ -47,14 +47,14 @@ class State:
         owner: format, model, settings and versions, as lines of text.
         chunks, done: finished chunks, and their periods.
         march: snapshot of the march (``solvers.Extensible``).
-        gathered: what the criteria have gathered, packed (``criteria.Gathered``); empty if nothing yet.
+        sums: over what the criteria judge, packed (``quantities.Sums``); empty if nothing yet.
     """
 
     owner: str
     chunks: int
     done: int
     march: Arrays
-    gathered: Arrays
+    sums: Arrays
 
 
 class Store:
@@ -132,7 +132,7 @@ class Store:
             except Refused as error:
                 raise ModelError(Problem(str(self.folder), "", error.rule, error.remedy)) from None
 
-    def keep(self, run: Run, march: Arrays, gathered: Arrays, done: int) -> None:
+    def keep(self, run: Run, march: Arrays, sums: Arrays, done: int) -> None:
         """Write a chunk, then the state after it.
 
         Raises:
@@ -153,14 +153,14 @@ class Store:
         run.save(self.folder / _CHUNK.format(chunks))
         arrays: dict[str, Any] = {"owner": np.array(self._owner), "counts": np.array([chunks, done])}
         arrays |= {f"march/{name}": array for name, array in march.items()}
-        arrays |= {f"gathered/{name}": array for name, array in gathered.items()}
+        arrays |= {f"gathered/{name}": array for name, array in sums.items()}
         content = io.BytesIO()
         np.savez(content, **arrays)
         with self._writing:
             if self._closed:
                 raise Cancelled("the store of this motion is closed")
             put(self.folder / STATE, content.getvalue())
-            self.state = State(self._owner, chunks, done, march, gathered)
+            self.state = State(self._owner, chunks, done, march, sums)
 
 
 def read_state(folder: Path) -> State | None:

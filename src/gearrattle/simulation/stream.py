@@ -2,7 +2,7 @@
 
 Where one chunk ends and the next begins changes no bit: samples, crossings and force integrals are those of one long
 run (only crossings that coincide, to rounding, with each other and with the end of a chunk may be listed in another
-order). Chunks are judged as they pass (``quantities.gather``), so the verdict on a million cycles needs none of them.
+order). Chunks are judged as they pass (``quantities.add``), so the verdict on a million cycles needs none of them.
 With a *store* every finished chunk becomes a file beside the state of the march (``store``): whatever ends the program,
 a later one goes on after the last whole chunk.
 """
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Self
 
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
-from gearrattle.quantities import Gathered, Verdict, gather, tell
+from gearrattle.quantities import Sums, Verdict, add, verdict_of
 from gearrattle.results import Run
 from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
@@ -146,11 +146,11 @@ class Stream:
         self.model, self.cycles, self.done = plan.model, plan.task.cycles, 0
         self._plan, self._march, self._chunk = plan, march, chunk
         self._progress, self._store = progress, store
-        self._gathered: Gathered | None = None
+        self._sums: Sums | None = None
         self._ready = True  # the march has room for the next chunk
         state = None if store is None else store.state
         if state is not None:
-            self.done, self._gathered = state.done, Gathered.unpacked(state.gathered, plan.layout, plan.algorithm)
+            self.done, self._sums = state.done, Sums.unpacked(state.sums, plan.layout, plan.algorithm)
             if self.done < self.cycles:
                 march.restore(state.march, self._next)
 
@@ -188,11 +188,10 @@ class Stream:
                 first_cycle=self.done,
             )
         )
-        gathered = self._gathered if discard == cycles else gather(run.trajectory, self._gathered)
+        sums = add(run.trajectory, self._sums)
         if self._store is not None:
-            packed = {} if gathered is None else gathered.packed()
-            self._store.keep(run, self._march.snapshot(), packed, self.done + cycles)
-        self._gathered, self._ready, self.done = gathered, False, self.done + cycles
+            self._store.keep(run, self._march.snapshot(), sums.packed(), self.done + cycles)
+        self._sums, self._ready, self.done = sums, False, self.done + cycles
         return run
 
     def close(self) -> int:
@@ -209,9 +208,9 @@ class Stream:
         Raises:
             ModelError: no cycle after the discarded ones has been computed yet.
         """
-        if self._gathered is None:
+        if self._sums is None or self._sums.scope is None:
             remedy = "ask for more chunks first, or discard fewer cycles"
             raise ModelError(
                 Problem("discard", f"{counted(self.done, 'cycle')} so far", "nothing is left to judge", remedy)
             )
-        return tell(self._gathered, units=self.model.units)
+        return verdict_of(self._sums, units=self.model.units)

@@ -23,7 +23,7 @@ from gearrattle.engine.kernels.variants import Tallies, picked
 from gearrattle.engine.solvers.many import Pattern, has_loop, march_variants
 from gearrattle.errors import GearRattleError
 from gearrattle.model import Initial, Model
-from gearrattle.quantities import MEASURED
+from gearrattle.quantities import CROSSING_CRITERIA
 from gearrattle.signals import gap_names, judged_of, reduced_inertias
 from gearrattle.studies.outputs import VERDICT, Outputs
 from gearrattle.studies.plan import Plan
@@ -40,7 +40,7 @@ _COUNTED = ("crossings per cycle", "function calls")
 
 def can_batch(outputs: Outputs, plan: Plan) -> bool:
     """Whether the loop gives these outputs of such cases: of a plain grid, whose paths tell all of a case."""
-    of_events = all(each.criterion in MEASURED or each.name in _COUNTED for each in outputs.chosen)
+    of_events = all(output.criterion in CROSSING_CRITERIA or output.name in _COUNTED for output in outputs.chosen)
     is_exact = plan.model.simulation.algorithm == "exact"
     is_grid = outputs.function is None and type(plan) is Plan
     return of_events and is_grid and is_exact and has_loop(assemble(plan.model).system)
@@ -176,8 +176,8 @@ def _keep(
             values[output.name][at] = counted[:, 0]
             continue
         if output.criterion not in by_criterion:
-            criterion = MEASURED[output.criterion]
-            by_criterion[criterion.name] = criterion.measure(sums, alike.layout, alike.cycles, duration)
+            criterion = CROSSING_CRITERIA[output.criterion]
+            by_criterion[criterion.name] = criterion.values(sums, alike.layout, alike.cycles, duration)
         measures = by_criterion[output.criterion]
         if output.name == VERDICT:
             codes = [code for (part, what), code in measures.items() if what == output.quantity and part in gaps]

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from gearrattle.errors import ConvergenceError, GearRattleError, ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.table import did_you_mean, shown
-from gearrattle.quantities import CRITERIA, METRICS, Entry, Metric, Row, evaluate
+from gearrattle.quantities import CRITERIA, METRICS, WITHOUT_DIMENSION, Inputs, Quantity, Row, add, rows_of
 from gearrattle.quantities.criteria import criteria
-from gearrattle.quantities.metrics import BARE, heard_of, rows_of
+from gearrattle.quantities.metrics import inputs_of
 from gearrattle.results import Run
 from gearrattle.signals import gap_names
 from gearrattle.simulation.simulate import simulate
@@ -150,17 +150,17 @@ class Outputs:
         """Return every output of one run, (subjects,) or ()."""
         found: dict[str, NDArray[Any]] = {}
         needed = {output.criterion for output in self.chosen}
-        told: dict[str, list[Any]] = {}
-        for entry in evaluate(run.trajectory, [each for each in CRITERIA if each.name in needed]):
-            told.setdefault(entry.criterion, []).append(entry)
         quantities = {output.quantity for output in self.chosen}
-        for row in _measured(run, [metric for metric in METRICS if metric.name in needed], quantities):
-            told.setdefault(row.metric, []).append(row)
+        criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
+        sums = add(run.trajectory, None, criteria)
+        rows = [row for criterion in criteria for row in criterion.rows(sums)]
+        rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
         for output in self.chosen:
             if output.name in RUN_OUTPUTS:
                 found[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
                 continue
-            entries = {e.subject: e for e in told.get(output.criterion, ()) if e.quantity == output.quantity}
+            wanted = (output.criterion, output.quantity)
+            entries = {row.subject: row for row in rows if (row.name, row.quantity) == wanted}
             if not output.dimension and output.name != VERDICT:  # of the whole driveline
                 found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
             elif output.name == VERDICT:  # the worst of the parts that rattle
@@ -177,13 +177,13 @@ class Outputs:
         return {output.name: found[output.name] for output in self.all}
 
 
-def _measured(run: Run, metrics: Sequence[Metric], quantities: Collection[str] | None = None) -> list[Row]:
+def _measured(run: Run, metrics: Sequence[Quantity[Inputs]], quantities: Collection[str] | None = None) -> list[Row]:
     """Rows of some metrics, and of some of their quantities alone if these are named, about a subject."""
-    rows = rows_of(heard_of(run), metrics, run.model.units, quantities) if metrics else []
+    rows = rows_of(inputs_of(run), metrics, quantities, units=run.model.units) if metrics else []
     return [row for row in rows if row.subject]
 
 
-def _values(output: Output, entries: Mapping[str, Entry | Row]) -> NDArray[Any]:
+def _values(output: Output, entries: Mapping[str, Row]) -> NDArray[Any]:
     values = output.before
     for i, subject in enumerate(output.subjects):
         if subject in entries:
@@ -201,9 +201,9 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
     return found
 
 
-def _outputs_in(said: Sequence[Entry | Row], occasional: Sequence[Entry], runs: Sequence[Run]) -> dict[str, Output]:
+def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[Run]) -> dict[str, Output]:
     """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
-    names, by_name, found = _names(runs), dict[str, dict[str, Entry | Row]](), dict[str, Output]()
+    names, by_name, found = _names(runs), dict[str, dict[str, Row]](), dict[str, Output]()
     for entry in (*said, *occasional):
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}
@@ -214,7 +214,7 @@ def _outputs_in(said: Sequence[Entry | Row], occasional: Sequence[Entry], runs: 
         words = REGIMES if isinstance(first.value, str) else ()
         subjects = tuple(sorted(entries, key=names[dimension].index) if dimension else entries)
         units = tuple(unit and unit_in(runs[0].model, unit) for unit in (entries[name].unit for name in subjects))
-        owner = first.metric if isinstance(first, Row) else first.criterion
+        owner = first.name
         error = "" if words else _error_of([*entries.values()])
         output = Output(
             name, dimension, subjects if dimension else (), units, words, owner, gaps=gaps if words else (), error=error
@@ -236,7 +236,7 @@ def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
     }
 
 
-def _error_of(entries: Sequence[Entry | Row]) -> str:
+def _error_of(entries: Sequence[Row]) -> str:
     """Say how far values of one run may be off because they are of samples."""
     told = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
     if any(np.isnan(error) for error, _ in told):
@@ -247,7 +247,7 @@ def _error_of(entries: Sequence[Entry | Row]) -> str:
 
 def unit_in(model: Model, unit: str) -> str:
     """Return an SI unit as a model has it: "1" if it is dimensionless, unless the unit is none of SI."""
-    return unit if model.units == "SI" or unit in BARE else "1"
+    return unit if model.units == "SI" or unit in WITHOUT_DIMENSION else "1"
 
 
 def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
@@ -283,7 +283,7 @@ def check_names(names: Sequence[str], models: Sequence[Model], function: Functio
     """Refuse outputs that no motion of a driveline has, before any case is simulated.
 
     What there is does not depend on a motion: it is what one period, which takes milliseconds, has for each structure,
-    and what only some motions have (``Criterion.occasional``).
+    and what only some motions have (``Quantity.occasional``).
 
     Args:
         names: of outputs, as in ``outputs_of``.

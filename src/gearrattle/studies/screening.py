@@ -31,7 +31,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import path_label
-from gearrattle.quantities.metrics import engine_orders
+from gearrattle.quantities.chunks import orders_of
 from gearrattle.result import KIND
 from gearrattle.signals import LooseGear, loose_gears, torque_ratio
 from gearrattle.studies.axes import Axis, axes_of
@@ -175,7 +175,7 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, 
     )
     rates, angles = turning_rates(system), steady_angles(system, slope, damping)
     orders = rates / model.excitation.omega
-    engine = np.isclose(orders[:, None], engine_orders(model), rtol=1e-9, atol=0.0).any(axis=1)
+    engine = np.isclose(orders[:, None], orders_of(model), rtol=1e-9, atol=0.0).any(axis=1)
     swings = steady_extremes(system, np.where(engine, -(rates**2) * angles, 0.0))
     reach = steady_extremes(system, steady_deflections(system, slope, damping))
     peak = np.maximum(*(np.abs(rest.acceleration + swing) for swing in swings))

@@ -25,7 +25,7 @@ from gearrattle.assembly import assemble
 from gearrattle.assembly.variants import bound_of
 from gearrattle.errors import GearRattleError
 from gearrattle.model import Model
-from gearrattle.quantities.metrics import engine_orders
+from gearrattle.quantities.chunks import orders_of
 from gearrattle.signals import gap_names, loose_gears
 from gearrattle.studies.plan import Plan
 
@@ -56,7 +56,7 @@ def _structure(model: Model) -> Any:
     return (
         layout.inertia_names, layout.element_names, layout.clearance_names, gap_names(layout),
         tuple((first, slopes.size) for first, slopes in regions), loose,
-        tuple(layout.orders.tolist()), tuple(engine_orders(model).tolist()),
+        tuple(layout.orders.tolist()), tuple(orders_of(model).tolist()),
     )  # fmt: skip
 
 

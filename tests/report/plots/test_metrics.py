@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.quantities import hear_recording, measure, recording_of
-from gearrattle.quantities.metrics import heard_of, rows_of
+from gearrattle.quantities import inputs_of_recording, recording_of, rows_of
+from gearrattle.quantities.metrics import inputs_of
 from gearrattle.report.plots.interactive import plotly_figure
 from gearrattle.report.plots.metrics import metrics_chart, rattle_metrics
 from gearrattle.report.plots.palette import COAST, DRIVE
@@ -16,7 +16,7 @@ from gearrattle.report.plots.static import draw
 from tests import synthetic
 
 FOUND = synthetic.findings("double-sided")
-ROWS = rows_of(heard_of(FOUND.motion))
+ROWS = rows_of(inputs_of(FOUND.motion))
 
 
 def test_points_are_the_values_of_the_table() -> None:
@@ -48,8 +48,8 @@ def test_no_subject_has_the_colour_of_a_side() -> None:
 def test_a_recording_is_drawn_as_well() -> None:
     """What it cannot give has no panel; nothing at all makes no figure."""
     motion = FOUND.motion.trajectory
-    heard = hear_recording(recording_of(motion), motion.layout, synthetic.OMEGA, np.array([1.0, 2.0]))
-    chart = metrics_chart(measure(heard))
+    inputs = inputs_of_recording(recording_of(motion), motion.layout, synthetic.OMEGA, np.array([1.0, 2.0]))
+    chart = metrics_chart(rows_of(inputs))
     assert chart is not None
     assert "Rattle level" not in {panel.title for panel in chart.panels}
     assert metrics_chart([]) is None

@@ -72,7 +72,7 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     """Draw rows of metrics; None where none has a value.
 
     Args:
-        rows: of ``gearrattle.quantities.metrics.rows_of``.
+        rows: of ``gearrattle.quantities.rows_of``.
     """
     subjects = list(dict.fromkeys(row.subject for row in rows if row.subject))
     apart = [colour for colour in COLOURS if colour not in (DRIVE, COAST)]
@@ -149,7 +149,7 @@ def _range(values: np.ndarray[tuple[int], np.dtype[np.float64]], *, log: bool) -
 
 def _shares(rows: Sequence[Row]) -> Panel | None:
     """Draw shares of time on either side and free as bars, a row a gap; None where there are none."""
-    shares = {(row.subject, row.quantity): row.value for row in rows if row.metric == "contact_sides"}
+    shares = {(row.subject, row.quantity): row.value for row in rows if row.name == "contact_sides"}
     names = [name for name, quantity in shares if quantity == "free share"]
     if not names:
         return None

@@ -1,14 +1,11 @@
-"""The nouns of the shelf: what a metric hears, the values it gives, and what a metric is.
+"""What metrics read: the inputs, whatever they come from.
 
-A metric does not ask where a motion came from. It *hears* uniform samples by quantity and subject over one window, the
-reference speed and the orders of the engine where they are known, the driveline's name plate where a model is at hand,
-and the motion itself, with its exact log of crossings, where it was simulated. What it ``needs`` and does not hear is
-told as a value that does not exist, with the reason; nothing is guessed.
+A metric does not ask where a motion came from. Its inputs are uniform samples by quantity and subject over one window,
+the reference speed and the orders of the engine where they are known, the driveline's name plate where a model is at
+hand, and the motion itself, with its exact log of crossings, where it was simulated. Where an input is missing that a
+metric ``needs``, its row has no value and says why; nothing is guessed.
 
-A new metric is a file beside this one with a frozen class that satisfies ``Metric``, one line in the table of
-``__init__``, and its test vector; the laws over the table hold it to formula, unit, source and window.
-
-Takes arrays; gives Values to users, studies and reports.
+Takes arrays; gives them, and what many metrics derive from them, to metrics.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,28 +25,26 @@ from gearrattle.signals.levels import thinned
 from gearrattle.signals.summaries import Summary, summary_of
 from gearrattle.trajectory import Array, Layout, Trajectory
 
-SINGH = "Singh, Xie, Comparin 1989, J. Sound Vib. 131, 177-196; Wang, Manoj, Zhao 2001, Proc. IMechE D 215, 241-258"
-PFEIFFER = "Karagiannis, Pfeiffer 1991, Nonlinear Dynamics 2, 367-387: Newton's restitution between two bodies"
 SAMPLES = "the samples of the window"
 EXACT = "the window; of a simulated motion between its samples too"
 LOG = "the log of crossings over the window"
 WHOLE = "needs the samples of the whole motion at once, and these came in chunks"
 _LONG = 0.1  # of the time in contacts: they are no blows any more
-_FINE = 1e-3  # of a peak: smaller sampling errors are not told
+_FINE = 1e-3  # of a peak: smaller sampling errors are not noted
 Signal = Array | Summary
-"""Samples (N + 1,), or what was gathered of them."""
+"""Samples (N + 1,), or their sums over chunks."""
 _DERIVATIVES = {"angle": 0, "velocity": 1, "acceleration": 2}
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """What there is to measure.
+class Inputs:
+    """What metrics read.
 
     Attributes:
         source: where it comes from, in words.
         time: (N + 1,) uniform sample times over the window, both bounds included [s].
         signals: (N + 1,) samples by quantity and subject (``gearrattle.recording.QUANTITIES``), SI; or what was
-            gathered of them in chunks.
+            their sums over chunks.
         window: which part of the source that is, in words.
         omega: reference speed [rad/s]; None where it is unknown or not one.
         period: common period of the excitation [s]; None without a speed.
@@ -57,7 +52,7 @@ class Heard:
         layout: the driveline's name plate; None without a model.
         motion: the simulated motion with its log of crossings; None for a measurement.
         notes: what the user must know.
-        units: of a recording's signals, by quantity and subject; empty where the layout tells them.
+        units: of a recording's signals, by quantity and subject; empty where the layout says them.
         wanted: quantities that are asked for; None for all. What takes long and is not wanted, a metric may leave out.
     """
 
@@ -114,7 +109,7 @@ class Heard:
         return sides_of(self.crossings, self.plate, clearance, self.duration)
 
     @property
-    def taken(self) -> tuple[Array, float, float] | None:
+    def work(self) -> tuple[Array, float, float] | None:
         """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
         motion = self.motion
         if motion is None or motion.energy is None:
@@ -152,8 +147,8 @@ class Heard:
         return subject in self._exact[quantity]
 
     @cached_property
-    def thinned(self) -> tuple[Heard, ...]:
-        """What every second and every fourth sample tell, to estimate errors of sampling; none of chunks."""
+    def thinned(self) -> tuple[Inputs, ...]:
+        """What every second and every fourth sample give, to estimate errors of sampling; none of chunks."""
         return tuple(
             replace(self, time=self.time[::step], signals={k: np.asarray(x)[::step] for k, x in self.signals.items()})
             for step in (2, 4)
@@ -171,14 +166,14 @@ class Heard:
             return 0.0
         signal = self.signals[quantity, subject]
         parts = thinned(signal[:-1]) if isinstance(signal, np.ndarray) else []
-        told, whole = [level(summary_of(closed(some))) for some in parts], level(self.summary(quantity, subject))
-        return max((abs(each - whole) for each in told), default=math.nan)
+        levels, whole = [level(summary_of(closed(some))) for some in parts], level(self.summary(quantity, subject))
+        return max((abs(other - whole) for other in levels), default=math.nan)
 
     def velocity_errors(self, subject: str) -> Array:
         """Return (o,) by how much ``velocities_at`` may be off, by every second and every fourth sample [rad/s]."""
         fine = self.velocities_at(subject)
-        coarse = [each.velocities_at(subject) for each in self.thinned]
-        apart = [np.abs(fine - each) for each in coarse if fine is not None and each is not None]
+        coarse = [inputs.velocities_at(subject) for inputs in self.thinned]
+        apart = [np.abs(fine - other) for other in coarse if fine is not None and other is not None]
         return np.max(apart, axis=0) if apart else np.full(self.orders.size, np.nan)
 
     @cached_property
@@ -187,12 +182,12 @@ class Heard:
         return {}
 
     def exceeded(self, quantity: str, subject: str, share: float) -> float | None:
-        """Return what the modulus of a signal exceeds for a share of the time, where the exact motion tells it."""
+        """Return what the modulus of a signal exceeds for a share of the time, where the exact motion is known."""
         motion = self.motion
         if motion is None or motion.exact is None or (quantity, subject) not in motion.exact.signals(motion):
             return None
-        found = motion.exact.exceeded(motion, [(quantity, subject)], share)
-        return None if found is None else float(found[0])
+        levels = motion.exact.exceeded(motion, [(quantity, subject)], share)
+        return None if levels is None else float(levels[0])
 
     def of(self, quantity: str) -> dict[str, Signal]:
         """Return the signals of a quantity by subject, in the order of the source."""
@@ -200,15 +195,15 @@ class Heard:
 
     def lacks(self, need: str) -> str:
         """Say why a need is not met; empty where it is."""
-        return "" if _HEARD[need][0](self) else _HEARD[need][1]
+        return "" if _NEEDS[need][0](self) else _NEEDS[need][1]
 
     def velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
-        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None if nothing tells it.
+        """Return (o,) complex amplitudes of a body's velocity at ``orders`` [rad/s]; None if no signal gives it.
 
         By an angle, a velocity or an acceleration, times a power of i o Omega: at one order that is exact. The
         smoothest serves best, for impacts make spikes of an acceleration, steps of a velocity and kinks of an angle,
         and the less of them aliases down to the orders. Drifts are no orders and are taken out: where angle and
-        velocity are both heard, such that both join end to end, else by least squares.
+        velocity are both inputs, such that both join end to end, else by least squares.
         """
         if subject not in self._kept:
             self._kept[subject] = self._velocities_at(subject)
@@ -219,16 +214,16 @@ class Heard:
         return {}
 
     def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
-        heard = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
-        if heard["velocity"] is None:
-            heard["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
-        angle, velocity = heard["angle"], heard["velocity"]
+        known = {quantity: self.signals.get((quantity, subject)) for quantity in _DERIVATIVES}
+        if known["velocity"] is None:
+            known["velocity"] = self.signals.get(("speed", subject))  # its mean is no order
+        angle, velocity = known["angle"], known["velocity"]
         if isinstance(angle, np.ndarray) and isinstance(velocity, np.ndarray):
             along = np.linspace(0.0, 1.0, angle.size)
             bend = 0.5 * (velocity[-1] - velocity[0]) * self.duration * (along - 1.0)
             joined = angle - (angle[-1] - angle[0] + bend) * along
             return self.amplitudes(joined, 0) * (1j * self.orders * self.speed)
-        for quantity, signal in heard.items():
+        for quantity, signal in known.items():
             if signal is not None:
                 power = 1 - _DERIVATIVES[quantity]
                 return np.asarray(self.amplitudes(signal, 1 + power) * (1j * self.orders * self.speed) ** power)
@@ -239,20 +234,20 @@ class Heard:
         assert isinstance(samples, np.ndarray)
         if trend:
             return harmonics(samples[:-1], self.time[:-1], self.speed, self.orders, trend=trend)
-        found = np.full(self.orders.size, np.nan + 0j)
+        amplitudes = np.full(self.orders.size, np.nan + 0j)
         shown = resolved(self.orders, self.speed, self.interval)
         if shown.any():
             periods = 1 if self.period is None else max(1, round(self.duration / self.period))
             away, time = samples[:-1, None] - np.mean(samples[:-1]), self.time[:-1]  # a mean would cost digits
             sums = order_sums(away, time, self.speed, self.orders[shown], periods=periods)
-            found[shown] = amplitudes_from(*sums)[:, 0]
-        return found
+            amplitudes[shown] = amplitudes_from(*sums)[:, 0]
+        return amplitudes
 
     def movers(self) -> list[str]:
-        """Return the subjects whose motion is heard: angles, velocities, speeds or accelerations, each once."""
-        heard = dict.fromkeys(subject for quantity, subject in self.signals if quantity in (*_DERIVATIVES, "speed"))
+        """Return the subjects whose motion is known: angles, velocities, speeds or accelerations, each once."""
+        present = dict.fromkeys(subject for quantity, subject in self.signals if quantity in (*_DERIVATIVES, "speed"))
         known = () if self.layout is None else self.layout.inertia_names
-        return [name for name in dict.fromkeys([*known, *heard]) if name in heard]
+        return [name for name in dict.fromkeys([*known, *present]) if name in present]
 
 
 def closed(samples: Array) -> Array:
@@ -285,17 +280,17 @@ def exact_summaries(motion: Trajectory, quantity: str) -> dict[str, Summary]:
     signals = [signal for signal in asked_of(motion) if signal[0] == quantity]
     if motion.exact is None or not signals:
         return {}
-    found = motion.exact.statistics(motion, signals, with_moments=quantity != "velocity")
-    if found is None:
+    statistics = motion.exact.statistics(motion, signals, with_moments=quantity != "velocity")
+    if statistics is None:
         return {}
-    columns = zip(found.mean, found.second, found.fourth, found.low, found.high, strict=True)
+    columns = zip(statistics.mean, statistics.second, statistics.fourth, statistics.low, statistics.high, strict=True)
     return {
         subject: Summary(float(mean), float(second), float(fourth), float(low), float(high))
         for (_, subject), (mean, second, fourth, low, high) in zip(signals, columns, strict=True)
     }
 
 
-_HEARD: dict[str, tuple[Any, str]] = {
+_NEEDS: dict[str, tuple[Any, str]] = {
     "driveline": (lambda h: h.layout is not None, "needs inertias, radii and drag torques: give a model"),
     "loose gears": (
         lambda h: h.layout is not None and bool(loose_gears(h.layout)),
@@ -310,7 +305,7 @@ _HEARD: dict[str, tuple[Any, str]] = {
         "needs a clearance and the log of its crossings, which a simulated motion has",
     ),
     "energy": (
-        lambda h: h.taken is not None,
+        lambda h: h.work is not None,
         "needs the energy audit of a simulated motion (audit=True)",
     ),
     "orders": (
@@ -328,82 +323,17 @@ _HEARD: dict[str, tuple[Any, str]] = {
 }
 
 
-@dataclass(frozen=True)
-class Value:
-    """One result of a metric.
-
-    Attributes:
-        subject: name of the inertia, mesh, coupling or place it is about.
-        quantity: what the value is, in words.
-        value: the number; NaN where it does not exist.
-        unit: SI unit; "1" for pure numbers.
-        note: what the user must know about this value; may be empty.
-        error: by how much the value may be off because it is of samples, estimated, in its unit: 0 where it is of the
-            exact motion or of the log, NaN where there is no estimate.
-    """
-
-    subject: str
-    quantity: str
-    value: float
-    unit: str
-    note: str = ""
-    error: float = 0.0
-
-
-class Metric(Protocol):
-    """A metric: what it is called, what it computes, from what, over which window and from where."""
-
-    @property
-    def name(self) -> str:
-        """Key in the table."""
-
-    @property
-    def title(self) -> str:
-        """Heading in reports."""
-
-    @property
-    def formula(self) -> str:
-        """What is computed."""
-
-    @property
-    def unit(self) -> str:
-        """Unit of its main quantity."""
-
-    @property
-    def source(self) -> str:
-        """Where the formula comes from, or that it is a definition or folklore."""
-
-    @property
-    def window(self) -> str:
-        """Over what it is taken: samples or log."""
-
-    @property
-    def sampling(self) -> str:
-        """What sampling it asks for."""
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """What must be heard."""
-
-    @property
-    def merging(self) -> str:
-        """How the values of consecutive chunks become those of the whole, and what of them cannot."""
-
-    def measure(self, heard: Heard) -> list[Value]:
-        """Return the values; only asked where every need is met."""
-
-
-def sampled(name: str, told: Summary, peak: float) -> str:
+def sampled(name: str, summary: Summary, peak: float) -> str:
     """Say how far a peak may lie above what samples show; empty where it is exact, or to 0.1 %.
 
     Args:
         name: of the subject.
-        told: of the signal.
+        summary: of the signal.
         peak: what was taken of it.
     """
-    if not told.miss > _FINE * abs(peak):
+    if not summary.miss > _FINE * abs(peak):
         return ""
-    return f"{name}: a peak of samples, which may lie about {100.0 * told.miss / abs(peak):.2g} % higher"
+    return f"{name}: a peak of samples, which may lie about {100.0 * summary.miss / abs(peak):.2g} % higher"
 
 
 def order_word(order: float) -> str:
@@ -411,16 +341,16 @@ def order_word(order: float) -> str:
     return f"order {order:g}"
 
 
-def about(name: str, found: Contacts, duration: float) -> str:
+def about(name: str, contacts: Contacts, duration: float) -> str:
     """Say what a sum over contacts of one clearance leaves out; empty for short ones that all ended.
 
     Args:
         name: of the clearance.
-        found: its contacts in the window.
+        contacts: its contacts in the window.
         duration: length of the window [s].
     """
-    told = ["the motion ends within a contact, which counts as not rebounding"] * found.cut
-    share = found.time / duration
+    remarks = ["the motion ends within a contact, which counts as not rebounding"] * contacts.cut
+    share = contacts.time / duration
     if share > _LONG:
-        told.append(f"contacts take {100.0 * share:.3g} % of the time: other elements push meanwhile, uncounted")
-    return f"{name}: {'; '.join(told)}" if told else ""
+        remarks.append(f"contacts take {100.0 * share:.3g} % of the time: other elements push meanwhile, uncounted")
+    return f"{name}: {'; '.join(remarks)}" if remarks else ""

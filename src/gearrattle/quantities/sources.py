@@ -1,28 +1,29 @@
-"""Make what metrics hear, of a simulated motion or of a recording.
+"""Make the inputs of metrics, of a simulated motion, of its chunks, or of a recording.
 
 Of a simulated motion it is the steady part [discard T, end]. Of a recording with a known speed it is its last whole
-periods; without one, all of it. Both bounds are included: for a motion that repeats itself they are the same phase.
+periods; without one, all of it. Both bounds are included: for a motion that repeats itself they are the same phase. A
+motion in chunks is known by its sums (``signals.chunks``, ``signals.crossing_sums``); no chunk is kept.
 
-A motion in chunks is heard as what was gathered of them (``signals.chunks``); no chunk is kept.
-
-Takes a Trajectory, chunks of one, or a Recording; gives a Heard.
+Takes a Trajectory, sums over chunks of one, or a Recording; gives Inputs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.quantities.metric import Heard, Signal, asked_of
+from gearrattle.quantities.inputs import Inputs, Signal, asked_of
+from gearrattle.quantities.quantity import Sums
 from gearrattle.recording import Channel, Recording
 from gearrattle.signals import steady
-from gearrattle.signals.chunks import Exactly, Tally, gather
-from gearrattle.signals.crossing_sums import Sums
+from gearrattle.signals.chunks import Exactly, SignalSums, add_chunk
+from gearrattle.signals.crossing_sums import Sums as CrossingSums
 from gearrattle.signals.summaries import Summary
 from gearrattle.trajectory import Array, Layout, Trajectory
 from gearrattle.wording import counted
@@ -59,8 +60,8 @@ def recording_of(trajectory: Trajectory) -> Recording:
     return Recording(window.closed(trajectory.time), tuple(channels), trajectory.cost.algorithm, trajectory.notes)
 
 
-def hear_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool = True) -> Heard:
-    """Return what metrics hear of a simulated motion.
+def inputs_of_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
+    """Return what metrics read of a simulated motion.
 
     Args:
         trajectory: of whole cycles.
@@ -71,10 +72,10 @@ def hear_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool
         ModelError: if no cycle remains after the discarded ones.
     """
     window, recording = steady(trajectory), recording_of(trajectory)
-    return Heard(
+    return Inputs(
         source=trajectory.cost.algorithm,
         time=recording.time,
-        signals={(each.quantity, each.subject): each.values for each in recording.channels},
+        signals={(channel.quantity, channel.subject): channel.values for channel in recording.channels},
         window=f"steady part, {window.cycles} of {counted(trajectory.cycles, 'cycle')}",
         omega=trajectory.layout.omega if one_speed else None,
         period=trajectory.layout.period,
@@ -85,19 +86,19 @@ def hear_motion(trajectory: Trajectory, engine_orders: Array, *, one_speed: bool
 
 
 @dataclass(frozen=True, eq=False)
-class HeardInChunks(Heard):
-    """What there is to measure of a motion that came in chunks.
+class ChunkInputs(Inputs):
+    """What metrics read of a motion that came in chunks.
 
     Attributes:
-        tally: what was gathered of them.
+        sums: over the crossings and the signals of all chunks.
     """
 
-    tally: Tally | None = None
+    sums: Sums | None = None
 
     @property
-    def _gathered(self) -> Tally:
-        assert self.tally is not None
-        return self.tally
+    def _states(self) -> Mapping[str, Any]:
+        assert self.sums is not None
+        return self.sums.states
 
     @property
     def has_log(self) -> bool:
@@ -105,45 +106,47 @@ class HeardInChunks(Heard):
         return True
 
     @cached_property
-    def crossings(self) -> Sums:
+    def crossings(self) -> CrossingSums:
         """What the crossings in the window add up to."""
-        return self._gathered.crossings
+        crossings: CrossingSums = self._states["crossings"]
+        return crossings
 
     @property
-    def taken(self) -> tuple[Array, float, float] | None:
+    def work(self) -> tuple[Array, float, float] | None:
         """(m,) work that elements took [J], over which time [s], and the share of it before the window; or None."""
-        kept = self._gathered
-        share = kept.discarded / (kept.discarded + kept.cycles)
-        return None if kept.loss is None else (kept.loss, kept.time, share)
+        state: SignalSums = self._states["signals"]
+        share = state.discarded / (state.discarded + state.cycles)
+        return None if state.loss is None else (state.loss, state.time, share)
 
     def amplitudes(self, samples: Signal, trend: int) -> NDArray[np.complex128]:
         """Return (o,) complex amplitudes of a signal at ``orders``, beside a polynomial of time."""
         assert isinstance(samples, Summary)
-        return self._gathered.amplitudes(self._gathered.products[:, samples.column], trend)
+        state: SignalSums = self._states["signals"]
+        return state.amplitudes(state.products[:, samples.column], trend)
 
     def _velocities_at(self, subject: str) -> NDArray[np.complex128] | None:
-        pair = self.signals.get(("angle", subject)), self.signals.get(("velocity", subject))
-        angle, velocity = pair
+        angle, velocity = self.signals.get(("angle", subject)), self.signals.get(("velocity", subject))
         if isinstance(angle, Summary) and isinstance(velocity, Summary):
-            found = self._gathered.velocities(angle.column, velocity.column)
-            return np.asarray(found * (1j * self.orders * self.speed))
+            state: SignalSums = self._states["signals"]
+            amplitudes = state.velocities(angle.column, velocity.column)
+            return np.asarray(amplitudes * (1j * self.orders * self.speed))
         return super()._velocities_at(subject)
 
 
-def gather_motion(trajectory: Trajectory, engine_orders: Array, before: Tally | None) -> Tally:
-    """Return what metrics keep of a chunk of a motion and of all chunks before it.
+def add_signals(trajectory: Trajectory, before: SignalSums | None, engine_orders: Array) -> SignalSums:
+    """Return the sum "signals" over a chunk and all before it.
 
     Args:
         trajectory: the next chunk, of whole cycles.
-        engine_orders: orders of the torques, ascending.
         before: None at the first.
+        engine_orders: orders of the torques, ascending.
     """
     orders = np.unique(np.array([*engine_orders.tolist(), *trajectory.layout.orders.tolist()], dtype=np.float64))
     if trajectory.discard < trajectory.cycles:
-        signals = np.stack([each.values for each in recording_of(trajectory).channels], axis=1)
+        signals = np.stack([channel.values for channel in recording_of(trajectory).channels], axis=1)
     else:
         signals = np.zeros((0, len(_channel_names(trajectory.layout))))
-    return gather(trajectory, signals, orders, before, _exactly(trajectory))
+    return add_chunk(trajectory, signals, orders, before, _exactly(trajectory))
 
 
 def _exactly(trajectory: Trajectory) -> Exactly | None:
@@ -156,26 +159,26 @@ def _exactly(trajectory: Trajectory) -> Exactly | None:
     return None if statistics is None else ([names.index(signal) for signal in known], statistics)
 
 
-def hear_chunks(tally: Tally, source: str, engine_orders: Array, *, one_speed: bool = True) -> Heard:
-    """Return what metrics hear of all chunks that were gathered.
+def inputs_of_chunks(sums: Sums, engine_orders: Array, *, one_speed: bool = True) -> Inputs:
+    """Return what metrics read of a motion in chunks.
 
     Args:
-        tally: from ``gather_motion``; some of it is not discarded.
-        source: where the motion comes from, in words.
-        engine_orders, one_speed: as in ``hear_motion``.
+        sums: over its chunks, of which some cycle is not discarded, "crossings" and "signals" among them.
+        engine_orders, one_speed: as in ``inputs_of_motion``.
     """
-    assert tally.moments is not None
-    names = _channel_names(tally.layout)
-    return HeardInChunks(
-        source=source,
-        time=np.array([tally.start, tally.end]),
-        signals={name: tally.moments.summary(column) for column, name in enumerate(names)},
-        window=f"steady part, {tally.cycles} of {counted(tally.cycles + tally.discarded, 'cycle')}, in chunks",
-        omega=tally.layout.omega if one_speed else None,
-        period=tally.layout.period,
+    state: SignalSums = sums.states["signals"]
+    assert state.moments is not None
+    names = _channel_names(state.layout)
+    return ChunkInputs(
+        source=sums.steady.algorithm,
+        time=np.array([state.start, state.end]),
+        signals={name: state.moments.summary(column) for column, name in enumerate(names)},
+        window=f"steady part, {state.cycles} of {counted(state.cycles + state.discarded, 'cycle')}, in chunks",
+        omega=state.layout.omega if one_speed else None,
+        period=state.layout.period,
         engine_orders=engine_orders,
-        layout=tally.layout,
-        tally=tally,
+        layout=state.layout,
+        sums=sums,
     )
 
 
@@ -190,10 +193,10 @@ def _channel_names(layout: Layout) -> list[tuple[str, str]]:
     return names
 
 
-def hear_recording(
+def inputs_of_recording(
     recording: Recording, layout: Layout | None, omega: float | None, engine_orders: Sequence[float] | Array
-) -> Heard:
-    """Return what metrics hear of a recording.
+) -> Inputs:
+    """Return what metrics read of a recording.
 
     Args:
         recording: uniform samples.
@@ -216,16 +219,16 @@ def hear_recording(
     kept, words, notes = time.size, "the whole recording", (*recording.notes, *noted)
     period = _period(layout, omega, orders) if omega else None
     if period is not None:
-        kept, words, told = _whole_periods(time, interval, period)
-        notes = (*notes, *told)
+        kept, words, remarks = _whole_periods(time, interval, period)
+        notes = (*notes, *remarks)
     signals: dict[tuple[str, str], Array] = {}
     units: dict[tuple[str, str], str] = {}
-    for each in recording.channels:
-        subject = each.subject or each.name
-        signals.setdefault((each.quantity, subject), each.values[-kept:])
-        units.setdefault((each.quantity, subject), each.unit)
+    for channel in recording.channels:
+        subject = channel.subject or channel.name
+        signals.setdefault((channel.quantity, subject), channel.values[-kept:])
+        units.setdefault((channel.quantity, subject), channel.unit)
     engine = orders[orders > 0.0]
-    return Heard(recording.source, time[-kept:], signals, words, omega, period, engine, layout, None, notes, units)
+    return Inputs(recording.source, time[-kept:], signals, words, omega, period, engine, layout, None, notes, units)
 
 
 def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
@@ -241,8 +244,8 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
     interval, stray = float(even[1] - even[0]), float(np.max(np.abs(time - even)))
     if stray > _ROUNDED * interval:
         remedy = "resample the recording, for example by rate in a mapping"
-        found = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"
-        raise ModelError(Problem(recording.source, found, "metrics need uniform samples", remedy))
+        problem = f"times up to {stray / interval:.3g} sample intervals off a uniform grid"
+        raise ModelError(Problem(recording.source, problem, "metrics need uniform samples", remedy))
     if recording.interval is not None:
         return time, interval, ()
     return even, interval, (f"times stray by {stray / interval:.2g} of a sample interval and are taken as uniform",)
@@ -261,7 +264,7 @@ def _whole_periods(time: Array, interval: float, period: float) -> tuple[int, st
     span = float(time[-1] - time[0])
     cycles = int(np.floor(span / period + _WHOLE))
     if cycles < 1:
-        told = f"the recording is shorter ({span:.4g} s) than one period of the excitation ({period:.4g} s)"
-        return time.size, "the whole recording", (told,)
+        remark = f"the recording is shorter ({span:.4g} s) than one period of the excitation ({period:.4g} s)"
+        return time.size, "the whole recording", (remark,)
     kept = min(time.size, round(cycles * period / interval) + 1)
     return kept, f"the last {cycles} whole periods of {span / period:.4g}", ()
