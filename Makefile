@@ -45,6 +45,7 @@ lint: $(VENV)/.lint         ## style, types, import floors
 	$(VENV)/bin/lint-imports
 
 docs: $(VENV)/.docs         ## the manual: docs/_build/html/index.html
+	@rm -rf docs/reference/generated
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "manual: docs/_build/html/index.html"
 
