@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 PREVIEW = 3
 """Samples of each channel that are shown."""
+_PARTS = 500
+"""Equal parts of a channel whose extremes outline it."""
 _HEADER = """\
 # Which channels are read, and what is done to them: the how-to "Read measured data" has every key.
 schema = 1
@@ -67,6 +69,8 @@ class Contents(Result):
             ``begin`` and ``end`` [s], ``smallest`` and ``largest`` (of the finite samples), ``not_numbers`` (count),
             ``first`` (the first three samples).
         notes: what was assumed.
+        outline: by channel: times [s] and values (as in the file) of all samples, of a long one of the smallest and
+            the largest in each of 500 equal parts.
     """
 
     kind: ClassVar[str] = "contents"
@@ -74,6 +78,7 @@ class Contents(Result):
     format: str
     table: pd.DataFrame
     notes: tuple[str, ...]
+    outline: tuple[tuple[Array, Array], ...] = field(repr=False)
     _request: Request
 
     def mapping(self, folder: str | os.PathLike[str] = ".") -> str:
@@ -131,7 +136,7 @@ def look(source: str | os.PathLike[str], *, time: str = "", sampled: float | Non
     request = Request(time=time, interval=None if sampled is None else 1.0 / sampled)
     raw = read_raw(source, request)
     table = pd.DataFrame([_row(column) for column in raw.columns])
-    return Contents(raw.source, raw.format, table, raw.notes, request)
+    return Contents(raw.source, raw.format, table, raw.notes, tuple(map(_outline, raw.columns)), request)
 
 
 def _row(column: Column) -> dict[str, Any]:
@@ -155,6 +160,22 @@ def _row(column: Column) -> dict[str, Any]:
         "not_numbers": column.values.size - numbers.size,
         "first": column.values[:PREVIEW].tolist(),
     }
+
+
+def _outline(column: Column) -> tuple[Array, Array]:
+    """Return the samples of a channel, of a long one the extremes of equal parts; what is not finite is left out."""
+    assert column.time is not None
+    finite = np.flatnonzero(np.isfinite(column.values))
+    values = column.values[finite]
+    if finite.size > 2 * _PARTS:
+        edges = np.linspace(0, finite.size, _PARTS + 1).astype(np.int64)
+        ends = [
+            edges[i] + extreme(values[edges[i] : edges[i + 1]])
+            for i in range(_PARTS)
+            for extreme in (np.argmin, np.argmax)
+        ]
+        finite = finite[np.unique([0, *ends, finite.size - 1])]
+    return column.time[finite], column.values[finite]
 
 
 def _extreme(numbers: Array, which: str) -> float:

@@ -8,10 +8,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from gearrattle.advice import Advice
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import numeral
+from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import record_columns, texts
 from gearrattle.report.tables import Table
@@ -36,8 +40,26 @@ class AdvicePage(Presentation[Advice]):
         lines, forecasts = self.answer()[0], self._forecasts()
         return (
             Section("advice", "Advice", self.sentence, tables=(lines,)),
-            Section("forecasts", "Forecasts", tables=(forecasts,)),
+            Section("forecasts", "Forecasts", tables=(forecasts,), charts=tuple(self.figures())),
         )
+
+    def figures(self) -> list[Chart]:
+        """Draw the mean slopes forecast."""
+        slopes = {
+            forecast.subject: forecast.value
+            for forecast in self.result.forecasts
+            if forecast.quantity == "mean slope" and not isinstance(forecast.value, str)
+        }
+        chart = row_chart(
+            "mean_slopes",
+            "Mean slopes foretold",
+            "Share of its last slope that a clearance works with on average: 0 is always free, 1 always in contact.",
+            list(slopes),
+            [Series("", np.array(list(slopes.values())))],
+            level="mean slope",
+            marks=[0.0, 1.0],
+        )
+        return [] if chart is None else [chart]
 
     def answer(self) -> tuple[Table, ...]:
         rows: list[tuple[str, ...]] = []

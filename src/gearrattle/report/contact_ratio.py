@@ -11,8 +11,12 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.palette import ACCENT, CENTRE
+from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.tables import Table
+from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -42,7 +46,24 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
     def sections(self) -> tuple[Section, ...]:
         summary = Section("summary", "Summary", self.sentence, tables=(self._ratios(),))
         points = Section("fixed-points", "Fixed points", tables=tuple(self._fixed_points()))
-        return summary, *([points] if points.tables else []), *notes_section(self.notes)
+        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures()]
+        return summary, *figures, *([points] if points.tables else []), *notes_section(self.notes)
+
+    def figures(self) -> list[Chart]:
+        low, high = self._limits()
+        points = [np.array([point["mean_slope"][name] for name in self.result.index]) for point in self._points()]
+        others = [Series("" if i else "another fixed point", values, CENTRE) for i, values in enumerate(points[1:])]
+        ratio = Series("ratio" if others else "", np.array(self.result.tolist()), ACCENT, low, high)
+        chart = row_chart(
+            "ratios",
+            "Contact ratios",
+            "Ratio of every clearance, with its limits: 0 is always free, 1 always in contact.",
+            [str(name) for name in self.result.index],
+            [*others, ratio],
+            level="contact ratio",
+            marks=[0.0, 1.0],
+        )
+        return [] if chart is None else [chart]
 
     def answer(self) -> tuple[Table, ...]:
         return self._ratios(), *self._fixed_points()
@@ -74,13 +95,17 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
     def _points(self) -> list[dict[str, Any]]:
         return list(self.result.attrs.get("fixed_points", ()))
 
+    def _limits(self) -> tuple[Array, Array]:
+        """Lower and upper limits of the ratios; NaN where there are none."""
+        low, high = (
+            np.array([self.result.attrs.get(name, {}).get(clearance, np.nan) for clearance in self.result.index])
+            for name in ("low", "high")
+        )
+        return low, high
+
     def _ratios(self) -> Table:
         """The ratios, with their limits if there are any."""
-        attributes = self.result.attrs
-        limits = [
-            np.array([attributes.get(name, {}).get(clearance, np.nan) for clearance in self.result.index])
-            for name in ("low", "high")
-        ]
+        limits = self._limits()
         has_limits = bool(np.isfinite(limits).any())
         rows = []
         for (name, ratio), low, high in zip(self.result.items(), *limits, strict=True):

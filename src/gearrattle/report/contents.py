@@ -12,6 +12,7 @@ import numpy as np
 
 from gearrattle.measured.look import Contents
 from gearrattle.report.page import Section, notes_section
+from gearrattle.report.plots.channels import channels_chart
 from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import stacked, texts
 from gearrattle.report.tables import Table
@@ -41,7 +42,9 @@ class ContentsPage(Presentation[Contents]):
     def sections(self) -> tuple[Section, ...]:
         text = ("A mapping file to begin with", self.result.mapping(self.folder))
         summary = Section("summary", "Summary", self.sentence, tables=self.answer(), text=text)
-        return summary, *notes_section(self.notes)
+        chart = channels_chart(self.result)
+        channels = () if chart is None else (Section(chart.key, chart.title, charts=(chart,)),)
+        return summary, *channels, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:
         rows = []

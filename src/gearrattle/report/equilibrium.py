@@ -13,7 +13,9 @@ from gearrattle.analysis.statics import Equilibrium
 from gearrattle.assembly import free_names
 from gearrattle.report.linear_tables import region_in_words
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import engineering
+from gearrattle.report.plots.rest import rest_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
@@ -59,6 +61,10 @@ class EquilibriumPage(Presentation[Equilibrium]):
             Table(("element", "deflection", "rests in"), elements, frozenset({0, 2}), "Elements"),
             Table(("inertia", "angle", "acceleration"), bodies, title="Inertias"),
         )
+
+    def figures(self) -> list[Chart]:
+        chart = rest_chart(self.result)
+        return [] if chart is None else [chart]
 
     def content(self) -> dict[str, Any]:
         rest, names = self.result, free_names(self.result.model)

@@ -6,12 +6,15 @@ Takes a Fit; gives its presentation.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearrattle.measured.identification.fitted import Fit, FittedParameter
 from gearrattle.measured.identification.problem import Residual
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import records_dataset, texts
 from gearrattle.report.tables import Table
@@ -54,6 +57,13 @@ class FitPage(ModelPresentation[Fit]):
             self._undetermined(),
             Table(("chi-square", "reached from starts"), minima, frozenset(), "Minima"),
         )
+
+    def figures(self) -> list[Chart]:
+        data = [r for r in self.result.residuals if not r.label.startswith(_RESPONSE)]
+        charts = [_residual_chart("residuals", "Residuals", [(r.label, r.residual) for r in data])]
+        rms = [(row[0], float(row[2])) for row in self._responses().rows]
+        charts.append(_residual_chart("responses", "Residuals of responses, rms", rms))
+        return [chart for chart in charts if chart is not None]
 
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
@@ -132,6 +142,16 @@ class FitPage(ModelPresentation[Fit]):
             for c in sorted(self.result.undetermined, key=lambda c: not c.structural)
         ]
         return Table(("", "combination"), tuple(rows), frozenset({0, 1}), "What stays open")
+
+
+def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]) -> Chart | None:
+    """Draw a residual a row; None without one."""
+    caption = "Fitted less measured, in standard errors of each datum. Most should lie between -2 and 2."
+    values = np.array([residual for _, residual in residuals])
+    return row_chart(
+        key, title, caption, [label for label, _ in residuals], [Series("", values)],
+        level="residual, standard errors", marks=[-2.0, 0.0, 2.0],
+    )  # fmt: skip
 
 
 def _error(p: FittedParameter) -> str:

@@ -9,6 +9,9 @@ from typing import Any
 
 from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.page import Section
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.engine_torque import engine_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
@@ -33,6 +36,11 @@ class GasTorquePage(Presentation[GasTorque]):
         harmonics = counted(len(engine.harmonics), "harmonic")
         return f"Mean torque {engine.mean:.6g} N m, work of a cycle {engine.work:.6g} J; {harmonics}."
 
+    def sections(self) -> tuple[Section, ...]:
+        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures())
+        harmonics = Section("table", "Amplitudes and phases", tables=self.answer(), folds=True)
+        return Section("summary", "Summary", self.sentence), *figures, harmonics
+
     def answer(self) -> tuple[Table, ...]:
         rows = tuple(
             (_WORDS[source], f"{wave.order:g}", f"{wave.amplitude:.6g}", f"{wave.phase:.6g}")
@@ -40,6 +48,9 @@ class GasTorquePage(Presentation[GasTorque]):
             for wave in getattr(self.result, source)
         )
         return (Table(("of", "order", "amplitude [N m]", "phase [rad]"), rows),)
+
+    def figures(self) -> list[Chart]:
+        return engine_charts(self.result)
 
     def content(self) -> dict[str, Any]:
         engine = self.result

@@ -11,6 +11,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.report.page import Section
+from gearrattle.report.plots.boundaries import boundary_chart
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.scatter import bars_of_probability, tornado_chart, tornado_panels
 from gearrattle.report.plots.sensitivities import sobol_chart, sobol_panels, swing_chart, swing_panels
@@ -143,9 +144,15 @@ class BoundaryPage(_OfStudy):
         return f"The {output} changes between neighbouring values of the grid at {counted(count, 'place')}."
 
     def answer(self) -> tuple[Table, ...]:
-        subject = str(self.result.attrs["subject"])
-        known = {"along", "below", "above", "from", "to", subject}
-        places = [str(name) for name in self.result.data_vars if str(name) not in known]
         if "along" not in self.result:
             return ()
-        return (changes_table(self.result, self.result, places, subject),)
+        return (changes_table(self.result, self.result, self._varied(), str(self.result.attrs["subject"])),)
+
+    def charts(self) -> list[Chart]:
+        chart = boundary_chart(self.result, self._varied(), str(self.result.attrs["subject"]))
+        return [] if chart is None else [chart]
+
+    def _varied(self) -> list[str]:
+        """Names of what varies."""
+        known = {"along", "below", "above", "from", "to", str(self.result.attrs["subject"])}
+        return [str(name) for name in self.result.data_vars if str(name) not in known]

@@ -15,6 +15,8 @@ from gearrattle.formats import format_name
 from gearrattle.reductions.condense import Condensed
 from gearrattle.reductions.reduction import Reduction, ReductionError, Simulated, frequency_text
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import NUMBER_ENDINGS, ModelPresentation, Presentation
 from gearrattle.report.records import record_columns, texts
 from gearrattle.report.tables import Table
@@ -42,6 +44,9 @@ class ReductionPage(ModelPresentation[Reduction]):
         reduction = self.result
         tables = (self._groups(), self._elements(), _frequencies(reduction.error, reduction.model.units))
         return tables if reduction.simulated is None else (*tables, *_simulated(reduction.simulated))
+
+    def figures(self) -> list[Chart]:
+        return _frequency_charts(self.result.error, self.result.model.units)
 
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
@@ -105,6 +110,9 @@ class CondensedPage(Presentation[Condensed]):
             ("clearances kept", ", ".join(condensed.clearances) or "none"),
         )
         return Table(("", ""), rows, frozenset({0, 1})), _frequencies(condensed.error, condensed.units)
+
+    def figures(self) -> list[Chart]:
+        return _frequency_charts(self.result.error, self.result.units)
 
     def content(self) -> dict[str, Any]:
         return self.result.to_dict()
@@ -173,6 +181,23 @@ def _frequencies(error: ReductionError, units: str) -> Table:
     rows = tuple((frequency_text(a, units), frequency_text(b, units), f"{mac:.6f}") for a, b, mac in pairs)
     note = "Elastic modes in the band, all in contact. MAC: modal assurance, mass as weight; 1 is the same shape."
     return Table(("full model", "smaller model", "MAC"), rows, frozenset(), "Frequencies", note)
+
+
+def _frequency_charts(error: ReductionError, units: str) -> list[Chart]:
+    """Draw how far the natural frequencies in the band are off; empty without one."""
+    full, smaller = np.array(error.frequencies), np.array(error.reduced_frequencies)
+    allowed = 100.0 * error.limit
+    chart = row_chart(
+        "frequencies",
+        "Error of the frequencies",
+        "How far each natural frequency in the band is from that of the full model, all in contact, between the errors "
+        "allowed.",
+        [frequency_text(frequency, units) for frequency in full.tolist()],
+        [Series("", 100.0 * (smaller - full) / full)],
+        level="difference, % of the full model's frequency",
+        marks=[-allowed, 0.0, allowed],
+    )
+    return [] if chart is None else [chart]
 
 
 def _error_columns(error: ReductionError, unit: str) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from gearrattle.report.page import Page, Section, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.shelf import charts
 from gearrattle.report.plots.sketch import sketch
+from gearrattle.report.plots.verdict import verdict_charts
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset
 from gearrattle.report.summary import findings_content
@@ -114,7 +115,8 @@ class VerdictReport(Presentation[Verdict]):
         verdict = self.result
         summary = Section("verdict", "Verdict", self.sentence, (verdict.rule,), tables=self.answer())
         values = Section("criteria", "Criteria", tables=tuple(criteria_tables(verdict)), folds=True)
-        return summary, values, *notes_section(self.notes)
+        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in verdict_charts(verdict))
+        return summary, *figures, values, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:
         return (verdict_table(self.result),)

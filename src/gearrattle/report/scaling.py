@@ -8,9 +8,13 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from gearrattle.analysis.scaling import Nondimensional
 from gearrattle.analysis.stiffness import Stiffness, stiffness
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import texts
 from gearrattle.report.tables import Table
@@ -53,6 +57,21 @@ class ScalingPage(ModelPresentation[Nondimensional]):
             Table(("coefficient", ""), coefficients),
             Table(("formulation", "condition number", "R_lambda"), conditions, note=note),
         )
+
+    def figures(self) -> list[Chart]:
+        coefficients = self.result.coefficients
+        sizes = np.abs(np.array(list(coefficients.values())))
+        caption = "Magnitudes of the dimensionless coefficients: what is much smaller than the rest may be left out."
+        chart = row_chart(
+            "coefficients",
+            "Coefficients",
+            caption,
+            list(coefficients),
+            [Series("", sizes)],
+            level="magnitude",
+            log=True,
+        )
+        return [] if chart is None else [chart]
 
     def content(self) -> dict[str, Any]:
         return {

@@ -14,6 +14,8 @@ import numpy as np
 
 from gearrattle.analysis.stiffness import RegionStiffness, Stiffness
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.eigenvalues import eigenvalue_chart, ratio_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import record_columns, stacked, texts
 from gearrattle.report.tables import Table
@@ -79,6 +81,10 @@ class StiffnessPage(Presentation[Stiffness]):
 
     def answer(self) -> tuple[Table, ...]:
         return self._eigenvalues(), self._conditions(), self._over_ratios(), self._regions(), self._steps()
+
+    def figures(self) -> list[Chart]:
+        over = None if self.over is None else ratio_chart(self.over.ratios, self.over.r_lambda)
+        return [chart for chart in (eigenvalue_chart(self.result), over) if chart is not None]
 
     def content(self) -> dict[str, Any]:
         found, content = self.result, {}

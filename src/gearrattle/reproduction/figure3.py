@@ -19,8 +19,7 @@ import numpy as np
 
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
-from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.cases import HALF_GAP, J

@@ -24,7 +24,7 @@ from gearrattle.analysis.contact_ratios.describing import Describing, under_sine
 from gearrattle.engine.system.law import Stage, staged
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
-from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.palette import COLOURS
 from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row

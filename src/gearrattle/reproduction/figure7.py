@@ -16,8 +16,7 @@ from gearrattle.comparison.pointwise import pointwise
 from gearrattle.comparison.portrait import portrait
 from gearrattle.comparison.statistics import compare_statistics
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
-from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import load_case
 from gearrattle.reproduction.coherence import CYCLES, KINDS

@@ -16,8 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
-from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.reproduction import printed
 from gearrattle.reproduction.cases import DAMPING, DRAG, RADIUS, SPEED, STIFFNESS, J
 from gearrattle.reproduction.digits import figure

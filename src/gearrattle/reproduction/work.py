@@ -15,7 +15,7 @@ import numpy as np
 
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
-from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.palette import COLOURS
 from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.coherence import KINDS
 from gearrattle.reproduction.digits import counted

@@ -1,6 +1,6 @@
 """Figures of a comparison: errors growing along the motion, and what precision costs.
 
-Colours are those of M. Okabe and K. Ito (2008), in the order of the rows; the exact solution is drawn in ink.
+Colours are in the order of the rows; the exact solution is drawn in ink.
 
 Takes a Comparison or a WorkPrecision; gives Charts.
 """
@@ -12,23 +12,9 @@ import numpy as np
 from gearrattle.comparison.precision import Curve, WorkPrecision
 from gearrattle.comparison.rows import Comparison
 from gearrattle.report.plots.chart import Band, Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.palette import CENTRE, INK, MUTED
+from gearrattle.report.plots.palette import CENTRE, COLOURS, INK, MUTED
 from gearrattle.wording import counted
 
-COLOURS = (
-    "#0072b2",
-    "#d55e00",
-    "#009e73",
-    "#cc79a7",
-    "#e69f00",
-    "#56b4e9",
-    "#8c6bb1",
-    "#7a5c3e",
-    "#a6761d",
-    "#666666",
-    "#c51b7d",
-    "#1b7837",
-)
 _FLOOR = 1e-16
 _LOST = 1e-3  # half-gaps: an error that has come so far from 1e-12 has grown beyond prediction
 

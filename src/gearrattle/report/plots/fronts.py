@@ -12,9 +12,8 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart, Key, Label, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK
+from gearrattle.report.plots.palette import ACCENT, CENTRE, COAST, COLOURS, DRIVE, INK
 from gearrattle.trajectory import Array
 
 if TYPE_CHECKING:

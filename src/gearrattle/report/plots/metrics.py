@@ -16,8 +16,7 @@ import numpy as np
 from gearrattle.pipeline import Findings
 from gearrattle.quantities import Row
 from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
-from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE
+from gearrattle.report.plots.palette import CENTRE, COAST, COLOURS, DRIVE
 
 _SPREAD = 0.5  # of the room between two groups
 _SIDES = (("coast-side share", COAST), ("free share", CENTRE), ("drive-side share", DRIVE))

@@ -29,6 +29,21 @@ CENTRE = "#9aa5b1"
 REGIMES = {"quiet": MUTED, "single-sided": "#a35f00", "double-sided": "#a8123e"}
 """Colour of each regime: slate, amber, crimson; ever darker, always beside its word."""
 
+COLOURS = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+    "#56b4e9",
+    "#8c6bb1",
+    "#7a5c3e",
+    "#a6761d",
+    "#666666",
+    "#c51b7d",
+    "#1b7837",
+)
+"""Curves that are told apart: six of M. Okabe and K. Ito (2008), then others for long legends."""
 
 SHADES = (
     "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearrattle.report.plots.axis_names import measure_of
-from gearrattle.report.plots.chart import Bars, Cells, Chart, Key, Label, Line, Panel, Rule
+from gearrattle.report.plots.chart import Bars, Cells, Chart, Key, Label, Panel, Rule
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE, COAST, DRIVE, INK, REGIMES
+from gearrattle.report.plots.rows import interval_lines
 from gearrattle.report.plots.sweeps import subjects_of
 from gearrattle.studies.designs import PAIRS, SALTELLI
 from gearrattle.studies.layout import (
@@ -54,7 +55,7 @@ def bars_of_probability(found: xr.Dataset) -> Chart | None:
         return None
     rows = np.arange(len(names), dtype=np.float64)[::-1]
     bars = Cells(np.zeros(len(rows)), np.nan_to_num(share), rows - 0.3, rows + 0.3, "share", REGIMES["double-sided"])
-    whiskers = Line(*_pieces(low, high, rows), "95 % interval", INK, width=2.0)
+    whiskers = interval_lines(low, high, rows, "95 % interval")
     panel = Panel(
         "Share of samples that rattle", "", cells=(bars,), lines=(whiskers,), x_range=(0.0, 1.0),
         y_range=(-0.6, len(rows) - 0.4), x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)),
@@ -164,12 +165,6 @@ def _alone(data: xr.Dataset) -> bool:
 
 def _bins(values: Array) -> int:
     return int(min(30, max(6, round(float(np.sqrt(values.size))))))
-
-
-def _pieces(low: Array, high: Array, rows: Array) -> tuple[Array, Array]:
-    """Level pieces from low to high, parted by NaN."""
-    gap = np.full(len(rows), np.nan)
-    return np.column_stack([low, high, gap]).ravel(), np.column_stack([rows, rows, gap]).ravel()
 
 
 def _not_drawn(count: int) -> str:

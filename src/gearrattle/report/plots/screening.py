@@ -14,10 +14,9 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import cell_ticks, labels_of, measure_of, paths_of
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
-from gearrattle.report.plots.comparison import COLOURS
 from gearrattle.report.plots.maps import cells_of, edge_between
 from gearrattle.report.plots.numerals import numeral
-from gearrattle.report.plots.palette import INK
+from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.studies.screening import BY_PATH, LOAD
 from gearrattle.trajectory import Array
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gearrattle.report.plots.axis_names import positions, title_of, words_of_axis
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
-from gearrattle.report.plots.comparison import COLOURS
+from gearrattle.report.plots.palette import COLOURS
 from gearrattle.studies.layout import (
     axes_in,
     chosen_codes,

@@ -5,20 +5,19 @@ Takes a Validation; gives Charts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 
 import numpy as np
 
 from gearrattle.measured.validation import Level, Pair, Validation
-from gearrattle.report.plots.chart import Cells, Chart, Key, Label, Line, Panel, Rule
+from gearrattle.report.plots.chart import Cells, Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.numerals import numeral, prefixed
 from gearrattle.report.plots.palette import CENTRE, COAST, DRIVE, INK, MUTED
+from gearrattle.report.plots.rows import ROW, interval_lines, with_names
 from gearrattle.trajectory import Array
 
 MOST = 8
 MEASURED, SIMULATED = INK, DRIVE
-_ROW = 26
 _BOTH = (Key("measured", MEASURED), Key("simulated", SIMULATED))
 
 
@@ -39,7 +38,7 @@ def sigma_chart(found: Validation) -> Chart:
     most = 1.15 * max(widest, min(2.0 * widest, float(expanded.max(initial=0.0))))
     grey = np.minimum(expanded, most)
     off = np.array([not level.by_chance for _, level in rows])
-    lines = [_bars(low, high, at, "95 % interval", INK)]
+    lines = [interval_lines(low, high, at, "95 % interval")]
     for colour, chosen, name in ((DRIVE, ~off, "within chance"), (COAST, off, "more than chance")):
         lines.append(Line(sigma[chosen], at[chosen], name, colour, mark="points", width=8.0))
     panel = Panel(
@@ -48,13 +47,13 @@ def sigma_chart(found: Validation) -> Chart:
         rules=(Rule(0.0, "x", CENTRE, dashed=False),), x_range=(-most, most), y_range=(-0.6, len(rows) - 0.4),
         y_ticks=tuple((float(k), "") for k in at),
     )  # fmt: skip
-    panel = _named(panel, [name for name, _ in rows])
+    panel = with_names(panel, [name for name, _ in rows])
     caption = (
         "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
         "from the scatter of the cycles; grey: what the error budget allows, cut at the edge."
     )
     legend = (Key("within chance", DRIVE), Key("more than chance", COAST), Key("error budget", "#e6ebf0"))
-    return Chart("sigma", "Levels", caption, (panel,), panel_height=_ROW * len(rows) + 14, legend=legend)
+    return Chart("sigma", "Levels", caption, (panel,), panel_height=ROW * len(rows) + 14, legend=legend)
 
 
 def budget_chart(found: Validation) -> Chart | None:
@@ -93,31 +92,11 @@ def _budget(pair: Pair, level: Level) -> Panel:
         f"{pair.name}, {level.measure}", "%", "% of the measured level", cells=cells, x_range=(0.0, high),
         y_range=(-0.6, len(rows) - 0.4), y_ticks=tuple((float(k), "") for k in at),
     )  # fmt: skip
-    return _named(panel, [name for name, _, _ in rows])
+    return with_names(panel, [name for name, _, _ in rows])
 
 
 def _value(value: float) -> str:
     return "not known" if np.isnan(value) else f"{numeral(value, 2)} %"
-
-
-def _named(panel: Panel, names: Sequence[str]) -> Panel:
-    """Write names at the left within a panel whose rows are 0, 1, ...; its level axis is widened for them."""
-    assert panel.x_range is not None
-    low, high = panel.x_range
-    wide = (high - low) * 0.62
-    labels = tuple(Label(low - wide, float(k), name[-44:], INK) for k, name in enumerate(names))
-    steps = tuple((v, numeral(v, 3)) for v in _round(low, high))
-    return replace(panel, labels=labels, x_range=(low - wide, high), x_ticks=steps, y_ticks=((-9.0, ""),))
-
-
-def _round(low: float, high: float) -> list[float]:
-    """Round values within a range, three to seven."""
-    power = 10.0 ** np.floor(np.log10(high - low))
-    for step in (5.0 * power, 2.0 * power, power, 0.5 * power, 0.2 * power, 0.1 * power):
-        found = step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
-        if found.size >= 3:
-            return [float(f"{v:.12g}") for v in found]
-    return []
 
 
 def _remaining(level: Level) -> float:
@@ -245,14 +224,6 @@ def _bands(found: Validation, pair: Pair) -> Panel:
         pair.name, "dB", "frequency, Hz", tuple(lines), rules=(Rule(0.0, "y", CENTRE, dashed=False),), x_log=True,
         x_range=(0.8 * pair.bands[0].low, 1.1 * found.band[1]), y_range=(-most, most),
     )  # fmt: skip
-
-
-def _bars(low: Array, high: Array, at: Array, name: str, colour: str) -> Line:
-    """Draw level lines from low to high, one a row."""
-    gap = np.full(at.size, np.nan)
-    return Line(
-        np.column_stack([low, high, gap]).ravel(), np.column_stack([at, at, gap]).ravel(), name, colour, width=1.4
-    )
 
 
 def _upright(low: Array, high: Array, at: Array, colour: str) -> Line:

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from gearrattle.report.numbers import Arrays
+from gearrattle.report.plots.chart import Chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import stacked, texts
+from gearrattle.report.sound.charts import sound_charts
 from gearrattle.report.sound.listen import Sound
 from gearrattle.report.tables import Table
 from gearrattle.wording import counted
@@ -53,6 +55,9 @@ class SoundPage(Presentation[Sound]):
         head = ("design", *(f"{key} [{_UNITS[key]}]" for key in next(iter(self.designs.values()))))
         rows = tuple((name, *(f"{value:.4g}" for value in each.values())) for name, each in self.designs.items())
         return (Table(head, rows),)
+
+    def figures(self) -> list[Chart]:
+        return sound_charts(self.result)
 
     def content(self) -> dict[str, Any]:
         sound = self.result

@@ -50,9 +50,13 @@ def rows_of(panel: Panel) -> Rows:
     ends += [float(np.nanmin(line.x, initial=np.inf)) for line in panel.lines]
     ends += [rule.at for rule in panel.rules if rule.along == "x"] + [at for at, _ in panel.x_ticks]
     last = min((label.x for label in right), default=high)
-    first = min([last - _ROOM * (last - low), *ends])
+    if panel.x_log:
+        first = min(ends) * (last / min(ends)) ** -_ROOM
+    else:
+        first = min([last - _ROOM * (last - low), *ends])
+        first -= _ROOM * (last - first)
     trimmed = replace(
-        panel, x_range=(first - _ROOM * (last - first), last), y_ticks=tuple((label.y, label.words) for label in names),
+        panel, x_range=(first, last), y_ticks=tuple((label.y, label.words) for label in names),
         labels=tuple(label for label in others if label not in right),
     )  # fmt: skip
     return Rows(trimmed, tuple(label for label in right if label.words), wordy=True)
