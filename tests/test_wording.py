@@ -43,20 +43,21 @@ def test_messages_of_the_package_say_an_acceleration_and_1_time() -> None:
 
 
 NOUNS = (
-    "blocks|bodies|calls|cases|channels|chunks|crossings|cycles|designs|forecasts|generations|harmonics|impacts|lines|"
+    "blocks|bodies|calls|cases|channels|chunks|crossings|cycles|designs|forecasts|gears|generations|harmonics|impacts|lines|"
     "meshes|modes|motions|orders|parts|periods|points|regions|rows|runs|samples|segments|steps|sweeps|values|workers"
 )
 """What messages count."""
 PLURAL = re.compile(
     r"\ba \{(\w+\.)*(quantity|measured|dimension\.name)\}"
     # a whole number in braces, which is no constant, before a plural that does not depend on it
-    rf"|(?<!of the )(?<!the )\{{(?![^{{}}]*\b_?[A-Z]{{3}}|counted|noun_of)[^{{}}:]*\}} ({NOUNS})\b(?! of)"
+    rf"|(?<!of the )(?<!the )\{{(?![^{{}}]*\b_?[A-Z]{{3}}|counted|noun_of)[^{{}}:]*\}} (?:[a-z]+ )?({NOUNS})\b(?! of)"
     r"|\w'?\{?'e?s' \*|\b(?!range|diag|len|float|time)[a-z]{3,}\((s|es)\)(?=[ ,.;\"])"
 )
 """An article or a plural in a message that is joined to what it depends on, instead of made by ``wording``."""
 MANY = ("== 1", "!= 1", "> 1", "len(able)", "most} regions", "len(labels)", "len(y)", "block.lines", "found.size",
         "length} samples in", "samples_per_cycle}", "count} combinations", "samples_needed",
-        "numbers.size", "{wanted} cycles", "count} runs are", "told.runs", "{CYCLES if", "parts them")  # fmt: skip
+        "numbers.size", "len(points)} fixed", "_rounded(calls)", "{need} steady", "{wanted} cycles", "count} runs are",
+        "told.runs", "{CYCLES if", "parts them")  # fmt: skip
 """In lines where the number is known to be another than one."""
 
 

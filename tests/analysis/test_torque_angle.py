@@ -54,6 +54,7 @@ def test_the_ends_may_be_words_and_have_defaults() -> None:
     assert np.degrees(whole.deflection.max()) > 14.0 * 1.25
     spline = gr.torque_angle(model, "spline")
     assert spline.loss == 0.0
+    assert gr.torque_angle(gr.example("case3"), "clutch").loss == 0.0, "stages, and friction nowhere"
     assert np.array_equal(spline.torque, spline.elastic)
 
 

@@ -151,6 +151,11 @@ def test_words_tables_and_figures(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
+def test_no_section_of_the_page_is_empty(kind: str) -> None:
+    assert not [section.title for section in presentation_of(result(kind)).page().sections if section.is_empty]
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
 def test_a_result_says_what_its_presentation_says(kind: str) -> None:
     of, presentation = result(kind), presentation_of(result(kind))
     if not isinstance(of, gr.Result):

@@ -90,7 +90,8 @@ def torque_angle(
         raise ModelError(Problem("low", f"{chosen[0]:.6g} rad", rule, "give the lower end first"))
     deflection, torque = cycle(law, sliders, *chosen)
     elastic = np.array([law.elastic(float(d)) for d in deflection])
-    loss = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(deflection)))
+    friction = torque - elastic if sliders else np.zeros_like(torque)
+    loss = float(np.sum(0.5 * (friction[1:] + friction[:-1]) * np.diff(deflection)))
     return TorqueAngle(element, deflection, torque, elastic, loss, model.units)
 
 

@@ -227,10 +227,10 @@ def on_statistics(comparison: Comparison, *, found: bool) -> str:
     if found:
         return (
             "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
-            f"{motions} exact motions begun within a thousandth of a half-gap show what a right one may come to; these "
-            "lie outside:"
+            f"{counted(motions, 'exact motion')} begun within a thousandth of a half-gap show what a right "
+            "one may come to; these lie outside:"
         )
-    return f"No statistic that was compared lies outside those of {motions} exact motions begun nearby."
+    return f"No statistic that was compared lies outside those of {counted(motions, 'exact motion')} begun nearby."
 
 
 def _detail(comparison: Comparison) -> list[Section]:

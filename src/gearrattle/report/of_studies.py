@@ -68,7 +68,10 @@ class SensitivitiesPage(_OfStudy):
             return f"{output} follows none of {counted(data.sizes['value'], 'value')}: it is the same in all cases."
         largest = np.nan_to_num(strengths, nan=-1.0)
         words = dict.fromkeys(str(data["label"].values[int(np.argmax(row))]) for row in largest if row.max() > 0.0)
-        return f"{output} follows {' and '.join(words)} most, of {counted(data.sizes['value'], 'value')} that scatter."
+        most = " and ".join(words)
+        values = data.sizes["value"]
+        others = f"of {counted(values, 'value')} that scatter" if values > 1 else "the only value that scatters"
+        return f"{output} follows {most}{' most' if values > 1 else ''}, {others}."
 
     def answer(self) -> tuple[Table, ...]:
         return tuple(output_tables(self.result, self._measured()))
@@ -118,10 +121,10 @@ class ProbabilityPage(_OfStudy):
         if not np.isfinite(shares).any():
             return "No part has a gap and a sample: nothing can be said of rattle."
         level = 100.0 * float(self.result.attrs["level"])
-        return (
-            f"{counted(shares.size, 'probability', 'probabilities')} of rattle, from {100.0 * np.nanmin(shares):.0f} "
-            f"to {100.0 * np.nanmax(shares):.0f} %, each with its {level:g} % interval."
-        )
+        low, high = (f"{100.0 * value:.0f}" for value in (np.nanmin(shares), np.nanmax(shares)))
+        if shares.size == 1:
+            return f"The probability of rattle is {low} %, with its {level:g} % interval."
+        return f"{shares.size} probabilities of rattle, from {low} to {high} %, each with its {level:g} % interval."
 
     def answer(self) -> tuple[Table, ...]:
         return (probabilities_table(self.result),)

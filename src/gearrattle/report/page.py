@@ -57,6 +57,13 @@ class Section:
     folds: bool = False
     text: tuple[str, str] | None = None
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing but a heading."""
+        charts = any(chart.panels for chart in self.charts)
+        tables = any(table.rows for table in self.tables)
+        return not (self.lead or self.words or self.notes or charts or self.pictures or tables or self.text)
+
 
 @dataclass(frozen=True)
 class Page:
@@ -65,7 +72,7 @@ class Page:
     Attributes:
         brand: what kind of result it is, in a word or two.
         title: heading.
-        sections: in reading order.
+        sections: in reading order; empty ones are left out.
         is_interactive: whether figures become interactive plots; plotly.js is then part of the page (4 MB).
         template: the page's own, or one that extends it.
         values: what that one needs besides.
@@ -77,6 +84,10 @@ class Page:
     is_interactive: bool = False
     template: str = "page.html.j2"
     values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Leave out what is empty."""
+        object.__setattr__(self, "sections", tuple(section for section in self.sections if not section.is_empty))
 
     @property
     def charts(self) -> list[Chart]:

@@ -147,7 +147,7 @@ def setting_of(data: xr.Dataset) -> str:
     labels, load = loads_of(data)
     if len(labels) > 1:
         words += f"; {len(labels)} loads, {load} {labels[0]} to {labels[-1]}"
-    return f"{words}; {data.sizes['gear']} loose gears."
+    return f"{words}; {counted(data.sizes['gear'], 'loose gear')}."
 
 
 def gears_table(data: xr.Dataset) -> Table:

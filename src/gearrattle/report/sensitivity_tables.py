@@ -89,9 +89,9 @@ def _index_table(found: xr.Dataset, title: str, words: Words) -> Table:
         )
     interactions = 1.0 - float(np.sum(found["first_order"].values))
     note = (
-        f"{int(found['base_points'])} base points; ± is the half-width of a 95 % interval (bootstrap). First orders "
-        f"leave {_short(interactions)} of the variance to interactions. "
-        f"Ranks: {int(found['samples'])} independent samples."
+        f"{counted(int(found['base_points']), 'base point')}; ± is the half-width of a 95 % interval (bootstrap). "
+        f"First orders leave {_short(interactions)} of the variance to interactions. "
+        f"Ranks: {counted(int(found['samples']), 'independent sample')}."
     )
     return Table(("value", "first order", "total order", "rank regression"), tuple(rows), title=title, note=note)
 

@@ -25,6 +25,7 @@ from gearrattle.report.study_pages import page_of
 from gearrattle.report.tables import Table
 from gearrattle.report.written_page import fill_page
 from gearrattle.studies.kept import messages_of
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,7 +87,7 @@ class StudyReport(Presentation["xr.Dataset"]):
     def notes(self) -> tuple[str, ...]:
         first = [f"case {self._at(case)}: {text}" for case, text in list(self.messages.items())[:_SHOWN]]
         left = len(self.messages) - _SHOWN
-        more = (f"{left} more cases failed; the page and attrs hold their messages",) if left > 0 else ()
+        more = (f"{counted(left, 'more case')} failed; the page and attrs hold the messages",) if left > 0 else ()
         return (*self.remarks, *first, *more)
 
     def sections(self) -> tuple[Section, ...]:

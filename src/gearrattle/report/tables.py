@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from gearrattle.wording import counted
+
 
 @dataclass(frozen=True)
 class Table:
@@ -30,4 +32,6 @@ class Table:
 def shortened(table: Table, most: int = 12) -> Table:
     """Return a table with its first rows, for a terminal or a notebook; the page has the others."""
     left = len(table.rows) - most
-    return table if left <= 0 else replace(table, rows=table.rows[:most], note=f"{left} more rows stand on the page.")
+    if left <= 0:
+        return table
+    return replace(table, rows=table.rows[:most], note=f"On the page: {counted(left, 'row')} more.")

@@ -33,8 +33,8 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
     def sentence(self) -> str:
         loop, angle = self.result, self._unit("rad")
         ends = (engineering(float(end), angle) for end in (loop.deflection.min(), loop.deflection.max()))
-        loss = engineering(loop.loss, self._unit("J"))
-        return f"From {' to '.join(ends)} and back, friction takes {loss} a cycle."
+        loss = f"takes {engineering(loop.loss, self._unit('J'))}" if loop.loss else "takes nothing"
+        return f"From {' to '.join(ends)} and back, friction {loss} a cycle."
 
     def sections(self) -> tuple[Section, ...]:
         chart = self._chart()

@@ -33,6 +33,7 @@ from gearrattle.studies.layout import (
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.probability import rattle_probability
 from gearrattle.trajectory import Array
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,7 +151,7 @@ def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tupl
     left = len(panels) - MOST_PANELS
     drawn = {cells.name for panel in panels for cells in panel.cells}
     legend = tuple(key for key in legend if key is not NOTHING or key.name in drawn)
-    more = f" {left} more parts are not drawn." if left > 0 else ""
+    more = f" Not drawn: {counted(left, 'part')} more." if left > 0 else ""
     return Chart(
         key, title, caption + more, tuple(panels[:MOST_PANELS]), columns=columns, panel_height=_HEIGHT, share_x=False,
         legend=legend,

@@ -161,7 +161,7 @@ def setting_of(data: xr.Dataset) -> str:
 
 def _more(count: int) -> list[str]:
     left = count - _MOST_NAMED
-    return [f"{left} more parts stand in the table."] if left > 0 else []
+    return [f"In the table: {counted(left, 'part')} more."] if left > 0 else []
 
 
 def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[Section]:
