@@ -27,6 +27,8 @@ from gearrattle.model import Alternation, Element, Model
 Array = NDArray[np.float64]
 
 _WHOLE = 1e-9
+_MOST = 1_000_000
+"""Cycles of a mesh whose changes are listed: those of a common period, or of a sweep."""
 
 
 def alternating(index: int, mesh: Element, given: Alternation, law: PiecewiseLaw) -> Named:
@@ -55,7 +57,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
         of: the companion, the mesh and what it says.
 
     Raises:
-        ModelError: an order that has no whole number of cycles in a period.
+        ModelError: an order that has no whole number of cycles in a period, or too many.
     """
     if not of:
         return None
@@ -66,7 +68,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
             if signals is None:
                 rule = "a stiffness that alternates along a sweep needs a harmonic or a record beside it"
                 raise ModelError(Problem("excitation.sweep", "", rule, "it says how long the run may be"))
-            found = _along(ramp, given, float(signals.knots[-1]))
+            found = _along(ramp, mesh, given, float(signals.knots[-1]))
         else:
             found = _repeating(period_of(model), mesh, given, model.excitation.omega)
         times.append(found)
@@ -86,6 +88,7 @@ def _repeating(common: CommonPeriod, mesh: Element, given: Alternation, omega: f
     """Changes in one common period [s]."""
     cycle = 2.0 * pi / (given.order * omega)
     count = common.period / cycle
+    _check_count(mesh, given, count, "a common period")
     if abs(count - round(count)) > _WHOLE * count:
         rule = "the mesh must turn through whole cycles in the common period of all orders"
         place = f"{mesh.path}.alternation.order"
@@ -93,13 +96,27 @@ def _repeating(common: CommonPeriod, mesh: Element, given: Alternation, omega: f
     return np.asarray((np.add.outer(np.arange(round(count)), _begins(given)) * cycle).ravel())
 
 
-def _along(ramp: Ramp, given: Alternation, until: float) -> Array:
+def _along(ramp: Ramp, mesh: Element, given: Alternation, until: float) -> Array:
     """Changes along a sweep [s]: phi(t) = Omega_0 t + rate t^2 / 2 solved for t, Omega_1 behind the ramp."""
     turned = 0.5 * (ramp.begin + ramp.end) * ramp.over
     whole = turned + max(0.0, until - ramp.over) * ramp.end
-    turns = np.add.outer(np.arange(int(given.order * whole / (2.0 * pi)) + 2), _begins(given)).ravel()
+    count = given.order * whole / (2.0 * pi)
+    _check_count(mesh, given, count, "the sweep")
+    turns = np.add.outer(np.arange(int(count) + 2), _begins(given)).ravel()
     angle = turns * 2.0 * pi / given.order
     within = np.minimum(angle, turned)
     rising = 2.0 * within / (ramp.begin + np.sqrt(ramp.begin**2 + 2.0 * ramp.rate * within))
     time = np.where(angle <= turned, rising, ramp.over + (angle - turned) / ramp.end)
     return np.asarray(time[time <= until])
+
+
+def _check_count(mesh: Element, given: Alternation, count: float, over: str) -> None:
+    """Refuse more changes than can be listed.
+
+    Raises:
+        ModelError: naming the order, and the largest that is taken.
+    """
+    if count > _MOST:
+        rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
+        most = f"{given.order * _MOST / count:.3g} or less: teeth times the ratio of speeds"
+        raise ModelError(Problem(f"{mesh.path}.alternation.order", f"{given.order:g}", rule, most))

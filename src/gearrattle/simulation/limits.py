@@ -7,17 +7,18 @@ import os
 from gearrattle.assembly import Driveline, free_names
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
+from gearrattle.model import Model
 from gearrattle.wording import counted
 
 FASTEST = 1e15
-"""Decays or radians a period: a motion as fast as that changes by rounding alone within the rounding of the period."""
+"""Decays or radians a period: what is as fast as that changes by rounding alone within the rounding of the period."""
 _SHARE = 0.5  # of the machine's memory
 _MATRICES = 400  # of states x states, that tables take at most: measured 377 with 210 inertias, 325 with 300
 _UNKNOWN = 8 << 30  # bytes, where the machine does not tell
 
 
 def check_rates(driveline: Driveline) -> None:
-    """Refuse elements and drags whose own motion is too fast for double precision.
+    """Refuse elements and drags whose own motion is too fast for double precision, and inputs of too high an order.
 
     Raises:
         ModelError: naming every value, and the largest that is taken.
@@ -35,6 +36,7 @@ def check_rates(driveline: Driveline) -> None:
     for name, inertia, drag in zip(free_names(model), system.inertia.tolist(), system.drag.tolist(), strict=True):
         if (rate := period * drag / inertia) > FASTEST:
             problems.append(_too_fast(f"inertia.{name}.drag", drag, drag * FASTEST / rate, rate, period))
+    problems += _too_high(model, period)
     if problems:
         raise ModelError(problems)
 
@@ -43,6 +45,19 @@ def _too_fast(place: str, value: float, most: float, rate: float, period: float)
     rule = f"what it acts on would change {rate:.3g} times a period of {period:.3g} s; at most {FASTEST:g} are taken"
     remedy = f"{most:.3g} or less in SI units, more inertia, a rigid connection in its place, or a higher speed"
     return Problem(place, f"{value:.6g}", rule, remedy)
+
+
+def _too_high(model: Model, period: float) -> list[Problem]:
+    """Orders whose phase would be lost to rounding within a period."""
+    most = FASTEST / (model.excitation.omega * period)
+    orders = [
+        (f"torque.{i}.harmonics.{j}.order", harmonic.order)
+        for i, torque in enumerate(model.torques)
+        for j, harmonic in enumerate(torque.harmonics)
+    ]
+    orders += [(f"{element.path}: order", error.order) for element in model.elements for error in element.errors]
+    rule = f"would turn by more than {FASTEST:g} rad in a period of {period:.3g} s, and its phase be lost to rounding"
+    return [Problem(place, f"{order:.6g}", rule, f"{most:.3g} or less") for place, order in orders if order > most]
 
 
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, place: str) -> None:

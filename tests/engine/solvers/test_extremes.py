@@ -42,10 +42,14 @@ CASES = [
 def ends(text: str, **settings: object) -> Exception | None:
     """Simulate one cycle; nothing but an error of ours may come of it, and no warning; the error."""
     begin = time.process_time()
+
+    def progress(_: float) -> None:
+        assert time.process_time() - begin < SECONDS, "the run does not end"
+
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            run = gr.simulate(loads(text), **{"cycles": 1, "discard": 0, **settings})  # type: ignore[arg-type]
+            run = gr.simulate(loads(text), **{"cycles": 1, "discard": 0, "progress": progress, **settings})  # type: ignore[arg-type]
         except GearRattleError as error:
             failure: Exception | None = error
         else:
@@ -100,6 +104,26 @@ def test_values_beyond_double_precision_are_refused_by_name(old: str, new: float
     assert problem.place.endswith(place)
     assert problem.rule
     assert problem.remedy
+
+
+@pytest.mark.parametrize("order", [1e15, 1e30])
+def test_an_order_whose_phase_rounding_loses_is_refused(order: float) -> None:
+    """Steps grow with the root of an order: 8e7 at 1e15, and 3e15, months, at 1e30."""
+    error = ends(TEXTS["case1"].replace("order = 1,", f"order = {order!r},", 1))
+    assert isinstance(error, ModelError)
+    assert error.problems[0].place == "torque.0.harmonics.0.order"
+    assert error.problems[0].remedy == "1.59e+14 or less"
+
+
+@pytest.mark.parametrize("order", [1e8, 1e30])
+def test_an_alternation_too_fast_to_be_listed_is_refused(order: float) -> None:
+    text = (PAPER.parent / "alternating_mesh.toml").read_text()
+    text = re.sub(r"(alternation = \{ order = )\d+", rf"\g<1>{order:.0f}.0", text)
+    text = re.sub(r"(?m)^mean .*$", '\\g<0>\nharmonics = [{ order = 1, amplitude = "5 N*m" }]', text, count=1)
+    error = ends(text)
+    assert isinstance(error, ModelError)
+    assert error.problems[0].place.endswith("alternation.order")
+    assert "at most 1000000 are followed" in str(error)
 
 
 @pytest.mark.parametrize(
