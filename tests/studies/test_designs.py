@@ -12,6 +12,7 @@ from scipy import integrate
 import gearrattle as gr
 from gearrattle.errors import ModelError, NotInstalled
 from gearrattle.model.paths import value_at
+from gearrattle.studies import indices as module
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.indices import indices
 from gearrattle.studies.probability import running, samples_needed, wilson
@@ -187,6 +188,7 @@ def test_probabilities_come_from_independent_samples_alone(saltelli: Any) -> Non
 def test_without_the_library_the_command_is_told(saltelli: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("SALib", "SALib.sample", "SALib.sample.sobol", "SALib.analyze", "SALib.analyze.sobol"):
         monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(module, "_RECENT", {})
     with pytest.raises(NotInstalled, match=r"gearrattle\[studies\]"):
         prepare(model(), vary=VARY, samples=8, method="saltelli")
     with pytest.raises(NotInstalled, match=r"gearrattle\[studies\]"):
@@ -226,3 +228,23 @@ def test_an_estimate_tells_what_the_samples_are_worth() -> None:
     told = prepare(model(), vary=VARY, samples=64, method="sobol", fixed=SHORT).estimate(1).words
     assert "95 % interval of a probability from 64 samples is at most ±12 percentage points; for ±5.9 take " in told
     assert "samples" not in prepare(model(), vary=VARY, method="one-at-a-time", fixed=SHORT).estimate(1).words
+
+
+def test_the_same_samples_are_analyzed_once_and_no_caller_changes_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    by_salib = module._by_salib
+    monkeypatch.setattr(module, "_RECENT", {})
+    monkeypatch.setattr(module, "_by_salib", lambda *given: calls.append(given) or by_salib(*given))
+    y = np.random.default_rng(1).normal(size=32 * 5)
+    first = module.indices(y, 3, "saltelli")
+    kept = first.total.copy()
+    first.total[:] = 0.0
+    assert module.indices(y.copy(), 3, "saltelli").total.tolist() == kept.tolist()
+    assert len(calls) == 1
+    y[7] += 1.0
+    assert module.indices(y, 3, "saltelli").total.tolist() != kept.tolist()
+    assert module.indices(y, 3, "saltelli", level=0.5).total_half.tolist() != first.total_half.tolist()
+    assert len(calls) == 3
+    monkeypatch.setattr(module, "_MOST_RECENT", 2)
+    module.indices(2.0 * y, 3, "saltelli")
+    assert len(module._RECENT) == 2

@@ -15,6 +15,7 @@ Takes plain arrays; gives Indices.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,9 @@ Array = NDArray[np.float64]
 RESAMPLES = 1000
 _FEWEST = 4
 _FOUND = ("S1", "S1_conf", "ST", "ST_conf")
+_MOST_RECENT = 256
+_RECENT: dict[tuple[bytes, int, bool, float], dict[str, Array]] = {}
+"""Indices of samples by their digest: sentence, tables, figures and numbers of a page ask for the same ones."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +78,25 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
         return Indices(nothing, nothing, nothing, nothing, pairs, pairs, len(blocks))
     found = _analyzed(blocks.ravel(), d, method == PAIRS, level)
     second, second_half = (_symmetric(found[key]) if key in found else pairs for key in ("S2", "S2_conf"))
-    first, around, total, about = (np.asarray(found[key], dtype=np.float64) for key in _FOUND)
+    first, around, total, about = (np.array(found[key], dtype=np.float64) for key in _FOUND)
     return Indices(first, around, total, about, second, second_half, len(blocks))
 
 
 def _analyzed(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
+    """What SALib says of some samples: the same for the same samples, so that a page asks but once.
+
+    Raises:
+        NotInstalled: SALib is not here.
+    """
+    key = sha256(y.tobytes()).digest(), d, pairs, level
+    if key not in _RECENT:
+        while len(_RECENT) >= _MOST_RECENT:
+            _RECENT.pop(next(iter(_RECENT)), None)
+        _RECENT[key] = _by_salib(y, d, pairs, level)
+    return _RECENT[key]
+
+
+def _by_salib(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
     try:
         from SALib.analyze.sobol import analyze
     except ImportError:
