@@ -302,3 +302,38 @@ def test_records_larger_than_memory_are_refused(tmp_path: Path) -> None:
     path.write_bytes(content)
     with pytest.raises(ModelError, match="GB of a file are read"):
         gr.read(path)
+
+
+@pytest.mark.parametrize("rate", [1, 23, 96_000_001, 0x7FFFFFFF])
+def test_an_impulse_response_of_a_rate_far_from_what_is_heard_is_refused(rate: int, tmp_path: Path) -> None:
+    path = tmp_path / "response.wav"
+    body = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, rate, 2 * rate, 2, 16)
+    body += struct.pack("<4sI8h", b"data", 16, *range(8))
+    path.write_bytes(struct.pack("<4sI4s", b"RIFF", 4 + len(body), b"WAVE") + body)
+    with pytest.raises(ModelError, match=r"must have 24 to 9\.6e\+07 samples a second to be heard at 48000 Hz"):
+        sound_path(path, 48e3)
+
+
+@pytest.mark.parametrize("step", [1e-320, 1e-12, 1.0, 1e300])
+def test_an_impulse_response_of_times_far_from_what_is_heard_is_refused(step: float, tmp_path: Path) -> None:
+    path = tmp_path / "response.csv"
+    lines = "\n".join(f"{i * step!r},{i}" for i in range(4))
+    path.write_text(f"time [s],response [Pa/(N*s)]\n{lines}\n", encoding="utf-8")
+    with pytest.raises(ModelError):
+        sound_path(path, 48e3)
+
+
+def test_an_impulse_response_that_lasts_for_hours_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "response.csv"
+    lines = "\n".join(f"{i / 32!r},{i}" for i in range(32 * 601))
+    path.write_text(f"time [s],response [Pa/(N*s)]\n{lines}\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=r"found 601 s; may last 600 s to be heard"):
+        sound_path(path, 48e3)
+
+
+def test_an_impulse_response_of_one_sample_is_read_or_refused(tmp_path: Path) -> None:
+    path = tmp_path / "response.wav"
+    body = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, 48_000, 96_000, 2, 16) + struct.pack("<4sIh", b"data", 2, 5)
+    path.write_bytes(struct.pack("<4sI4s", b"RIFF", 4 + len(body), b"WAVE") + body)
+    with pytest.raises(ModelError):
+        sound_path(path, 48e3)

@@ -149,7 +149,7 @@ def test_a_file_reads_back(bits: int) -> None:
 
 def test_resampling_keeps_a_tone() -> None:
     t = np.arange(44_100) / 44_100.0
-    out = resampled(np.sin(2 * np.pi * 1000 * t), 44_100.0, RATE)
+    out = resampled(np.sin(2 * np.pi * 1000 * t), 44_100.0, RATE, "tone")
     exact = np.sin(2 * np.pi * 1000 * np.arange(out.size) / RATE)
     assert np.abs(out - exact)[2000:-2000].max() < 1e-3
 

@@ -31,7 +31,7 @@ from gearrattle.model.table import did_you_mean, listed
 from gearrattle.recording import Recording
 from gearrattle.report.sound.path import SoundPath, sound_path
 from gearrattle.report.sound.quality import Quality, quality
-from gearrattle.report.sound.resample import resampled
+from gearrattle.report.sound.resample import LONGEST, resampled
 from gearrattle.report.sound.train import impulse_train
 from gearrattle.result import Result
 from gearrattle.results import Run
@@ -42,7 +42,6 @@ Array = NDArray[np.float64]
 
 _HEADROOM = 0.5  # of full scale: the highest peak, unless a gain is given
 _REFERENCE = 2e-5  # Pa
-_LONGEST = 600.0  # seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +200,8 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
         rule = "no body at one of these is free to move, so its impacts exchange no momentum"
         raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
     seconds = window.end - window.start
-    if seconds > _LONGEST:
-        raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {_LONGEST:g} s", "cut it"))
+    if seconds > LONGEST:
+        raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {LONGEST:g} s", "cut it"))
     samples = int(np.ceil(seconds * way.rate)) + 1
     return _through(impulse_train(impacts.time[heard] - window.start, impacts.exchanged[heard], way.rate, samples), way)
 
@@ -216,7 +215,7 @@ def _heard(recording: Recording, way: SoundPath) -> Array:
     step = recording.interval
     if step is None:
         raise ModelError(Problem(recording.source, "uneven times", "must be sampled uniformly to be heard"))
-    values = resampled(channel.values, 1.0 / step, way.rate)
+    values = resampled(channel.values, 1.0 / step, way.rate, channel.name)
     return values if channel.quantity == "sound pressure" else _through(values, way)
 
 

@@ -125,7 +125,8 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
     if path.suffix.lower() == ".wav":
         track = read_raw(path, format=wav.NAME).columns[0]
         assert track.time is not None
-        return SoundPath(resampled(scale * track.values, round(1.0 / track.time[1]), rate), rate, 0, str(path))
+        values = resampled(scale * track.values, round(1.0 / track.time[1]), rate, str(path))
+        return SoundPath(values, rate, 0, str(path))
     try:
         columns = read_columns(path, {"time": units.TIME, "response": RESPONSE}, False)
     except RecordError as error:
@@ -134,4 +135,4 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
     step = float(time[-1] - time[0]) / max(1, time.size - 1)
     if time.size < 2 or step <= 0.0 or np.abs(np.diff(time) - step).max() > 1e-3 * step:
         raise ModelError(Problem(str(path), counted(time.size, "sample"), "the times must rise by equal steps"))
-    return SoundPath(resampled(values, 1.0 / step, rate), rate, 0, str(path))
+    return SoundPath(resampled(values, 1.0 / step, rate, str(path)), rate, 0, str(path))

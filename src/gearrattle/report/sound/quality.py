@@ -56,7 +56,7 @@ def quality(pressure: Array, rate: float) -> Quality:
     if pressure.size < SHORTEST * rate:
         rule = f"loudness and roughness need a sound of at least {SHORTEST:g} s"
         raise ModelError(Problem("run", f"{pressure.size / rate:.3g} s", rule, "simulate more cycles"))
-    signal = resampled(pressure, rate, RATE)
+    signal = resampled(pressure, rate, RATE, "sound")
     if not np.any(signal):
         return Quality(0.0, 0.0, float("nan"), 0.0)
     loudness = float(mosqito.loudness_zwst(signal, RATE)[0])
