@@ -15,6 +15,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.simulation import store as stores
+from tests import synthetic
 from tests.architecture.places import EXAMPLES
 
 FILE = EXAMPLES / "paper" / "case3.toml"
@@ -90,6 +91,21 @@ def test_an_exception_keeps_whole_chunks_and_resume_goes_on(
     assert verdict_of_rest == list(range(9 * after, 60, 9))
     assert content(folder) == content(reference)
     assert stream.verdict().to_dict() == gr.criteria(gr.open_stream(reference)).to_dict()
+
+
+@pytest.mark.parametrize("after", [1, 2, 3, 4, 5, 6])
+@pytest.mark.parametrize("train", [synthetic.MODEL, FILE.read_text(encoding="utf-8")], ids=["synthetic", "case 3"])
+def test_a_motion_resumed_within_the_discarded_cycles_adds_up_the_same(train: str, tmp_path: Path, after: int) -> None:
+    """The flanks of the last contacts of discarded chunks decide what the first impact that counts is."""
+    settings = {"cycles": 8, "samples_per_cycle": 8, "chunk": 1, "discard": 6}
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    assert len(list(gr.stream(gr.loads(train), **settings, store=whole))) == 8
+    stream = gr.stream(gr.loads(train), **settings, store=cut)
+    for _ in range(after):
+        next(stream)
+    stream.close()
+    assert len(list(gr.stream(gr.loads(train), **settings, store=cut, resume=True))) == 8 - after
+    assert content(cut) == content(whole)
 
 
 def test_a_closed_stream_counts_no_chunk_that_another_thread_finishes_later(

@@ -109,13 +109,13 @@ class Sums:
         return self.scope
 
     def packed(self) -> dict[str, NDArray[Any]]:
-        """Return the same as named arrays, for a file; nothing while every cycle was discarded."""
+        """Return the same as named arrays, for a file; without a window while every cycle was discarded."""
+        flat = {f"{name}/{key}": array for name, state in self.states.items() for key, array in state.items()}
         if self.scope is None:
-            return {}
+            return flat
         window = self.scope.window
         span = np.array([window.start, window.end])
         grid = np.array([window.first, window.last, window.cycles, self.scope.samples_per_cycle])
-        flat = {f"{name}/{key}": array for name, state in self.states.items() for key, array in state.items()}
         return {"span": span, "grid": grid, **flat}
 
     @classmethod
@@ -129,11 +129,13 @@ class Sums:
         """
         if not arrays:
             return None
-        (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
         states: dict[str, dict[str, NDArray[Any]]] = {}
         for name in set(arrays) - {"span", "grid"}:
             sums, _, key = name.partition("/")
             states.setdefault(sums, {})[key] = arrays[name]
+        if "span" not in arrays:
+            return cls(None, states)
+        (start, end), (first, last, cycles, per_cycle) = arrays["span"].tolist(), arrays["grid"].tolist()
         return cls(Scope(layout, Window(start, end, first, last, cycles), per_cycle, algorithm), states)
 
 
