@@ -88,7 +88,7 @@ def _repeating(common: CommonPeriod, mesh: Element, given: Alternation, omega: f
     """Changes in one common period [s]."""
     cycle = 2.0 * pi / (given.order * omega)
     count = common.period / cycle
-    _check_count(mesh, given, count, "a common period")
+    _check_count(mesh, given.order, count, "a common period")
     if abs(count - round(count)) > _WHOLE * count:
         rule = "the mesh must turn through whole cycles in the common period of all orders"
         place = f"{mesh.path}.alternation.order"
@@ -101,7 +101,7 @@ def _along(ramp: Ramp, mesh: Element, given: Alternation, until: float) -> Array
     turned = 0.5 * (ramp.begin + ramp.end) * ramp.over
     whole = turned + max(0.0, until - ramp.over) * ramp.end
     count = given.order * whole / (2.0 * pi)
-    _check_count(mesh, given, count, "the sweep")
+    _check_count(mesh, given.order, count, "the sweep")
     turns = np.add.outer(np.arange(int(count) + 2), _begins(given)).ravel()
     angle = turns * 2.0 * pi / given.order
     within = np.minimum(angle, turned)
@@ -110,7 +110,7 @@ def _along(ramp: Ramp, mesh: Element, given: Alternation, until: float) -> Array
     return np.asarray(time[time <= until])
 
 
-def _check_count(mesh: Element, given: Alternation, count: float, over: str) -> None:
+def _check_count(mesh: Element, order: float, count: float, over: str) -> None:
     """Refuse more changes than can be listed.
 
     Raises:
@@ -118,5 +118,5 @@ def _check_count(mesh: Element, given: Alternation, count: float, over: str) -> 
     """
     if count > _MOST:
         rule = f"the mesh would turn through {count:.3g} cycles in {over}; at most {_MOST} are followed"
-        most = f"{given.order * _MOST / count:.3g} or less: teeth times the ratio of speeds"
-        raise ModelError(Problem(f"{mesh.path}.alternation.order", f"{given.order:g}", rule, most))
+        most = f"{order * _MOST / count:.3g} or less: teeth times the ratio of speeds"
+        raise ModelError(Problem(f"{mesh.path}.alternation.order", f"{order:g}", rule, most))

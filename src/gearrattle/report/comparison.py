@@ -26,7 +26,7 @@ from gearrattle.report.comparison_tables import (
     verdict_table,
 )
 from gearrattle.report.numbers import write_csv
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.comparison import growth_of_errors, work_precision_chart
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import records_dataset
@@ -69,7 +69,7 @@ class ComparisonPage(Presentation[Comparison]):
         tables = (verdict_table(comparison), cost_table(comparison), truth_table(comparison))
         return (
             Section("recommendation", "Recommendation", self.sentence, (_setting(comparison),), tables=tables),
-            *(Section(chart.key, chart.title, charts=(chart,)) for chart in charts),
+            *figure_sections(charts),
             *_detail(comparison),
             *notes_section(self.notes),
         )

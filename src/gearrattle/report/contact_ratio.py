@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.palette import ACCENT, CENTRE
 from gearrattle.report.plots.rows import Series, row_chart
@@ -46,7 +46,7 @@ class ContactRatioPage(Presentation["pd.Series[float]"]):
     def sections(self) -> tuple[Section, ...]:
         summary = Section("summary", "Summary", self.sentence, tables=(self._ratios(),))
         points = Section("fixed-points", "Fixed points", tables=tuple(self._fixed_points()))
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures()]
+        figures = figure_sections(self.figures())
         return summary, *figures, *([points] if points.tables else []), *notes_section(self.notes)
 
     def figures(self) -> list[Chart]:

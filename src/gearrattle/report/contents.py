@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.measured.look import Contents
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.channels import channels_chart
 from gearrattle.report.presentation import NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import stacked, texts
@@ -43,7 +43,7 @@ class ContentsPage(Presentation[Contents]):
         text = ("A mapping file to begin with", self.result.mapping(self.folder))
         summary = Section("summary", "Summary", self.sentence, tables=self.answer(), text=text)
         chart = channels_chart(self.result)
-        channels = () if chart is None else (Section(chart.key, chart.title, charts=(chart,)),)
+        channels = figure_sections([] if chart is None else [chart])
         return summary, *channels, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:

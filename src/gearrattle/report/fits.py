@@ -149,9 +149,14 @@ def _residual_chart(key: str, title: str, residuals: Sequence[tuple[str, float]]
     caption = "Fitted less measured, in standard errors of each datum. Most should lie between -2 and 2."
     values = np.array([residual for _, residual in residuals])
     return row_chart(
-        key, title, caption, [label for label, _ in residuals], [Series("", values)],
-        level="residual, standard errors", marks=[-2.0, 0.0, 2.0],
-    )  # fmt: skip
+        key,
+        title,
+        caption,
+        [label for label, _ in residuals],
+        [Series("", values)],
+        level="residual, standard errors",
+        marks=[-2.0, 0.0, 2.0],
+    )
 
 
 def _error(p: FittedParameter) -> str:

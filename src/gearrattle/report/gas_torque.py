@@ -9,7 +9,7 @@ from typing import Any
 
 from gearrattle.measured.gas_torque import GasTorque
 from gearrattle.report.numbers import Arrays
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.engine_torque import engine_charts
 from gearrattle.report.presentation import Presentation
@@ -37,7 +37,7 @@ class GasTorquePage(Presentation[GasTorque]):
         return f"Mean torque {engine.mean:.6g} N m, work of a cycle {engine.work:.6g} J; {harmonics}."
 
     def sections(self) -> tuple[Section, ...]:
-        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures())
+        figures = figure_sections(self.figures())
         harmonics = Section("table", "Amplitudes and phases", tables=self.answer(), folds=True)
         return Section("summary", "Summary", self.sentence), *figures, harmonics
 

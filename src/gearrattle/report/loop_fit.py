@@ -12,7 +12,7 @@ import numpy as np
 
 from gearrattle.measured.identification.loop_result import LoopFit
 from gearrattle.report.numbers import Arrays
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.loop import loop_chart
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
 from gearrattle.report.records import texts
@@ -43,7 +43,7 @@ class LoopFitPage(Presentation[LoopFit]):
         text = ("The coupling for a model file", self.result.toml)
         return (
             Section("summary", "Summary", self.sentence, tables=self.answer(), text=text),
-            Section(chart.key, chart.title, charts=(chart,)),
+            *figure_sections([chart]),
             *notes_section(self.notes),
         )
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gearrattle.json_types import json_value
 from gearrattle.quantities import Row
 from gearrattle.report.metric_tables import metric_tables
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.metrics import metrics_chart
 from gearrattle.report.presentation import Presentation
@@ -56,7 +56,7 @@ class MetricsPage(Presentation["pd.DataFrame"]):
         return tuple(dict.fromkeys([*super().notes, *(row.note for row in self.rows if row.note)]))
 
     def sections(self) -> tuple[Section, ...]:
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        figures = figure_sections(self.charts())
         tables = Section("metrics", "Metrics", tables=tuple(metric_tables(self.rows)))
         return Section("summary", "Summary", self.sentence), *figures, tables, *notes_section(self.notes)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.json_types import json_value
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.boundaries import boundary_chart
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.scatter import bars_of_probability, tornado_chart, tornado_panels
@@ -37,7 +37,7 @@ class _OfStudy(Presentation["xr.Dataset"]):
         return f"{self.kind[:1].upper()}{self.kind[1:]}: {self.result.attrs['output']}"
 
     def sections(self) -> tuple[Section, ...]:
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        figures = figure_sections(self.charts())
         return Section("summary", "Summary", self.sentence, tables=self.answer()), *figures
 
     def charts(self) -> list[Chart]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.order_maps import cuts_chart, map_chart, raised
 from gearrattle.report.presentation import FIGURE_ENDINGS, NUMBER_ENDINGS, Presentation
@@ -52,7 +52,7 @@ class _Along(Presentation["xr.Dataset"]):
 
     def sections(self) -> tuple[Section, ...]:
         summary = Section("summary", "Summary", self.sentence, tables=self.answer())
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        figures = figure_sections(self.charts())
         return summary, *figures, *notes_section(self.notes)
 
     def numbers(self) -> xr.Dataset:

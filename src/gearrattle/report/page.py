@@ -7,7 +7,7 @@ Takes what a page says and shows; gives frozen Pages.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -93,6 +93,11 @@ class Page:
     def charts(self) -> list[Chart]:
         """All figures, in reading order."""
         return [chart for section in self.sections for chart in section.charts]
+
+
+def figure_sections(charts: Iterable[Chart]) -> tuple[Section, ...]:
+    """Return a section for each figure, with its title."""
+    return tuple(Section(chart.key, chart.title, charts=(chart,)) for chart in charts)
 
 
 def notes_section(notes: tuple[str, ...]) -> tuple[Section, ...]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from gearrattle.report.numbers import Arrays, write_csv, write_netcdf
-from gearrattle.report.page import Page, Section, notes_section
+from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.provenance import now
 from gearrattle.report.tables import Table
 
@@ -75,7 +75,7 @@ class Presentation(Generic[R]):
     def sections(self) -> tuple[Section, ...]:
         """Return what stands on the page, in reading order; by default sentence and answer, figures, notes."""
         summary = Section("summary", "Summary", self.sentence, tables=self.answer())
-        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in self.figures())
+        figures = figure_sections(self.figures())
         return summary, *figures, *notes_section(self.notes)
 
     def figures(self) -> Sequence[Chart]:

@@ -23,7 +23,7 @@ from gearrattle.report.linear_tables import modes_tables, rest_table
 from gearrattle.report.metric_tables import metric_tables
 from gearrattle.report.model_tables import cost_table, model_tables, versions_table
 from gearrattle.report.numbers import write_csv
-from gearrattle.report.page import Page, Section, notes_section
+from gearrattle.report.page import Page, Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.shelf import charts
 from gearrattle.report.plots.sketch import sketch
@@ -115,7 +115,7 @@ class VerdictReport(Presentation[Verdict]):
         verdict = self.result
         summary = Section("verdict", "Verdict", self.sentence, (verdict.rule,), tables=self.answer())
         values = Section("criteria", "Criteria", tables=tuple(criteria_tables(verdict)), folds=True)
-        figures = (Section(chart.key, chart.title, charts=(chart,)) for chart in verdict_charts(verdict))
+        figures = figure_sections(verdict_charts(verdict))
         return summary, *figures, values, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:

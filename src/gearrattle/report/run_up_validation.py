@@ -12,7 +12,7 @@ import numpy as np
 
 from gearrattle.measured.validation import RunUp
 from gearrattle.report.numbers import write_csv
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.run_up_validation import run_up_charts
 from gearrattle.report.presentation import Presentation
@@ -41,7 +41,7 @@ class RunUpPage(Presentation[RunUp]):
         charts = [chart for chart in run_up_charts(self.result) if chart.panels]
         return (
             Section("summary", "Summary", self.sentence, (setting,), tables=self.answer()),
-            *(Section(chart.key, chart.title, charts=(chart,)) for chart in charts),
+            *figure_sections(charts),
             *notes_section(self.notes),
         )
 

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.json_types import json_value
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.screening import screening_map
 from gearrattle.report.presentation import Presentation
@@ -51,7 +51,7 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         data = self.result
         words = (setting_of(data),)
         gears = Section("summary", "Which gears lift off", self.sentence, words, tables=(gears_table(data),))
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        figures = figure_sections(self.charts())
         return gears, *figures, Section("thresholds", "Thresholds", tables=(thresholds_table(data),))
 
     def charts(self) -> list[Chart]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.json_types import json_value
 from gearrattle.report.labelled import channel_title, is_si, numbers_in, plain_attributes
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.densities import cross_chart as cross_density_chart
 from gearrattle.report.plots.densities import density_chart, natural_rules, response_chart, spectra_charts
@@ -54,7 +54,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
             "summary", self.heading, self.sentence,
             tables=tuple(replace(table, head=tuple(map(raised, table.head))) for table in self.answer()),
         )  # fmt: skip
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.charts()]
+        figures = figure_sections(self.charts())
         return first, *figures, *notes_section(self.notes)
 
     def answer(self) -> tuple[Table, ...]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.report.page import Section, notes_section
+from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.numerals import unbroken
@@ -94,7 +94,7 @@ class StudyReport(Presentation["xr.Dataset"]):
         data = self.result
         setting = unbroken(f"{self.study.setting(data)} {self.cost}".strip())
         first = Section("summary", "Summary", unbroken(self.sentence), (setting,), tables=(self.study.counts(data),))
-        figures = [Section(chart.key, chart.title, charts=(chart,)) for chart in self.study.charts(data)]
+        figures = figure_sections(self.study.charts(data))
         return first, *figures, *self.study.sections(data, self.messages), *notes_section(self.remarks)
 
     def charts(self) -> list[Chart]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gearrattle.analysis.torque_angle import TorqueAngle
 from gearrattle.report.numbers import Arrays
-from gearrattle.report.page import Section
+from gearrattle.report.page import Section, figure_sections
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.numerals import engineering, numeral
 from gearrattle.report.plots.palette import ACCENT, CENTRE
@@ -40,7 +40,7 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
         chart = self._chart()
         summary = Section("summary", "Summary", self.sentence)
         points = Section("points", "Points", tables=self.answer(), folds=True)
-        return summary, Section(chart.key, chart.title, charts=(chart,)), points
+        return summary, *figure_sections([chart]), points
 
     def answer(self) -> tuple[Table, ...]:
         loop, angle, torque = self.result, self._unit("rad"), self._unit("N m")

@@ -86,9 +86,7 @@ def _plane(changes: _Changes, crossings: xr.Dataset, axes: Sequence[str]) -> Cha
         )
         panels.append(Panel(f"{name}, {measures[1].words}".strip(", "), measures[1].unit, measures[0].title, lines))
     legend = tuple(Key(words, colour) for words, colour, _ in changes.kinds())
-    return Chart(
-        *_WORDS, tuple(panels), columns=min(2, len(panels)), panel_height=260, share_x=False, legend=legend
-    )  # fmt: skip
+    return Chart(*_WORDS, tuple(panels), columns=min(2, len(panels)), panel_height=260, share_x=False, legend=legend)
 
 
 def _rows(changes: _Changes, crossings: xr.Dataset, axis: str) -> Chart | None:

@@ -27,9 +27,16 @@ def eigenvalue_chart(stiffness: Stiffness) -> Chart | None:
     dots = Line(number, size, "magnitude", ACCENT, mark="points", width=7.0)
     rules = (Rule(float(size[0])), Rule(float(size[-1])))
     panel = Panel(
-        "magnitude", "1/s" if stiffness.model.units == "SI" else "", "eigenvalue, ascending", (dots,), rules=rules,
-        x_range=(0.5, size.size + 0.5), y_range=_decades(size), y_log=True, x_ticks=_whole(size.size),
-    )  # fmt: skip
+        "magnitude",
+        "1/s" if stiffness.model.units == "SI" else "",
+        "eigenvalue, ascending",
+        (dots,),
+        rules=rules,
+        x_range=(0.5, size.size + 0.5),
+        y_range=_decades(size),
+        y_log=True,
+        x_ticks=_whole(size.size),
+    )
     caption = (
         "Magnitudes of the eigenvalues with every clearance replaced by one slope, rigid motions left out. R_lambda is "
         "the largest over the smallest: the distance between the dashed rules."
@@ -49,9 +56,14 @@ def ratio_chart(ratios: Sequence[float], r_lambda: Mapping[str, Sequence[float]]
         for i, (name, values) in enumerate(shown.items())
     )
     panel = Panel(
-        "R_lambda", "", "contact ratio", lines, x_range=(float(x.min()), float(x.max())), y_log=True,
+        "R_lambda",
+        "",
+        "contact ratio",
+        lines,
+        x_range=(float(x.min()), float(x.max())),
+        y_log=True,
         y_range=_decades(np.concatenate([line.y for line in lines])),
-    )  # fmt: skip
+    )
     more = len(r_lambda) - len(shown)
     caption = "R_lambda over the contact ratio of one element, all others in contact." + (
         f" {more} more are in the table." if more > 0 else ""

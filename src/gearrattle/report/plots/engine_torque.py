@@ -30,9 +30,14 @@ def engine_charts(engine: GasTorque) -> list[Chart]:
     ticks = tuple((float(value), str(value)) for value in range(0, 721, 90))
     rules = (Rule(0.0, dashed=False), Rule(engine.mean, label="mean"))
     over_angle = Panel(
-        "torque", "N m", "crank angle of the first cylinder  [°]", tuple(lines), rules=rules, x_range=(0.0, _CYCLE),
+        "torque",
+        "N m",
+        "crank angle of the first cylinder  [°]",
+        tuple(lines),
+        rules=rules,
+        x_range=(0.0, _CYCLE),
         x_ticks=ticks,
-    )  # fmt: skip
+    )
     legend = tuple(Key(line.name, line.colour) for line in lines)
     caption = "Torque on the crankshaft over one cycle of four strokes, from its mean and its harmonics."
     charts = [Chart("torque", "Torque over a cycle", caption, (over_angle,), panel_height=280, legend=legend)]

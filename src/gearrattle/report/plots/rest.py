@@ -52,6 +52,12 @@ def rest_chart(rest: Equilibrium) -> Chart | None:
         "under the mean loads. Shaded: in contact." + (f" {left_out} more are in the table." if left_out > 0 else "")
     )
     return Chart(
-        "rest", "Where the elements rest", caption, tuple(panels), columns=min(2, len(panels)), panel_height=190,
-        share_x=False, legend=(Key("rest", INK), *SIDES),
-    )  # fmt: skip
+        "rest",
+        "Where the elements rest",
+        caption,
+        tuple(panels),
+        columns=min(2, len(panels)),
+        panel_height=190,
+        share_x=False,
+        legend=(Key("rest", INK), *SIDES),
+    )

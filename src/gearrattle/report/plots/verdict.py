@@ -21,12 +21,21 @@ def verdict_charts(verdict: Verdict) -> list[Chart]:
     shares = {row.subject: row.value for row in verdict.entries if row.quantity == "contact share"}
     contact = np.array([100.0 * float(shares.get(name, np.nan)) for name in names])
     impacts = row_chart(
-        "impacts", "Impacts", "Impacts per cycle on the drive side and on the coast side of every part.",
-        names, [Series("drive side", drive, DRIVE), Series("coast side", coast, COAST)],
-        level="impacts per cycle", marks=[0.0],
-    )  # fmt: skip
+        "impacts",
+        "Impacts",
+        "Impacts per cycle on the drive side and on the coast side of every part.",
+        names,
+        [Series("drive side", drive, DRIVE), Series("coast side", coast, COAST)],
+        level="impacts per cycle",
+        marks=[0.0],
+    )
     in_contact = row_chart(
-        "contact", "Contact", "Share of the steady time in which a part is in contact on either side.",
-        names, [Series("", contact, ACCENT)], level="% of the time", marks=[0.0, 100.0],
-    )  # fmt: skip
+        "contact",
+        "Contact",
+        "Share of the steady time in which a part is in contact on either side.",
+        names,
+        [Series("", contact, ACCENT)],
+        level="% of the time",
+        marks=[0.0, 100.0],
+    )
     return [chart for chart in (impacts, in_contact) if chart is not None]

@@ -41,17 +41,29 @@ def sound_charts(sound: Sound) -> list[Chart]:
     largest = max(float(line.y.max(initial=0.0)) for line in spectra)
     legend = tuple(Key(line.name, line.colour) for line in spectra)
     charts = [
-        Chart("pressure", "Sound pressure", "Sound pressure of every design.", tuple(waves), panel_height=120,
-              share_x=False),
-    ]  # fmt: skip
+        Chart(
+            "pressure",
+            "Sound pressure",
+            "Sound pressure of every design.",
+            tuple(waves),
+            panel_height=120,
+            share_x=False,
+        ),
+    ]
     if largest > 0.0:
         top = 10.0 ** np.ceil(np.log10(largest))
         least = min(float(line.y.min()) for line in spectra if line.y.size)
         bottom = max(10.0 ** np.floor(np.log10(least)), top * 10.0**-_DECADES)
         panel = Panel(
-            "power spectral density", "Pa²/Hz", "frequency  [Hz]", tuple(spectra), x_log=True, y_log=True,
-            x_range=(_LOWEST, 0.5 * sound.rate), y_range=(float(bottom), float(top)),
-        )  # fmt: skip
+            "power spectral density",
+            "Pa²/Hz",
+            "frequency  [Hz]",
+            tuple(spectra),
+            x_log=True,
+            y_log=True,
+            x_range=(_LOWEST, 0.5 * sound.rate),
+            y_range=(float(bottom), float(top)),
+        )
         caption = "Power spectral density of the sound pressure of every design, all through one path."
         charts.append(Chart("spectrum", "Spectra", caption, (panel,), panel_height=300, legend=legend))
     return charts

@@ -22,22 +22,22 @@ LONGEST = 600.0
 _LARGEST = 2000  # ratio of the rates, and its denominator
 
 
-def resampled(values: Array, rate: float, wanted: float, place: str) -> Array:
+def resampled(values: Array, rate: float, wanted: float, name: str) -> Array:
     """Return a signal at another rate.
 
     Args:
         values: (N,).
         rate, wanted: samples a second [Hz].
-        place: the signal's name, for messages.
+        name: of the signal, for messages.
 
     Raises:
         ModelError: rates too far apart, or a signal that is too long.
     """
     if not wanted / _LARGEST <= rate <= wanted * _LARGEST:
         rule = f"must have {wanted / _LARGEST:g} to {wanted * _LARGEST:g} samples a second to be heard at {wanted:g} Hz"
-        raise ModelError(Problem(place, f"{rate:.6g} Hz", rule, "check its times, or the rate in its header"))
+        raise ModelError(Problem(name, f"{rate:.6g} Hz", rule, "check its times, or the rate in its header"))
     if values.size > LONGEST * rate:
-        raise ModelError(Problem(place, f"{values.size / rate:.4g} s", f"may last {LONGEST:g} s to be heard", "cut it"))
+        raise ModelError(Problem(name, f"{values.size / rate:.4g} s", f"may last {LONGEST:g} s to be heard", "cut it"))
     ratio = Fraction(wanted / rate).limit_denominator(_LARGEST)
     if ratio == 1:
         return np.asarray(values, dtype=np.float64)

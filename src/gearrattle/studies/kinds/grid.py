@@ -72,5 +72,5 @@ class GridSpec(StudySpec):
         """Return the arguments of ``study``."""
         width = self.sample.half_width
         samples = self.sample.count if width is None else samples_needed(width)
-        found = {"axes": self.axis, "vary": self.vary, "fixed": self.fixed, "samples": samples}
-        return found | self.sample.stated("method", "seed") | self.stated("outputs", "most")
+        arguments = {"axes": self.axis, "vary": self.vary, "fixed": self.fixed, "samples": samples}
+        return arguments | self.sample.stated("method", "seed") | self.stated("outputs", "most")

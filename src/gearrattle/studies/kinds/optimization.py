@@ -56,5 +56,5 @@ class OptimizationSpec(StudySpec):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of ``optimize``."""
-        found = {"variables": self.variable, "objectives": self.objective, "constraints": self.constraint}
-        return found | self.stated("population", "generations", "seed", "outputs", "fixed")
+        arguments = {"variables": self.variable, "objectives": self.objective, "constraints": self.constraint}
+        return arguments | self.stated("population", "generations", "seed", "outputs", "fixed")
