@@ -48,8 +48,11 @@ _SAMPLED = {
     "region": ("clearance", "1"),
     "element_torque": ("element", "N m"),
 }
+_WHOLE = {"region": "i2", "slider": "i1"}
 _BESIDE = {"slider_stretch": ("stretch", "rad"), "slider_force": ("torque", "N m, or N for a mesh")}
 _BESIDE_LOG = {"time": "f8", "watch": "i2", "upward": "i1", "rate": "f8"}
+_Samples = dict[str, tuple[tuple[str, ...], Array, str]]
+"""By name: axes, values, SI unit."""
 
 
 class Run(Result):
@@ -85,34 +88,38 @@ class Run(Result):
         """
         import xarray as xr
 
+        variables, coordinates = self._labelled()
+        return xr.Dataset(variables, coordinates, self._attributes())
+
+    def _labelled(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Samples and labels by name, without importing xarray: what ``data`` holds and netCDF files keep."""
         t = self.trajectory
-        variables: dict[str, Any] = {
-            name: (("time", axis), getattr(t, name), {"units": unit}) for name, (axis, unit) in _SAMPLED.items()
-        }
-        coordinates = {
-            "time": ("time", t.time, {"units": "s"}),
-            "inertia": list(t.layout.inertia_names),
-            "clearance": list(t.layout.clearance_names),
-            "element": list(t.layout.element_names),
+        samples: _Samples = {name: (("time", axis), getattr(t, name), unit) for name, (axis, unit) in _SAMPLED.items()}
+        labels = {
+            "inertia": t.layout.inertia_names,
+            "clearance": t.layout.clearance_names,
+            "element": t.layout.element_names,
         }
         if t.companions is not None:
-            coordinates["companion"] = list(t.companions.names)
+            labels["companion"] = t.companions.names
             for name, (value, unit) in _BESIDE.items():
-                variables[name] = (("time", "companion"), getattr(t.companions, value), {"units": unit})
+                samples[name] = (("time", "companion"), getattr(t.companions, value), unit)
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
             states = np.stack([code[s] for code, s in zip(codes, t.companions.state.T, strict=True)], axis=1)
-            variables["slider"] = (("time", "companion"), states, {"units": "1", "flag_meanings": ", ".join(WORDS)})
+            samples["slider"] = (("time", "companion"), states, "1")
         if self.model.motions:
-            coordinates["motion"] = [motion.on for motion in self.model.motions]
-            variables["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), {"units": "N m"})
+            labels["motion"] = tuple(motion.on for motion in self.model.motions)
+            samples["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), "N m")
         if self.speed is not None:
-            variables["speed"] = (("time",), self.speed, {"units": "rad/s"})
-        variables = {name: (axes, _read_only(array), *more) for name, (axes, array, *more) in variables.items()}
-        data = xr.Dataset(variables, coordinates, self._attributes())
-        for variable in data.variables.values():
-            if "units" in variable.attrs:
-                variable.attrs["units"] = self._unit(variable.attrs["units"])
-        return data
+            samples["speed"] = (("time",), self.speed, "rad/s")
+        variables: dict[str, Any] = {
+            name: (axes, _read_only(values), {"units": self._unit(unit)})
+            for name, (axes, values, unit) in samples.items()
+        }
+        if "slider" in variables:
+            variables["slider"][2]["flag_meanings"] = ", ".join(WORDS)
+        coordinates = {axis: (axis, list(names)) for axis, names in labels.items()}
+        return variables, {"time": ("time", t.time, {"units": self._unit("s")}), **coordinates}
 
     def _unit(self, unit: str) -> str:
         """Return a unit of SI as this run has it."""
@@ -252,22 +259,18 @@ class Run(Result):
         import h5netcdf
 
         t, log = self.trajectory, self.trajectory.events
+        variables, coordinates = self._labelled()
         text = h5netcdf.core.h5py.string_dtype()
         with h5netcdf.File(path, "w") as file:
-            file.dimensions = {
-                "time": t.time.size,
-                "inertia": len(t.layout.inertia_names),
-                "clearance": len(t.layout.clearance_names),
-                "element": len(t.layout.element_names),
-            }
-            for axis in ("inertia", "clearance", "element"):
-                names = np.array(getattr(t.layout, f"{axis}_names"), dtype=object)
-                file.create_variable(axis, (axis,), text, data=names)
-            file.create_variable("time", ("time",), "f8", data=t.time).attrs["units"] = self._unit("s")
-            for name, (axis, unit) in _SAMPLED.items():
-                kind = "i2" if name == "region" else "f8"
-                variable = file.create_variable(name, ("time", axis), kind, data=getattr(t, name).astype(kind))
-                variable.attrs["units"] = self._unit(unit)
+            for axis, (_, labels, *attributes) in coordinates.items():
+                file.dimensions[axis] = len(labels)
+                if axis == "time":
+                    file.create_variable(axis, (axis,), "f8", data=labels).attrs.update(*attributes)
+                else:
+                    file.create_variable(axis, (axis,), text, data=np.array(labels, dtype=object))
+            for name, (axes, values, attributes) in variables.items():
+                kind = _WHOLE.get(name, "f8")
+                file.create_variable(name, axes, kind, data=values.astype(kind)).attrs.update(attributes)
             file.create_variable("initial_region", ("clearance",), "i2", data=t.initial_region.astype("i2"))
             file.create_variable("final_force_integral", ("clearance",), "f8", data=t.final_force_integral)
             for key, value in self._attributes().items():
@@ -281,9 +284,6 @@ class Run(Result):
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
             if t.companions is not None:
                 _write_companions(file, t.companions)
-            if self.speed is not None:
-                variable = file.create_variable("speed", ("time",), "f8", data=self.speed)
-                variable.attrs["units"] = self._unit("rad/s")
             _write_points(file, self.model.to_stored()[1])
 
     def _write_csv(self, path: Path) -> None:
@@ -342,12 +342,10 @@ def _read_points(file: Any) -> Points:
 
 
 def _write_companions(file: Any, companions: Companions) -> None:
-    """Write sliders and limiters as a group of their own."""
+    """Write states and log of sliders and limiters as a group; their forces and stretch are samples."""
     group = file.create_group("companions")
     count, names, memories = companions.time.size, len(companions.names), companions.stretched.shape[1]
     group.dimensions = {"sample": len(companions.state), "slider": names, "event": count, "memory": memories}
-    for name in ("torque", "stretch"):
-        group.create_variable(name, ("sample", "slider"), "f8", data=getattr(companions, name))
     group.create_variable("state", ("sample", "slider"), "i1", data=companions.state.astype("i1"))
     group.create_variable("initial", ("slider",), "i1", data=companions.initial.astype("i1"))
     for name, kind in _BESIDE_LOG.items():
@@ -355,13 +353,11 @@ def _write_companions(file: Any, companions: Companions) -> None:
     group.create_variable("stretched", ("event", "memory"), "f8", data=companions.stretched)
 
 
-def _read_companions(group: Any, names: tuple[str, ...]) -> Companions:
-    whole = ("state", "initial", "watch", "upward")
-    found = {
-        name: np.array(group[name][...], np.int64 if name in whole else float)
-        for name in ("torque", "stretch", "state", "initial", *_BESIDE_LOG, "stretched")
-    }
-    return Companions(names, **found)
+def _read_companions(file: Any, names: tuple[str, ...]) -> Companions:
+    group, whole = file.groups["companions"], ("state", "initial", "watch", "upward")
+    logged = ("state", "initial", *_BESIDE_LOG, "stretched")
+    values = {name: np.array(group[name][...], np.int64 if name in whole else float) for name in logged}
+    return Companions(names, **values, **{name: np.array(file[of][...]) for of, (name, _) in _BESIDE.items()})
 
 
 def _listed(energy: EnergyAudit) -> dict[str, list[float]]:
@@ -420,7 +416,6 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
         sampled: dict[str, Any] = {name: np.array(file[name][...]) for name in _SAMPLED}
         sampled["region"] = sampled["region"].astype(np.int64)
         layout = assemble(model).layout
-        beside = file.groups.get("companions")
         trajectory = Trajectory(
             layout=layout,
             time=np.array(file["time"][...]),
@@ -435,6 +430,6 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=int(file.attrs.get("first_cycle", 0)),
-            companions=None if beside is None else _read_companions(beside, layout.companion_names),
+            companions=_read_companions(file, layout.companion_names) if "companions" in file.groups else None,
         )
     return Run(trajectory, model)

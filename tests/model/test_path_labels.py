@@ -51,7 +51,7 @@ def test_labels_say_part_quantity_and_unit() -> None:
 
 def test_states_have_labels_as_paths_have() -> None:
     model = gr.load(EXAMPLES / "manual_transmission.toml")
-    assert path_label("initial deflection.second_mesh", model) == ("initial deflection of second_mesh", "m")
+    assert path_label("initial.deflection.second_mesh", model) == ("initial deflection of second_mesh", "m")
     assert path_label("rate.second_mesh", model) == ("rate of second_mesh", "m/s")
     assert path_label("rate.spline", model) == ("rate of spline", "rad/s")
     assert path_label("angle.hub", model) == ("angle of hub", "rad")

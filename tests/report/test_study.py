@@ -1,92 +1,17 @@
-"""The page of a study: it says what the Dataset holds, for grids and samples of every kind, and stands whole."""
+"""The page of a study: it says what the Dataset holds, for grids and samples of every kind."""
 
 from __future__ import annotations
 
-import re
-from html import unescape
-from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from gearrattle.report.plots.maps import number_maps, probability_map, regime_map
 from gearrattle.report.plots.scatter import probability_bars, tornado
 from gearrattle.report.plots.sweeps import output_sweep, probability_sweep
-from gearrattle.report.study import StudyReport
 from gearrattle.report.study_pages.grid import charts, summary_of
-
-CODES = {"flag_values": [0, 1, 2], "flag_meanings": "quiet single-sided double-sided"}
-SIZES = {"gap": 4, "load": 3, "drag": 2, "sample": 70}
-RNG = np.random.default_rng(4)
-
-
-def made(*dims: str, failed: bool = False) -> xr.Dataset:
-    """A study of two parts: the joint's regime grows with the place in the grid, the gear is quiet."""
-    shape = tuple(SIZES[dim] for dim in dims)
-    place = sum(np.meshgrid(*(np.arange(n) for n in shape), indexing="ij")) / max(1, sum(n - 1 for n in shape))
-    codes = np.stack([np.floor(2.999 * place), np.zeros(shape)], axis=-1).astype(np.int8)
-    numbers = np.stack([10.0 * place, 5.0 - place], axis=-1)
-    outcome = np.ones(shape, dtype=np.int8)
-    if failed:
-        codes[(0,) * len(shape)], numbers[(0,) * len(shape)], outcome[(0,) * len(shape)] = -1, np.nan, 4
-    coordinates: dict[str, Any] = {dim: np.geomspace(0.1, 10.0, SIZES[dim]) for dim in dims if dim != "sample"}
-    if "sample" in dims:
-        coordinates |= {"a.J": ("sample", np.arange(70.0)), "b.J": ("sample", RNG.random(70))}
-    return xr.Dataset(
-        {
-            "regime": ((*dims, "part"), codes, CODES),
-            "largest impulse": ((*dims, "part"), numbers, {"units": "N m s, N s"}),
-            "outcome": (dims, outcome),
-        },
-        {**coordinates, "part": ["joint", "gear <1>"]},
-    )
-
-
-EVERY = [("gap",), ("gap", "load"), ("gap", "load", "drag"), ("sample",), ("gap", "sample"), ("gap", "load", "sample")]
-
-
-class Balance(HTMLParser):
-    """Counts open elements."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:  # noqa: ARG002
-        if tag not in ("meta", "img", "br", "link"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-
-@pytest.mark.parametrize("dims", EVERY, ids="-".join)
-@pytest.mark.parametrize("failed", [False, True])
-def test_a_page_of_every_kind_of_study(dims: tuple[str, ...], failed: bool, tmp_path: Path) -> None:
-    data = made(*dims, failed=failed)
-    messages = {(0,) * len(dims): "the spring <broke>"} if failed else {}
-    StudyReport(data, messages, title="gaps & loads", cost="It took 3 s.").fill(tmp_path)
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    reader = Balance()
-    reader.feed(page)
-    assert reader.open == []
-    assert "<script" not in page
-    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
-    assert "gaps &amp; loads" in page
-    assert "It took 3\u00a0s." in page
-    assert ("the spring &lt;broke&gt;" in page) == failed
-    assert (f"Of {data['outcome'].size} cases 1 failed" in unescape(page)) == failed
-    figures = sorted(path.name for path in (tmp_path / "figures").glob("*.svg"))
-    assert figures == sorted(f"{chart.key}.svg" for chart in charts(data))
-    assert figures
-    for name in figures:
-        svg = (tmp_path / "figures" / name).read_bytes()
-        ElementTree.fromstring(svg)
-        assert b"nan" not in svg
+from tests.report.examples import study_over
 
 
 def area(panel: Any, name: str) -> float:
@@ -94,7 +19,7 @@ def area(panel: Any, name: str) -> float:
 
 
 def test_a_map_has_a_cell_for_every_case_of_its_colour() -> None:
-    data = made("gap", "load", failed=True)
+    data = study_over("gap", "load", failed=1)
     chart = regime_map(data)
     assert chart is not None
     assert [panel.title for panel in chart.panels] == ["joint", "gear <1>"]
@@ -114,7 +39,7 @@ def test_a_map_has_a_cell_for_every_case_of_its_colour() -> None:
 
 
 def test_more_than_two_axes_show_the_largest_over_the_others() -> None:
-    data = made("gap", "load", "drag")
+    data = study_over("gap", "load", "drag")
     chart = regime_map(data)
     assert chart is not None
     assert "largest over drag" in chart.caption
@@ -123,11 +48,11 @@ def test_more_than_two_axes_show_the_largest_over_the_others() -> None:
 
 
 def test_units_that_differ_are_not_drawn_on_one_scale() -> None:
-    grid = number_maps(made("gap", "load"), "largest impulse")
+    grid = number_maps(study_over("gap", "load"), "largest impulse")
     assert [[panel.title for panel in chart.panels] for chart in grid] == [["joint"], ["gear <1>"]]
     assert ["N m s" in chart.caption for chart in grid] == [True, False]
     assert len({chart.key for chart in grid}) == 2
-    sweep = output_sweep(made("gap"))
+    sweep = output_sweep(study_over("gap"))
     assert sweep is not None
     assert [(panel.title, panel.unit) for panel in sweep.panels] == [
         ("Largest impulse", "N m s"),
@@ -136,13 +61,13 @@ def test_units_that_differ_are_not_drawn_on_one_scale() -> None:
 
 
 def test_an_output_that_hardly_varies_is_no_map() -> None:
-    data = made("gap", "load")
+    data = study_over("gap", "load")
     data["largest impulse"].values[..., 1] = 5.0 + 0.004 * data["largest impulse"].values[..., 1]
     assert [chart.panels[0].title for chart in number_maps(data, "largest impulse")] == ["joint"]
 
 
 def test_figures_of_samples_show_what_was_computed() -> None:
-    data = made("sample")
+    data = study_over("sample")
     bars, winds = probability_bars(data), tornado(data)
     assert bars is not None
     assert winds is not None
@@ -160,25 +85,25 @@ def test_figures_of_samples_show_what_was_computed() -> None:
 
 
 def test_figures_are_drawn_for_the_studies_they_are_of() -> None:
-    assert probability_map(made("gap", "load")) is None
-    assert probability_map(made("gap", "load", "sample")) is not None
-    assert regime_map(made("gap", "sample")) is None
-    assert probability_sweep(made("gap", "sample")) is not None
-    assert probability_sweep(made("gap")) is None
-    assert tornado(made("gap", "sample")) is None
-    assert charts(made("gap").drop_vars(["regime", "largest impulse"])) == []
+    assert probability_map(study_over("gap", "load")) is None
+    assert probability_map(study_over("gap", "load", "sample")) is not None
+    assert regime_map(study_over("gap", "sample")) is None
+    assert probability_sweep(study_over("gap", "sample")) is not None
+    assert probability_sweep(study_over("gap")) is None
+    assert tornado(study_over("gap", "sample")) is None
+    assert charts(study_over("gap").drop_vars(["regime", "largest impulse"])) == []
 
 
 def test_the_summary_counts_and_names_what_decides() -> None:
-    data = made("gap", "load")
+    data = study_over("gap", "load")
     counts = [int(np.count_nonzero(data["regime"].sel(part="joint") == code)) for code in range(3)]
     assert f"joint is quiet in {counts[0]}, single-sided in {counts[1]} and double-sided in {counts[2]} of 12" in (
         summary_of(data)
     )
     assert "gear <1> is quiet in all 12 cases" in summary_of(data)
-    said = summary_of(made("sample"))
+    said = summary_of(study_over("sample"))
     assert "it follows a.J most (rank correlation 0.9" in said
     assert "gear <1> rattles in 0 % of samples (95 % interval 0 to 5 %)." in said
-    missing = made("gap")
+    missing = study_over("gap")
     missing["outcome"][:2] = 0
     assert "2 are not computed yet" in summary_of(missing)

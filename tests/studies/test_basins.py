@@ -50,7 +50,7 @@ def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
     over = {X: {"from": x - margin, "to": x + margin, "count": 9},
             V: {"from": v - margin * swift, "to": v + margin * swift, "count": 9}}  # fmt: skip
     found = gr.basins(model(), over, workers=1)
-    u, w = np.meshgrid(found[f"initial {X}"].values - x, found[f"initial {V}"].values - v, indexing="ij")
+    u, w = np.meshgrid(found[f"initial.{X}"].values - x, found[f"initial.{V}"].values - v, indexing="ij")
     held = np.hypot(u, (w + DRAG / 2 * u) / swift) < 0.999 * margin
     assert np.count_nonzero(held) > 40
     (number,) = np.unique(found["basin"].values[held])
@@ -69,7 +69,7 @@ def test_another_integrator_ends_in_the_same_motions(found: xr.Dataset) -> None:
     places = np.concatenate([places, np.argwhere(found["basin"].values == 4)[:3]])
     assert len(np.unique(found["basin"].values[tuple(places.T)])) == 4
     for i, j in places:
-        start = [float(found[f"initial {X}"][i]), float(found[f"initial {V}"][j])]
+        start = [float(found[f"initial.{X}"][i]), float(found[f"initial.{V}"][j])]
         end = solve_ivp(slope, (0.0, 40.0), start, method="DOP853", rtol=1e-9, atol=1e-10, max_step=0.02).y[:, -1]
         number = int(found["basin"][i, j])
         want = [orbit_of(found, number, name)[0] for name in (X, V)]
@@ -203,7 +203,7 @@ def test_wrong_arguments_are_refused(over: dict[str, Any], more: dict[str, Any],
 
 def test_values_may_have_units() -> None:
     found = gr.basins(two_bodies(), {"deflection.joint": ["-0.5 deg", "0.5 deg"], "rate.joint": ["60 rpm"]}, workers=1)
-    np.testing.assert_allclose(found["initial deflection.joint"], np.deg2rad([-0.5, 0.5]), rtol=1e-14)
-    np.testing.assert_allclose(found["initial rate.joint"], 2 * pi, rtol=1e-14)
+    np.testing.assert_allclose(found["initial.deflection.joint"], np.deg2rad([-0.5, 0.5]), rtol=1e-14)
+    np.testing.assert_allclose(found["initial.rate.joint"], 2 * pi, rtol=1e-14)
     with pytest.raises(ModelError, match="angle"):
         gr.basins(two_bodies(), {"deflection.joint": ["1 mm"]})

@@ -6,6 +6,7 @@ Takes a Model and its pilot; gives lines.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
@@ -37,16 +38,24 @@ def stiffness_line(model: Model, pilot: Pilot) -> Line:
     known = [each for each in visited.regions if each.eigenvalues.elastic.size]
     per_second = " 1/s" if model.units == "SI" else ""
     shown = [
-        f"region ({', '.join(str(label) for label in each.labels.values())}), {100.0 * each.share:.2g} % of the time: "
-        f"R_lambda {each.eigenvalues.r_lambda:.4g}, largest |lambda| {each.eigenvalues.fastest:.4g}{per_second}"
+        f"{_region(each.labels)}, {100.0 * each.share:.3g} % of the time: "
+        f"{_ratio(each.eigenvalues.r_lambda)}, largest |lambda| {each.eigenvalues.fastest:.4g}{per_second}"
         for each in visited.regions[:_SHOWN]
     ]
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     ratios = {name: slope for name, slope in slopes.items() if not math.isnan(slope)}
     linear = stiffness(model, contact_ratio=ratios)
-    shown.append(f"with the pilot's mean slopes: R_lambda {linear.r_lambda:.4g} ({linear.stiffness_class})")
+    shown.append(f"with the pilot's mean slopes: {_ratio(linear.r_lambda)} ({linear.stiffness_class})")
     if not known:
         return Line("stiffness", "No elastic motion in any region visited.", tuple(shown))
     worst = max(known, key=lambda each: each.eigenvalues.r_lambda).eigenvalues
     words = f"{worst.stiffness_class.capitalize()}: R_lambda up to {worst.r_lambda:.4g} in {visited.words}."
     return Line("stiffness", words, tuple(shown))
+
+
+def _region(labels: Mapping[str, int]) -> str:
+    return f"region ({', '.join(map(str, labels.values()))})" if labels else "linear"
+
+
+def _ratio(r_lambda: float) -> str:
+    return "no R_lambda" if math.isnan(r_lambda) else f"R_lambda {r_lambda:.4g}"

@@ -36,7 +36,8 @@ class Stiffness(Result):
     Attributes:
         model: the driveline.
         r_lambda: largest over smallest eigenvalue in magnitude, rigid motions left out; no scaling can change it.
-        stiffness_class: "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological".
+        stiffness_class: "mild" (below 1e3), "strong" (below 1e6), "extreme" (below 1e9) or "pathological"; "rigid"
+            where no motion is elastic, so that R_lambda is NaN.
         eigenvalues: those of all motion that is not rigid, by magnitude [1/s].
         rigid_eigenvalues: those of rigid motions: a zero and a drag rate each [1/s].
         condition: condition number of the Jacobian by formulation: "dimensional", then with the characteristic

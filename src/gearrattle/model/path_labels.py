@@ -2,7 +2,7 @@
 
 ``mesh.gear.backlash`` is "backlash of mesh gear" [m], ``torque.0.harmonics.1.amplitude`` "torque amplitude on flywheel,
 order 2" [N m]. Units come from the classes that read the file. Quantities of a state (``deflection.gear``,
-``velocity.hub``, with "initial " before them too) have labels as well: studies sweep them beside paths.
+``velocity.hub``, with "initial." before them too) have labels as well: studies sweep them beside paths.
 
 Takes a path and a Model; gives a PathLabel.
 """
@@ -20,7 +20,9 @@ from gearrattle.model.signal import OverTime
 from gearrattle.model.table import Table
 from gearrattle.model.units import ANGULAR_VELOCITY
 
-INITIAL = "initial "
+INITIAL = "initial."
+"""Before the name of a quantity: its value at the start, not that of the settled motion."""
+
 _STATE = {
     "deflection": (units.ANGLE, units.LENGTH),
     "rate": (units.ANGULAR_VELOCITY, None),
@@ -60,7 +62,7 @@ def path_label(path: str, model: Model) -> PathLabel:
     """Return what a path of the model file, or a quantity of a state, is called.
 
     Args:
-        path: such as ``"mesh.gear.backlash"`` or ``"initial deflection.gear"``; one of nothing known is its own label.
+        path: such as ``"mesh.gear.backlash"`` or ``"initial.deflection.gear"``; one of nothing known is its own label.
         model: whose path it is; names, orders and units are taken from it.
 
     Returns:
@@ -70,7 +72,7 @@ def path_label(path: str, model: Model) -> PathLabel:
         >>> path_label("mesh.gear.backlash", model)
         PathLabel(words='backlash of mesh gear', unit='m')
     """
-    before = INITIAL if path.startswith(INITIAL) else ""
+    before = "initial " if path.startswith(INITIAL) else ""
     kind, _, subject = path.removeprefix(INITIAL).partition(".")
     if kind in _STATE and subject:
         return PathLabel(f"{before}{kind} of {subject}", _state_unit(kind, subject, model))

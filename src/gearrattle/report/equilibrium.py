@@ -35,9 +35,11 @@ class EquilibriumPage(Presentation[Equilibrium]):
     def sentence(self) -> str:
         rest = self.result
         centre = [name for name, label in rest.region.items() if label == 0]
+        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
+        if not rest.region:
+            return f"Under the mean loads, transmission errors at zero, every element is linear{moves}."
         of = counted(len(rest.region), "element with corners", "elements with corners")
         where = f"{len(centre)} of {of} {'rests' if len(centre) == 1 else 'rest'} in the centre"
-        moves = "; the mean torques do not balance, so it accelerates" if np.any(rest.acceleration != 0.0) else ""
         return f"Under the mean loads, transmission errors at zero, {where}{moves}."
 
     def answer(self) -> tuple[Table, ...]:

@@ -14,6 +14,7 @@ from gearrattle.analysis.scaling import Nondimensional
 from gearrattle.analysis.stiffness import Stiffness, stiffness
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.plots.rows import Series, row_chart
 from gearrattle.report.presentation import ModelPresentation
 from gearrattle.report.records import texts
@@ -47,7 +48,7 @@ class ScalingPage(ModelPresentation[Nondimensional]):
         return f"One stands for {', '.join(f'{name} {value:.6g} {_UNITS[name]}' for name, value in scales)}."
 
     def answer(self) -> tuple[Table, ...]:
-        found, r_lambda = self.result, f"{self.stiff.r_lambda:.4g}"
+        found, r_lambda = self.result, numeral(self.stiff.r_lambda)
         scales = tuple((name, f"{value:.6g} {_UNITS[name]}") for name, value in asdict(found.scales).items())
         coefficients = tuple((name, f"{value:.6g}") for name, value in found.coefficients.items())
         conditions = tuple((name, f"{value:.4g}", r_lambda) for name, value in self.stiff.condition.items())

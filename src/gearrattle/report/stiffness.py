@@ -16,6 +16,7 @@ from gearrattle.analysis.stiffness import RegionStiffness, Stiffness
 from gearrattle.report.numbers import Arrays
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.eigenvalues import eigenvalue_chart, ratio_chart
+from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.records import record_columns, stacked, texts
 from gearrattle.report.tables import Table
@@ -68,6 +69,8 @@ class StiffnessPage(Presentation[Stiffness]):
 
     @property
     def sentence(self) -> str:
+        if math.isnan(self.result.r_lambda):
+            return "Every motion is rigid: there is no R_lambda."
         return f"R_lambda {self.result.r_lambda:.6g} ({self.result.stiffness_class}), rigid motions left out."
 
     @property
@@ -147,7 +150,7 @@ class StiffnessPage(Presentation[Stiffness]):
         if self.over is None:
             return Table((), ())
         values = self.over.r_lambda.values()
-        rows = tuple((f"{ratio:g}", *(f"{v[j]:.5g}" for v in values)) for j, ratio in enumerate(self.over.ratios))
+        rows = tuple((f"{ratio:g}", *(numeral(v[j], 5) for v in values)) for j, ratio in enumerate(self.over.ratios))
         return Table(("R_lambda over contact ratio", *self.over.r_lambda), rows)
 
     def _regions(self) -> Table:
@@ -157,7 +160,7 @@ class StiffnessPage(Presentation[Stiffness]):
         rows = []
         for region in self.regions:
             values = region.eigenvalues
-            numbers = (f"{values.r_lambda:.5g}", values.stiffness_class, f"{values.fastest:.5g}")
+            numbers = (numeral(values.r_lambda, 5), values.stiffness_class, f"{values.fastest:.5g}")
             share = (f"{100.0 * region.share:.4g}",) if has_share else ()
             rows.append((*map(str, region.labels.values()), *numbers, *share))
         largest = "largest [1/s]" if self.si else "largest"

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gearrattle.assembly import refuse_unsteady
 from gearrattle.errors import ModelError, Problem, not_whole
 from gearrattle.model import Model, check_model
+from gearrattle.model.path_labels import INITIAL
 from gearrattle.model.table import shown
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 
 SAME, TOLERANCE, MOST_PERIOD = 1e-3, 1e-6, 16
 DEFAULT = ("verdict", "regime")
-INITIAL = "initial "
-"""Before the name of a quantity: its value at the start, not that of the settled motion."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,7 @@ def basins(
         output, resume, retry_failed, workers, scheduler, progress: as in ``study``.
 
     Returns:
-        A Dataset over the initial values, "initial deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
+        A Dataset over the initial values, "initial.deflection.ELEMENT" and so on (or "sample"): ``basin``, the number
         of the attractor each leads to, from 1; 0 chaotic, -1 undecided, -2 no result; along "attractor" its ``share``
         of the states with Wilson's interval ``low``, ``high`` (of drawn states), its period and verdict. Attributes
         ``within`` and ``between``: how far orbits of one attractor, and attractors, are apart; ``quiet_share``: how

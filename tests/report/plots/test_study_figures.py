@@ -91,7 +91,7 @@ def test_axes_say_words_and_a_unit_that_suits_the_values(studies: dict[str, xr.D
     assert title_of(speeds, SPEED) == "speed [rpm]"
     assert positions(speeds, SPEED)[0] == pytest.approx(np.linspace(600.0, 2400.0, 10))
     assert measure_of(studies["scatter"], INERTIA).title == "moment of inertia of output_gear [kg m²]"
-    assert measure_of(studies["basins"], "initial rate.flanks").title == "initial rate of flanks"
+    assert measure_of(studies["basins"], "initial.rate.flanks").title == "initial rate of flanks"
 
 
 def test_maps_that_can_disagree_say_which_to_believe(studies: dict[str, xr.Dataset]) -> None:

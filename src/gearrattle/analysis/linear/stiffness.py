@@ -15,6 +15,7 @@ Takes a system with one slope and one damping an element; gives Eigenvalues.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -26,7 +27,7 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-StiffnessClass = Literal["mild", "strong", "extreme", "pathological"]
+StiffnessClass = Literal["mild", "strong", "extreme", "pathological", "rigid"]
 
 BOUNDS: tuple[tuple[float, StiffnessClass], ...] = ((1e3, "mild"), (1e6, "strong"), (1e9, "extreme"))
 """Padmanabhan et al. 1995, sec. 6, gaps closed: each class lies below its bound; the last has none."""
@@ -62,7 +63,9 @@ class Eigenvalues:
 
 
 def stiffness_class(r_lambda: float) -> StiffnessClass:
-    """Return the class of a ratio of eigenvalues."""
+    """Return the class of a ratio of eigenvalues; "rigid" of NaN, where nothing is elastic."""
+    if math.isnan(r_lambda):
+        return "rigid"
     return next((name for bound, name in BOUNDS if r_lambda < bound), "pathological")
 
 

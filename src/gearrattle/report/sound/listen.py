@@ -184,7 +184,8 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
             raise ModelError(Problem(f"{name}: elements", each, rule, did_you_mean(each, known)))
     if not chosen:
         rule = "no gear mesh has backlash: nothing of this run can be heard"
-        raise ModelError(Problem(f"{name}: elements", "", rule, f"name elements among {listed(known)}"))
+        remedy = f"name elements among {listed(known)}" if known else "give an element backlash or a clearance"
+        raise ModelError(Problem(f"{name}: elements", "", rule, remedy))
     return chosen
 
 
