@@ -103,7 +103,7 @@ def test_basins_from_their_file(folder: Path, capsys: pytest.CaptureFixture[str]
     drawn = BASINS.replace(", count = 6", "") + '[sample]\ncount = 20\nmethod = "random"\nseed = 3\n'
     (folder / "drawn.toml").write_text(drawn, encoding="utf-8")
     assert main(["study", "drawn.toml", "--workers", "1"]) == 0
-    assert "95 % interval" in Path("drawn-study/report.html").read_text(encoding="utf-8")
+    assert "95\u00a0% interval" in Path("drawn-study/report.html").read_text(encoding="utf-8")
     for old, new, match in (
         ("[over]", "[ower]", 'did you mean "over"'),
         (", count = 6", "", "needs count"),

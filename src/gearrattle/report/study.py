@@ -18,7 +18,6 @@ import numpy as np
 from gearrattle.report.page import Section, figure_sections, notes_section
 from gearrattle.report.plots.axis_names import measure_of
 from gearrattle.report.plots.chart import Chart
-from gearrattle.report.plots.numerals import unbroken
 from gearrattle.report.presentation import Presentation
 from gearrattle.report.saved import SUMMARY, summary, write_json
 from gearrattle.report.study_pages import page_of
@@ -92,8 +91,8 @@ class StudyReport(Presentation["xr.Dataset"]):
 
     def sections(self) -> tuple[Section, ...]:
         data = self.result
-        setting = unbroken(f"{self.study.setting(data)} {self.cost}".strip())
-        first = Section("summary", "Summary", unbroken(self.sentence), (setting,), tables=(self.study.counts(data),))
+        setting = f"{self.study.setting(data)} {self.cost}".strip()
+        first = Section("summary", "Summary", self.sentence, (setting,), tables=(self.study.counts(data),))
         figures = figure_sections(self.study.charts(data))
         return first, *figures, *self.study.sections(data, self.messages), *notes_section(self.remarks)
 

@@ -1,11 +1,10 @@
-"""The templates of all pages, and what they do with text: numbers such as 1e-14 are not broken at their hyphen.
+"""The templates of all pages, and what they do with text: numbers such as 1e-14 or 5 Hz are not broken.
 
 Gives a jinja environment.
 """
 
 from __future__ import annotations
 
-import re
 from base64 import b64encode
 from functools import cache
 from pathlib import Path
@@ -14,11 +13,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gearrattle.report.live_figures import plotly_data
+from gearrattle.report.plots.numerals import unbroken
 from gearrattle.wording import counted
 
 _HERE = Path(__file__).parent
-_EXPONENT = re.compile(r"(?<=\de-)(?=\d)")
-_JOINER = "\u2060"
 
 
 @cache
@@ -30,7 +28,7 @@ def templates() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        finalize=unbroken,
+        finalize=_finalized,
     )
     environment.globals["counted"] = counted
     environment.filters["plotly_data"] = plotly_data
@@ -38,8 +36,6 @@ def templates() -> Environment:
     return environment
 
 
-def unbroken(value: object) -> object:
-    """Return text whose powers of ten stay on one line: a word joiner stands after their hyphen."""
-    if isinstance(value, str) and not isinstance(value, Markup):
-        return _EXPONENT.sub(_JOINER, value)
-    return value
+def _finalized(value: object) -> object:
+    """Return what a template shows of a value: text whose lines are not broken within a number or before its unit."""
+    return unbroken(value) if isinstance(value, str) and not isinstance(value, Markup) else value

@@ -12,6 +12,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 UNBROKEN = "\u00a0"
 """A blank at which no line is broken."""
 _BEFORE_UNIT = re.compile(r"(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=[%×±]|[kMmµn]?(?:N|m|s|g|rad|rpm|Hz|dB|T)\b)|(?<=[×±]) (?=\d)")
+_EXPONENT, _JOINER = re.compile(r"(?<=\de-)(?=\d)"), "\u2060"  # no line ends at the hyphen of 1e-14
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -72,7 +73,7 @@ def grouped(number: int) -> str:
 
 def unbroken(text: str) -> str:
     """Return text whose lines are not broken between a number and its unit, nor within a power of ten."""
-    return _BEFORE_UNIT.sub(UNBROKEN, text)
+    return _EXPONENT.sub(_JOINER, _BEFORE_UNIT.sub(UNBROKEN, text))
 
 
 def quantity(value: float | None, unit: str = "", digits: int = 4) -> str:

@@ -133,9 +133,7 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
             words=("The motions that the initial states lead to, seen once a period.",),
             tables=(attractor_table(data),),
         ),
-        Section(
-            "failures", "Cases that failed", words=("The others went on.",), tables=(failure_table(data, messages),)
-        ),
+        Section("failures", "Cases that failed", tables=(failure_table(data, messages),)),
     ]
     return [section for section in found if any(table.rows for table in section.tables)]
 

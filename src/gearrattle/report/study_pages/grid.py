@@ -182,9 +182,7 @@ def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[
         Section(
             "boundary", "Boundary", words=("Where the regime changes over the grid.",), tables=(boundary_table(data),)
         ),
-        Section(
-            "failures", "Cases that failed", words=("The others went on.",), tables=(failure_table(data, messages),)
-        ),
+        Section("failures", "Cases that failed", tables=(failure_table(data, messages),)),
     ]
     return [section for section in found if any(table.rows for table in section.tables)]
 
