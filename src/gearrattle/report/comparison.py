@@ -79,7 +79,9 @@ class ComparisonPage(Presentation[Comparison]):
 
     def content(self) -> dict[str, Any]:
         precision = None if self.precision is None else self.precision.to_dict()
-        return {**self.result.to_dict(), "work_precision": precision}
+        content = {**self.result.to_dict(), "work_precision": precision}
+        del content["recommendation"]  # it is the sentence
+        return content
 
     def numbers(self) -> xr.Dataset:
         import xarray as xr

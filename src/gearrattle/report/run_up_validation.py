@@ -49,7 +49,9 @@ class RunUpPage(Presentation[RunUp]):
         return (tracks_table(self.result),)
 
     def content(self) -> dict[str, Any]:
-        return self.result.to_dict()
+        content = self.result.to_dict()
+        del content["verdict"]  # it is the sentence
+        return content
 
     def numbers(self) -> xr.Dataset:
         found = self.result

@@ -68,7 +68,9 @@ class ValidationPage(Presentation[Validation]):
         return levels_table(self.result), rms_effects_table(self.result)
 
     def content(self) -> dict[str, Any]:
-        return self.result.to_dict()
+        content = self.result.to_dict()
+        del content["verdict"]  # it is the sentence
+        return content
 
     def numbers(self) -> xr.Dataset:
         import xarray as xr
