@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import mpmath
 import numpy as np
 import pytest
 
+import gearrattle as gr
+from gearrattle.assembly import assemble
 from gearrattle.engine.kernels import bench
+from gearrattle.engine.system import building
 from gearrattle.engine.system.building import Bench
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -18,6 +22,7 @@ from tests.dense.families import seeded
 from tests.engine.solvers.tasks import oscillator
 from tests.engine.system.drivelines import clearance, inputs, linear, random_chain, random_pieces
 from tests.engine.system.numpy_regions import built_with_numpy
+from tests.oracles.dressed import dressed_problem
 
 FAMILIES = ("chain", "loop", "error", "everything")
 
@@ -148,3 +153,42 @@ def test_a_region_that_is_not_finite_is_refused() -> None:
     broken = replace(system, inertia=np.array([1e-320]))
     with pytest.raises(FloatingPointError, match="not finite"):
         build_region(flow_of(broken), (0,))
+
+
+def holds_schur_form(system: PiecewiseSystem, room: Bench, pieces: tuple[int, ...]) -> None:
+    """A = basis schur basis^H, schur a triangle."""
+    room.work_out(pieces)
+    n = room.states
+    schur, basis = (room.waves[page, :n, :n].T for page in (bench.SCHUR, bench.BASIS))
+    matrix = flow_of(system).generator(pieces)[:n, :n]
+    assert np.abs(np.tril(schur, -1)).max() == 0.0
+    assert apart(basis @ schur @ basis.conj().T, matrix.astype(complex)) <= 1e-13
+
+
+def test_a_matrix_for_which_lapack_s_iteration_does_not_end() -> None:
+    """zgees gives up on this region of 13 states; in another order of them it does not (4 regions of 192 000)."""
+    system = assemble(gr.loads(dressed_problem("everything", 32).model.toml())).system
+    holds_schur_form(system, Bench(flow_of(system)), (1, 3, 2, 1, 0, 1, 2, 0, 3, 0, 0, 0, 0))
+
+
+@pytest.mark.parametrize("refusals", [1, 3])
+def test_a_schur_form_of_other_orders_of_the_states(refusals: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A = basis schur basis^H in whatever order of the states it is found; where there is none, that is said."""
+    system = random_chain(5)
+    room = Bench(flow_of(system))
+    pieces, count = random_pieces(system, 5), 0
+    stages = building.stages()
+
+    def refusing(*arguments: object) -> None:
+        nonlocal count
+        count += 1
+        stages.schur(*arguments)
+        if count <= refusals:
+            room.integers[4] = 7
+
+    monkeypatch.setattr(building, "stages", lambda: SimpleNamespace(**{**vars(stages), "schur": refusing}))
+    holds_schur_form(system, room, pieces)
+    assert count == refusals + 1
+    refusals, count = room.states, 0
+    with pytest.raises(FloatingPointError, match="its eigenvalues are not found"):
+        room.work_out(pieces)
