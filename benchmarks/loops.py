@@ -51,12 +51,12 @@ HEAD = """# Fitting loops: `fit_loop` against `scipy.optimize.least_squares`
 
 Written by `make loops`; do not edit. {machine}.
 
-The same law, fitted by `gr.fit_loop` and by SciPy's trust-region least squares in breaks, reaches and coefficients
-together. Half of the starts of `least_squares` have their breaks where the smoothed loop is most curved, the others
-at points of a Latin hypercube. It is told the numbers of stages and whether the first ones differ; `fit_loop` finds
-them. The loops are those of {{doc}}`../theory/identification`: three cycles, white noise of 2 % of full scale. Cells
-give median and worst over all loops; errors are in per cent of the true value, sums of squares in variances of a
-residual.
+The same law, fitted by `gr.identification.fit_loop` and by SciPy's trust-region least squares in breaks, reaches and
+coefficients together. Half of the starts of `least_squares` have their breaks where the smoothed loop is most curved,
+the others at points of a Latin hypercube. It is told the numbers of stages and whether the first ones differ;
+`fit_loop` finds them. The loops are those of {{doc}}`../theory/identification`: three cycles, white noise of 2 % of
+full scale. Cells give median and worst over all loops; errors are in per cent of the true value, sums of squares in
+variances of a residual.
 
 The torque jumps at a break on the way back, where friction is let go, so the sum of squares jumps whenever a break
 passes a sample. Steps along derivatives do not see these jumps and stop beside them, and the curvature gives intervals
@@ -201,7 +201,7 @@ def by_least_squares(loop: Loop, stages: tuple[int, int], parted: bool, starts: 
 def by_fit_loop(data: tuple[Array, Array]) -> Fitted:
     """Fit by the package."""
     begun = time.process_time()
-    fit = gr.fit_loop(data)
+    fit = gr.identification.fit_loop(data)
     ends = {name: ends for name, ends in fit.intervals.items() if name.endswith("until")}
     return Fitted(dict(fit.values), ends, float(fit.residuals @ fit.residuals), time.process_time() - begun)
 

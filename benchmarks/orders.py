@@ -24,11 +24,11 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "orders.md"
 SAMPLES, RATE = 10_000_000, 51_200.0
 FIRST, LAST = 13.0, 50.0
 CALLS: dict[str, tuple[str, str, tuple[object, ...], dict[str, float]]] = {
-    "order map": ("`gr.order_map`, 100 orders, blocks of 8 turns", "order_map", (), {"highest": 100.0}),
-    "order cuts": ("`gr.order_cuts`, 4 orders fitted, blocks of 8 turns", "order_cuts", ([2, 4, 6, 20],), {}),
-    "waterfall": ("`gr.waterfall`, segments of 5 s, half overlapping", "waterfall", (), {}),
-    "psd": ("`gr.psd`, bins of 2 Hz", "psd", (), {"resolution": 2.0}),
-    "coherence": ("`gr.coherence`, bins of 2 Hz", "coherence", ("b",), {"resolution": 2.0}),
+    "order map": ("`gr.spectral.order_map`, 100 orders, blocks of 8 turns", "order_map", (), {"highest": 100.0}),
+    "order cuts": ("`gr.spectral.order_cuts`, 4 orders fitted, blocks of 8 turns", "order_cuts", ([2, 4, 6, 20],), {}),
+    "waterfall": ("`gr.spectral.waterfall`, segments of 5 s, half overlapping", "waterfall", (), {}),
+    "psd": ("`gr.spectral.psd`, bins of 2 Hz", "psd", (), {"resolution": 2.0}),
+    "coherence": ("`gr.spectral.coherence`, bins of 2 Hz", "coherence", ("b",), {"resolution": 2.0}),
 }
 
 
@@ -48,7 +48,7 @@ def record(samples: int) -> gr.Recording:
 
 def measure(call: str) -> None:
     """Print seconds and gigabytes of one call, and the error of an order it finds."""
-    gr.order_map(record(200_000), "a")  # compiles
+    gr.spectral.order_map(record(200_000), "a")  # compiles
     given = record(SAMPLES)
     if call == "coherence":
         other = gr.Channel("b", "torque", "hub", "N m", given["a"].values + given["n"].values)

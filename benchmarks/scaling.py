@@ -23,9 +23,11 @@ import gearrattle as gr
 from benchmarks.scaling_page import Costs, Growth, Measured, Taken, page
 from benchmarks.scaling_work import folder_of, noted
 from benchmarks.variants import PAIR, axis_of, model_of
-from gearrattle.studies import Prepared, carry_out, opened, prepare
 from gearrattle.studies.plan import Plan
+from gearrattle.studies.prepared import Prepared, carry_out
+from gearrattle.studies.schedulers import opened
 from gearrattle.studies.store import Store
+from gearrattle.studies.study import prepare
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "scaling.md"

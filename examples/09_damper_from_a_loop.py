@@ -10,7 +10,7 @@ import numpy as np
 import gearrattle as gr
 
 here = Path(__file__).resolve().parent
-fit = gr.fit_loop(here / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub"))
+fit = gr.identification.fit_loop(here / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub"))
 print(fit.report)
 
 model = gr.load(here / "clutch_friction.toml")

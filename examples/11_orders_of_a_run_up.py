@@ -11,7 +11,7 @@ import gearrattle as gr
 model = gr.example("run_up")
 run = gr.simulate(model)
 
-cuts = gr.order_cuts(run, "acceleration.flywheel", [2, 4, 6], turns=4, over="speed")
+cuts = gr.spectral.order_cuts(run, "acceleration.flywheel", [2, 4, 6], turns=4, over="speed")
 rpm = cuts.speed * 30.0 / np.pi
 torque = 0.15 * cuts.amplitude.sel(order=2)
 given = np.interp(rpm, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0])
@@ -29,10 +29,10 @@ record = gr.Recording(
     ),
     "rig",
 )
-found = gr.order_map(record, "acceleration.flywheel", turns=4, over="speed")
+found = gr.spectral.order_map(record, "acceleration.flywheel", turns=4, over="speed")
 same = found.amplitude.sel(order=[2.0, 4.0]).interp(speed=cuts.speed.values[1:-1])
 assert float(abs(same.values / cuts.amplitude.sel(order=[2.0, 4.0]).values[1:-1] - 1.0).max()) < 0.02
 
-spectra = gr.waterfall(run, "acceleration.fifth_gear", speed_step="100 rpm")
+spectra = gr.spectral.waterfall(run, "acceleration.fifth_gear", speed_step="100 rpm")
 print(f"waterfall of a rattling gear: {dict(spectra.sizes)}, bins of {spectra.attrs['resolution']:.3g} Hz")
 print(spectra.attrs["notes"])

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
+from tests.architecture.public import FUNCTIONS
 from tests.measured.readers.rig import rig
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -27,12 +28,14 @@ CALLS: dict[str, Callable[..., Any]] = {
     "basins": lambda **given: gr.basins(MODEL, START, **given),
     "bifurcation": lambda **given: gr.bifurcation(MODEL, "mesh.gear.backlash", [1e-4, 2e-4], **given),
     "compare": lambda **given: gr.compare(MODEL, **given),
-    "fit": lambda **given: gr.fit(MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **given),
-    "fit_loop": lambda **given: gr.fit_loop(LOOP, **given),
+    "identification.fit": lambda **given: gr.identification.fit(
+        MODEL, {"mode": [{"omega": 300.0}]}, ["coupling.clutch.stiffness"], **given
+    ),
+    "identification.fit_loop": lambda **given: gr.identification.fit_loop(LOOP, **given),
     "gas_torque": lambda **given: gr.gas_torque(**{"cylinders": 4, **CYLINDER, **given}),
     "listen": lambda **given: gr.listen(_run(), **given),
     "optimize": lambda **given: gr.optimize(MODEL, BACKLASH, {"hub: TR rms": "min"}, **given),
-    "order_map": lambda **given: gr.order_map(_run(), "velocity.hub", **given),
+    "spectral.order_map": lambda **given: gr.spectral.order_map(_run(), "velocity.hub", **given),
     "run": lambda **given: gr.run(MODEL, **given),
     "screen": lambda **given: gr.screen(MODEL, [100.0, 120.0], simulate=True, **given),
     "simulate": lambda **given: gr.simulate(MODEL, **given),
@@ -48,10 +51,9 @@ def _run() -> gr.Run:
 
 def counting() -> list[tuple[str, str]]:
     """Every argument of a public function that is a whole number."""
-    functions = {name: getattr(gr, name) for name in gr.__all__ if inspect.isfunction(getattr(gr, name))}
     return [
         (name, argument.name)
-        for name, function in sorted(functions.items())
+        for name, function in sorted(FUNCTIONS.items())
         for argument in inspect.signature(function).parameters.values()
         if re.fullmatch(r"int( \|.*)?", str(argument.annotation))
     ]

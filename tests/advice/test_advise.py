@@ -24,18 +24,18 @@ TOPICS = [
 
 
 @pytest.fixture(scope="module")
-def rattling() -> gr.Advice:
+def rattling() -> gr.typing.Advice:
     return advise(case("case3"), cycles=80, discard=40)
 
 
-def test_every_topic_has_a_line_with_evidence(rattling: gr.Advice) -> None:
+def test_every_topic_has_a_line_with_evidence(rattling: gr.typing.Advice) -> None:
     assert [line.topic for line in rattling.lines] == TOPICS
     assert all(line.words.endswith(".") and line.evidence for line in rattling.lines)
     assert all(line.words in rattling.report for line in rattling.lines)
     assert json.loads(json.dumps(rattling.to_dict(), allow_nan=False))["lines"][0]["topic"] == "lumping"
 
 
-def test_lines_tell_what_the_calls_behind_them_found(rattling: gr.Advice) -> None:
+def test_lines_tell_what_the_calls_behind_them_found(rattling: gr.typing.Advice) -> None:
     model = case("case3")
     assert "gear double-sided" in rattling.line("clearances").words
     condition = gr.stiffness(model).condition
@@ -47,7 +47,7 @@ def test_lines_tell_what_the_calls_behind_them_found(rattling: gr.Advice) -> Non
     assert f"gear {slopes['gear']:.3g}" in rattling.line("contact ratios").words
 
 
-def test_forecasts_are_settled_by_a_run(rattling: gr.Advice) -> None:
+def test_forecasts_are_settled_by_a_run(rattling: gr.typing.Advice) -> None:
     run = gr.simulate(case("case3"), cycles=80, discard=40)
     scores = rattling.scores(run)
     assert len(scores) == len(rattling.forecasts)

@@ -256,6 +256,6 @@ def test_friction_is_no_parameter_of_a_fit(model: gr.Model, tmp_path: Path) -> N
         f'[[mode]]\nnumber = 2\nfrequency = "{frequency} Hz"\nstandard_error = "0.2 Hz"\n'
     )
     with pytest.raises(gr.ModelError, match="friction enters neither modes nor linear responses"):
-        gr.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.1.hysteresis"])
-    found = gr.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.2.stiffness"])
+        gr.identification.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.1.hysteresis"])
+    found = gr.identification.fit(model, tmp_path / "data.toml", ["coupling.damper.stages.2.stiffness"])
     assert any(LEFT_OUT in note for note in found.notes)

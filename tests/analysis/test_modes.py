@@ -33,7 +33,7 @@ def train(seed: int) -> gr.Model:
     return gr.loads(Driveline("train", bodies, tuple(shafts), tuple(meshes), torques=(drive,), speed="100").toml())
 
 
-def rigid_modes(found: gr.Modes) -> int:
+def rigid_modes(found: gr.typing.Modes) -> int:
     return int(np.sum(found.frequencies == 0.0))
 
 

@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import gearrattle as gr
 from tests.architecture.places import ROOT, SOURCE
+from tests.architecture.public import PUBLIC
 
 
 def _mypy(program: str, folder: Path) -> str:
@@ -22,7 +22,7 @@ def _mypy(program: str, folder: Path) -> str:
 
 
 def test_public_names_have_their_types_outside_the_source_tree(tmp_path: Path) -> None:
-    names = [name for name in gr.__all__ if not name.startswith("_")]
+    names = list(PUBLIC)
     program = ["import gearrattle as gr", *(f"reveal_type(gr.{name})" for name in names)]
     lines = _mypy("\n".join(program), tmp_path).splitlines()
     types = dict(zip(names, (line.partition('Revealed type is "')[2] for line in lines), strict=True))

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import pytest
 
-import gearrattle as gr
 from tests.architecture.places import SOURCE, source_files
-
-PUBLIC = sorted(name for name in gr.__all__ if not name.startswith("_"))
+from tests.architecture.public import PUBLIC
 
 
 def _has_line(parameter: str, words: str) -> bool:
@@ -28,16 +26,16 @@ def test_module_opens_with_a_docstring(path: Path) -> None:
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_public_name_is_explained(name: str) -> None:
-    thing = getattr(gr, name)
+    thing = PUBLIC[name]
     words = inspect.getdoc(thing) or ""
     assert len(words.split()) >= 5
     if inspect.isfunction(thing):
         assert [p for p in inspect.signature(thing).parameters if not _has_line(p, words)] == []
 
 
-@pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isclass(getattr(gr, name))])
+@pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isclass(PUBLIC[name])])
 def test_public_members_are_explained(name: str) -> None:
-    thing = getattr(gr, name)
+    thing = PUBLIC[name]
     own = {key: member for key, member in vars(thing).items() if not key.startswith("_")}
     verbs = {
         k: m for k, m in own.items() if inspect.isfunction(m) or isinstance(m, property | cached_property | classmethod)

@@ -47,7 +47,7 @@ def test_the_report_and_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     fitted = gr.load("fitted.toml")
     assert gr.modes(fitted).frequencies[1:3] == pytest.approx([46.2 * 6.283185307179586, 3012], rel=1e-9)
     free = list(FREE[1::2])
-    assert fitted == gr.fit(gr.load("start.toml"), "data.toml", free, starts=4).model
+    assert fitted == gr.identification.fit(gr.load("start.toml"), "data.toml", free, starts=4).model
 
 
 def test_json_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,7 +58,7 @@ def test_a_study_from_its_file(study: Path, capsys: pytest.CaptureFixture[str]) 
     assert told["outcomes"]["done"] == 6
     assert sum(told["counts"]["joint"].values()) == 6
     assert told["units"] == {"coupling.joint.clearance": "rad", "torque.0.mean": "N m"}
-    assert len(told["boundary"]) == gr.regime_boundary(gr.open_study("gaps-study")).sizes.get("crossing", 0)
+    assert len(told["boundary"]) == gr.studies.regime_boundary(gr.open_study("gaps-study")).sizes.get("crossing", 0)
 
 
 def test_the_page_is_written_whole_or_not_at_all(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:

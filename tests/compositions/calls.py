@@ -115,7 +115,9 @@ CALLS: Mapping[str, Call] = {
     "nondimensionalize": lambda kit: gr.nondimensionalize(kit.model),
     "nondimensionalize: restore": lambda kit: _restored(gr.nondimensionalize(kit.model)),
     "torque_angle": lambda kit: gr.torque_angle(kit.model, "joint", -0.05, 0.05),
-    "fit": lambda kit: gr.fit(kit.model, modes_data(kit.model), ["inertia.engine.J"], starts=1),
+    "identification.fit": lambda kit: gr.identification.fit(
+        kit.model, modes_data(kit.model), ["inertia.engine.J"], starts=1
+    ),
     "advise": lambda kit: gr.advise(kit.model),
     "run": lambda kit: gr.run(kit.model),
     "save": lambda kit: gr.save(gr.modes(kit.model), kit.folder / "modes"),
@@ -137,13 +139,13 @@ CALLS: Mapping[str, Call] = {
     "drive: motion": lambda kit: gr.simulate(gr.drive(kit.model, kit.recording, "v", "engine"), cycles=2),
     "validate": lambda kit: gr.validate(kit.run, kit.recording),
     "validate_run_up": lambda kit: gr.validate_run_up(kit.run, kit.recording, [1.0], turns=1),
-    "psd": lambda kit: gr.psd(kit.run, "acceleration.engine"),
-    "cross_psd": lambda kit: gr.cross_psd(kit.run, "acceleration.engine", "velocity.engine"),
-    "coherence": lambda kit: gr.coherence(kit.run, "acceleration.engine", "velocity.engine"),
+    "spectral.psd": lambda kit: gr.spectral.psd(kit.run, "acceleration.engine"),
+    "spectral.cross_psd": lambda kit: gr.spectral.cross_psd(kit.run, "acceleration.engine", "velocity.engine"),
+    "spectral.coherence": lambda kit: gr.spectral.coherence(kit.run, "acceleration.engine", "velocity.engine"),
     "spectra": lambda kit: gr.spectra(kit.run, "acceleration.engine", "velocity.engine"),
-    "order_map": lambda kit: gr.order_map(kit.run, "acceleration.engine", turns=1),
-    "order_cuts": lambda kit: gr.order_cuts(kit.run, "acceleration.engine", [1.0], turns=1),
-    "waterfall": lambda kit: gr.waterfall(kit.run, "acceleration.engine"),
+    "spectral.order_map": lambda kit: gr.spectral.order_map(kit.run, "acceleration.engine", turns=1),
+    "spectral.order_cuts": lambda kit: gr.spectral.order_cuts(kit.run, "acceleration.engine", [1.0], turns=1),
+    "spectral.waterfall": lambda kit: gr.spectral.waterfall(kit.run, "acceleration.engine"),
     "listen": lambda kit: gr.listen(kit.run),
     "figures: run": lambda kit: list(gr.figures(kit.run)),
     "figures: study": lambda kit: list(gr.figures(kit.study)),
@@ -153,9 +155,9 @@ CALLS: Mapping[str, Call] = {
     "study: Sobol'": lambda kit: kit.samples,
     "study: function": lambda kit: gr.study(kit.model, kit.axis(2), (), function=_loudness, workers=1),
     "open_study": lambda kit: (kit.study, gr.open_study(kit.folder / "study"))[1],
-    "regime_boundary": lambda kit: gr.regime_boundary(kit.study),
-    "rattle_probability": lambda kit: gr.rattle_probability(kit.samples),
-    "sensitivities": lambda kit: gr.sensitivities(_saltelli(kit), "crossings per cycle"),
+    "studies.regime_boundary": lambda kit: gr.studies.regime_boundary(kit.study),
+    "studies.rattle_probability": lambda kit: gr.studies.rattle_probability(kit.samples),
+    "studies.sensitivities": lambda kit: gr.studies.sensitivities(_saltelli(kit), "crossings per cycle"),
     "optimize": lambda kit: gr.optimize(
         kit.model,
         {"inertia.engine.J": {"from": kit.model.inertias[0].J, "to": 1.1 * kit.model.inertias[0].J}},
@@ -171,7 +173,7 @@ CALLS: Mapping[str, Call] = {
 }
 """By public name, with a word where one name is called in several ways."""
 
-WITHOUT_MODEL = frozenset({"example", "fit_loop", "gas_torque", "json_schema", "samples_needed"})
+WITHOUT_MODEL = frozenset({"example", "identification.fit_loop", "gas_torque", "json_schema", "studies.samples_needed"})
 """Public functions that take neither a model nor anything made of one."""
 
 
@@ -182,7 +184,7 @@ def modes_data(model: gr.Model) -> dict[str, Any]:
     return {"mode": [{"number": len(frequencies), "frequency": frequency if dimensionless else f"{frequency} rad/s"}]}
 
 
-def _restored(scaled: gr.Nondimensional) -> gr.Run:
+def _restored(scaled: gr.typing.Nondimensional) -> gr.Run:
     return scaled.restore(gr.simulate(scaled.model))
 
 

@@ -26,7 +26,8 @@ ROWS = (*CALLS, *(COMMAND + name for name in COMMAND_LINES))
 
 _SLOW_CALLS = (
     "contact_ratio: model", "optimize", "bifurcation", "basins", "advise", "figures: run", "figures: study",
-    "study: Sobol'", "rattle_probability", "regime_boundary", "sensitivities", "coherence", "spectra", "open_stream",
+    "study: Sobol'", "studies.rattle_probability", "studies.regime_boundary", "studies.sensitivities",
+    "spectral.coherence", "spectra", "open_stream",
 )  # fmt: skip
 _SLOW_COMMANDS = (
     "figures", "compare -o", "study: optimization", "study: bifurcation", "study: basins", "run", "stream",

@@ -6,9 +6,9 @@ import inspect
 
 import pytest
 
-import gearrattle as gr
 from gearrattle.cli import COMMANDS
 from gearrattle.studies.kinds import KINDS as STUDY_KINDS
+from tests.architecture.public import FUNCTIONS
 from tests.compositions import calls, commands
 from tests.compositions.kinds import KINDS
 from tests.compositions.outcomes import WORKS
@@ -16,8 +16,7 @@ from tests.compositions.table import PAGE, ROWS, kept, outcomes, page, quick_row
 
 
 def test_every_public_function_has_a_row() -> None:
-    functions = {name for name in gr.__all__ if inspect.isfunction(getattr(gr, name))}
-    assert {row.partition(":")[0] for row in calls.CALLS} | calls.WITHOUT_MODEL == functions
+    assert {row.partition(":")[0] for row in calls.CALLS} | calls.WITHOUT_MODEL == set(FUNCTIONS)
     assert not {row.partition(":")[0] for row in calls.CALLS} & calls.WITHOUT_MODEL
 
 
@@ -28,7 +27,7 @@ def test_every_command_has_a_row() -> None:
 
 
 def test_calls_without_a_row_take_no_model() -> None:
-    takes = {name: list(inspect.signature(getattr(gr, name)).parameters) for name in calls.WITHOUT_MODEL}
+    takes = {name: list(inspect.signature(FUNCTIONS[name]).parameters) for name in calls.WITHOUT_MODEL}
     assert [name for name, words in takes.items() if {"model", "run", "source", "result"} & set(words)] == []
 
 

@@ -66,11 +66,11 @@ def test_data_and_files_have_none(run: gr.Run, tmp_path: Path) -> None:
 def test_signals_have_none(run: gr.Run) -> None:
     channel = f"velocity.{run.model.inertias[-1].name}"
     other = f"velocity.{run.model.inertias[0].name}"
-    assert strangers(gr.psd(run, channel)) == []
-    assert strangers(gr.cross_psd(run, channel, other)) == []
-    assert strangers(gr.coherence(run, channel, other)) == []
-    assert strangers(gr.order_map(run, channel, turns=2)) == []
-    assert strangers(gr.waterfall(run, channel)) == []
+    assert strangers(gr.spectral.psd(run, channel)) == []
+    assert strangers(gr.spectral.cross_psd(run, channel, other)) == []
+    assert strangers(gr.spectral.coherence(run, channel, other)) == []
+    assert strangers(gr.spectral.order_map(run, channel, turns=2)) == []
+    assert strangers(gr.spectral.waterfall(run, channel)) == []
 
 
 def test_studies_have_none() -> None:

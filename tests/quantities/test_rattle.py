@@ -78,9 +78,9 @@ def test_a_study_counts_no_stage_changes_as_rattle() -> None:
     regime = found["regime"]
     assert (regime.sel(part="clutch") > 0).all()
     assert (found["verdict"] == regime.sel(part="mesh")).all()
-    probability = gr.rattle_probability(found)
+    probability = gr.studies.rattle_probability(found)
     assert probability["part"].values.tolist() == ["mesh"]
-    whole = gr.rattle_probability(found, "verdict")
+    whole = gr.studies.rattle_probability(found, "verdict")
     assert float(whole["probability"]) == float(probability["probability"].sel(part="mesh"))
     for code, sample in zip(found["verdict"].values, found["inertia.gear.drag_torque"].values, strict=True):
         alone = gr.criteria(gr.simulate(model.with_({"inertia.gear.drag_torque": float(sample)})))

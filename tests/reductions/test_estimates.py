@@ -18,7 +18,7 @@ DRIVELINES = 48
 PROBES = 20
 
 
-def measured(model: gr.Model, small: gr.Reduction, rng: np.random.Generator) -> float:
+def measured(model: gr.Model, small: gr.typing.Reduction, rng: np.random.Generator) -> float:
     """Largest error of a frequency in the band over random contact ratios of the clearances kept, by ``modes``."""
     gaps = [e.name for e in (*small.model.couplings, *small.model.meshes) if len(e.drive_pieces) > 1]
     worst = 0.0
@@ -35,7 +35,7 @@ def measured(model: gr.Model, small: gr.Reduction, rng: np.random.Generator) -> 
 
 
 @cache
-def reduced(seed: int) -> tuple[gr.Model, gr.Reduction]:
+def reduced(seed: int) -> tuple[gr.Model, gr.typing.Reduction]:
     model, rng = random_driveline(seed), np.random.default_rng(1000 + seed)
     omega = gr.modes(model).frequencies
     omega = omega[omega > 1e-6 * omega.max()]

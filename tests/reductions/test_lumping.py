@@ -19,7 +19,7 @@ SEEDS = range(40)
 
 
 @cache
-def reduced(seed: int) -> tuple[gr.Model, gr.Reduction]:
+def reduced(seed: int) -> tuple[gr.Model, gr.typing.Reduction]:
     """A random driveline, reduced to a band that holds one to three of its modes."""
     model = random_driveline(seed)
     omega = gr.modes(model).frequencies

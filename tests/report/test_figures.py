@@ -58,7 +58,9 @@ def test_every_figure_of_examples_keeps_the_laws(example: str, width: str, reque
 
 def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None:
     model, hub = run.model, "acceleration.hub"
-    loop = gr.fit_loop(EXAMPLES / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub"))
+    loop = gr.identification.fit_loop(
+        EXAMPLES / "measured" / "damper_loop.csv", name="damper", between=("flywheel", "hub")
+    )
     study = gr.study(model, {"excitation.speed": [80.0, 90.0]}, ["regime", "impacts per cycle"], scheduler="local")
     nouns: dict[str, tuple[Any, list[str]]] = {
         "spectra": (
@@ -67,9 +69,9 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
         ),
         "screen": (gr.screen(model, ["800 rpm", "900 rpm"]), ["screening", "screening_separation"]),
         "campbell": (gr.campbell(model), ["campbell"]),
-        "order_map": (gr.order_map(run_up, hub), ["order_map"]),
-        "order_cuts": (gr.order_cuts(run_up, hub, [2, 4]), ["order_cuts"]),
-        "waterfall": (gr.waterfall(run_up, hub), ["waterfall"]),
+        "order_map": (gr.spectral.order_map(run_up, hub), ["order_map"]),
+        "order_cuts": (gr.spectral.order_cuts(run_up, hub, [2, 4]), ["order_cuts"]),
+        "waterfall": (gr.spectral.waterfall(run_up, hub), ["waterfall"]),
         "fit_loop": (loop, ["loop"]),
         "study": (study, [chart.key for chart in charts_of(study)]),
     }  # fmt: skip

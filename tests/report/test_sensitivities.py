@@ -21,7 +21,7 @@ def bars(panel: object, name: str) -> np.ndarray:
 @pytest.mark.parametrize("method", ["saltelli", "saltelli-pairs"])
 def test_bars_of_indices_are_as_long_as_the_indices(method: str) -> None:
     data = designed(method)
-    chart, found = sobol_bars(data), gr.sensitivities(data, "level")
+    chart, found = sobol_bars(data), gr.studies.sensitivities(data, "level")
     assert chart is not None
     panel = next(panel for panel in chart.panels if panel.title == "level")
     assert [label.words for label in panel.labels] == ["b.J", "a.J"]
@@ -52,7 +52,7 @@ def test_the_running_share_ends_at_the_probability() -> None:
     chart = probability_convergence(data)
     assert chart is not None
     (panel,) = chart.panels
-    assert float(panel.lines[2].y[-1]) == float(gr.rattle_probability(data)["probability"][0])
+    assert float(panel.lines[2].y[-1]) == float(gr.studies.rattle_probability(data)["probability"][0])
     assert panel.x_range == (1.0, 200.0)
     assert probability_convergence(designed("sobol", 4)) is None
     quiet = data.assign(regime=data["regime"] * 0).assign_attrs(data.attrs)

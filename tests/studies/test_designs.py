@@ -56,7 +56,7 @@ def saltelli() -> Any:
 
 
 def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
-    found = gr.sensitivities(saltelli, "square")
+    found = gr.studies.sensitivities(saltelli, "square")
     assert found["value"].values.tolist() == list(RANGES)
     first, total = exact_indices()
     for name, exact in (("first_order", first), ("total_order", total)):
@@ -139,7 +139,7 @@ def test_one_value_at_a_time_tells_both_ends() -> None:
         model(), outputs=["impacts per cycle"], vary=VARY, method="one-at-a-time", fixed=SHORT, function=frequency
     )
     assert found.sizes["sample"] == 7
-    told = gr.sensitivities(found, "square")
+    told = gr.studies.sensitivities(found, "square")
     own = {path: value_at(model().to_tables(), path) for path in RANGES}
 
     def square(**changes: float) -> float:
@@ -155,7 +155,7 @@ def test_one_value_at_a_time_tells_both_ends() -> None:
         assert (float(one["low_value"]), float(one["high_value"])) == (low, high)
         assert float(one["base_value"]) == own[path]
         assert float(one["swing"]) == pytest.approx(abs(float(one["high"]) - float(one["low"])), rel=1e-12)
-    by_part = gr.sensitivities(found, "impacts per cycle")
+    by_part = gr.studies.sensitivities(found, "impacts per cycle")
     assert by_part["swing"].dims == ("part", "value")
 
 
@@ -176,13 +176,13 @@ def test_designs_that_do_not_suit_are_refused(arguments: dict[str, Any], match: 
 
 
 def test_probabilities_come_from_independent_samples_alone(saltelli: Any) -> None:
-    found = gr.rattle_probability(saltelli, "regime")
+    found = gr.studies.rattle_probability(saltelli, "regime")
     assert int(found["samples"][0]) == 128
     every = saltelli["regime"].values[:, 0].reshape(64, 5)
     assert int(found["rattling"][0]) == np.count_nonzero(every[:, [0, -1]] > 0)
     single = gr.study(model(), outputs=["regime"], vary=VARY, method="one-at-a-time", fixed=SHORT)
     with pytest.raises(ModelError, match="one-at-a-time"):
-        gr.rattle_probability(single)
+        gr.studies.rattle_probability(single)
 
 
 def test_without_the_library_the_command_is_told(saltelli: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,7 +192,7 @@ def test_without_the_library_the_command_is_told(saltelli: Any, monkeypatch: pyt
     with pytest.raises(NotInstalled, match=r"gearrattle\[studies\]"):
         prepare(model(), vary=VARY, samples=8, method="saltelli")
     with pytest.raises(NotInstalled, match=r"gearrattle\[studies\]"):
-        gr.sensitivities(saltelli, "square")
+        gr.studies.sensitivities(saltelli, "square")
 
 
 @pytest.mark.parametrize("probability", [0.5, 0.1, 0.001])

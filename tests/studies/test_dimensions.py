@@ -39,7 +39,7 @@ def test_outputs_of_different_parts_share_one_dimension(data: xr.Dataset) -> Non
         nothing = values == -1 if values.dtype.kind == "i" else np.isnan(values)
         assert nothing.all()
         assert np.isfinite(data[name].sel({dimension: subjects}).values).all()
-    assert gr.regime_boundary(data)["part"].dtype.kind in "UOT"
+    assert gr.studies.regime_boundary(data)["part"].dtype.kind in "UOT"
 
 
 def test_coordinates_carry_their_label_and_unit(data: xr.Dataset) -> None:

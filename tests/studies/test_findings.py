@@ -71,22 +71,22 @@ def test_wilsons_interval_covers_as_often_as_it_says() -> None:
 def test_probabilities_count_what_was_computed() -> None:
     x = points(8, 2, 0)
     regime = np.array([0, 1, 2, -1, 0, 0, 2, -1])
-    found = gr.rattle_probability(scatter(x, regime, x[:, 0]))
+    found = gr.studies.rattle_probability(scatter(x, regime, x[:, 0]))
     assert (int(found["rattling"][0]), int(found["samples"][0])) == (3, 6)
     assert float(found["probability"].sel(part="gear")) == 0.5
     assert float(found["low"][0]) < 0.5 < float(found["high"][0])
-    nothing = gr.rattle_probability(scatter(x, np.full(8, -1), x[:, 0]))
+    nothing = gr.studies.rattle_probability(scatter(x, np.full(8, -1), x[:, 0]))
     assert np.isnan(nothing["probability"].values).all()
     with pytest.raises(ModelError, match="needs samples"):
-        gr.rattle_probability(grid(np.zeros((3, 2))))
+        gr.studies.rattle_probability(grid(np.zeros((3, 2))))
     with pytest.raises(ModelError, match="of codes"):
-        gr.rattle_probability(scatter(x, regime, x[:, 0]), "level")
+        gr.studies.rattle_probability(scatter(x, regime, x[:, 0]), "level")
     with pytest.raises(ModelError, match="between 0 and 1"):
-        gr.rattle_probability(scatter(x, regime, x[:, 0]), level=95.0)
+        gr.studies.rattle_probability(scatter(x, regime, x[:, 0]), level=95.0)
 
 
 def test_boundaries_lie_between_neighbours_that_differ() -> None:
-    found = gr.regime_boundary(grid([[0, 0], [2, 0], [2, -1]]))
+    found = gr.studies.regime_boundary(grid([[0, 0], [2, 0], [2, -1]]))
     rows = {
         tuple(found[name].values[i].item() for name in ("along", "from", "to", "gap", "load", "torque.0.mean"))
         for i in range(found.sizes["crossing"])
@@ -107,7 +107,7 @@ def test_a_boundary_known_beforehand_is_found_to_half_a_cell() -> None:
     data = xr.Dataset(
         {"verdict": (("a", "b"), codes, CODES), "outcome": (("a", "b"), np.ones_like(codes))}, {"a": a, "b": b}
     )
-    found = gr.regime_boundary(data)
+    found = gr.studies.regime_boundary(data)
     along = found["along"].values == "a"
     assert along.sum() == 10
     np.testing.assert_allclose(found["a"].values[along], 1.0 - found["b"].values[along], atol=0.025 + 1e-9)
@@ -137,7 +137,7 @@ def test_sensitivities_of_a_linear_function(n: int) -> None:
     c = np.array([4.0, -2.0, 1.0, 0.0])
     x = points(n, 4, 1)
     data = scatter(x, (x[:, 0] > 0.5).astype(int), x @ c)
-    found = gr.sensitivities(data, "level")
+    found = gr.studies.sensitivities(data, "level")
     assert found["value"].values.tolist() == ["x0", "x1", "x2", "x3"]
     np.testing.assert_allclose(found["first_order"], c**2 / np.sum(c**2), atol=2.0 / np.sqrt(n))
     assert np.argsort(-np.abs(found["rank_regression"].values)).tolist() == [0, 1, 2, 3]
@@ -145,7 +145,7 @@ def test_sensitivities_of_a_linear_function(n: int) -> None:
     assert float(found["explained"]) > 0.9
     expected = [stats.spearmanr(column, x @ c).statistic for column in x.T]
     np.testing.assert_allclose(found["spearman"], expected, atol=1e-12)
-    regime = gr.sensitivities(data, "regime")
+    regime = gr.studies.sensitivities(data, "regime")
     assert regime["spearman"].dims == ("part", "value")
     assert int(np.argmax(np.abs(regime["first_order"].sel(part="gear").values))) == 0
 
@@ -173,18 +173,18 @@ def test_chance_levels_are_exceeded_by_chance_in_one_case_of_twenty(n: int) -> N
 
 def test_what_cannot_be_told_is_not_told() -> None:
     x = points(16, 2, 3)
-    few = gr.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "level")
+    few = gr.studies.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "level")
     assert np.isnan(few["first_order"].values).all()
     assert np.isfinite(few["spearman"].values).all()
-    same = gr.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "regime")
+    same = gr.studies.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "regime")
     assert np.isnan(same["spearman"].values).all()
     assert np.isnan(same["rank_regression"].values).all()
     with pytest.raises(ModelError, match="did you mean"):
-        gr.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "levle")
+        gr.studies.sensitivities(scatter(x, np.zeros(16), x[:, 0]), "levle")
     with pytest.raises(ModelError, match="need samples"):
-        gr.sensitivities(grid(np.zeros((3, 2))), "regime")
+        gr.studies.sensitivities(grid(np.zeros((3, 2))), "regime")
     with pytest.raises(ModelError, match="no study's"):
-        gr.sensitivities(xr.Dataset({"level": ("sample", x[:, 0])}), "level")
+        gr.studies.sensitivities(xr.Dataset({"level": ("sample", x[:, 0])}), "level")
     both = scatter(x, np.zeros(16), x[:, 0]).expand_dims(gap=[1.0, 2.0])
     with pytest.raises(ModelError, match="one place of the axes"):
-        gr.sensitivities(both, "level")
+        gr.studies.sensitivities(both, "level")

@@ -61,9 +61,9 @@ def test_samples_whose_first_is_quiet_give_probabilities_and_sensitivities() -> 
     found = gr.study(model(), outputs=names, vary=vary, samples=16, method="sobol", seed=1)
     rattles = int((found["regime"] > 0).sum())
     assert 0 < rattles < 16
-    assert int(gr.rattle_probability(found).sel(part="joint")["rattling"]) == rattles
+    assert int(gr.studies.rattle_probability(found).sel(part="joint")["rattling"]) == rattles
     assert int((found["largest impact energy"] > 0.0).sum()) == rattles
-    follows = gr.sensitivities(found, "largest impact energy").sel(part="joint")
+    follows = gr.studies.sensitivities(found, "largest impact energy").sel(part="joint")
     assert float(follows["spearman"][0]) > 0.8
 
 
@@ -71,7 +71,7 @@ def test_sobol_indices_need_no_impact_in_every_case() -> None:
     vary = {name: {"distribution": "uniform", "from": low, "to": high}
             for name, low, high in ((AMPLITUDE, 0.1, 12.0), (GAP, 0.008, 0.012))}  # fmt: skip
     found = gr.study(model(), outputs=["largest impact energy"], vary=vary, samples=16, method="saltelli", seed=1)
-    total = gr.sensitivities(found, "largest impact energy").sel(part="joint")["total_order"].values
+    total = gr.studies.sensitivities(found, "largest impact energy").sel(part="joint")["total_order"].values
     assert np.isfinite(total).all()
     assert total[0] > total[1]
 

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from gearrattle.studies import opened, pace
+from gearrattle.studies import pace
 from gearrattle.studies.file import read_study
 from gearrattle.studies.pace import Pace, rounds, spread, spread_places
+from gearrattle.studies.schedulers import opened
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 

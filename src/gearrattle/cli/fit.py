@@ -84,7 +84,7 @@ def fit(
 
     def work(watch: Watch) -> Fit:
         watch.enter("fitting")
-        return gearrattle.fit(start, data, free, progress=watch, **arguments)
+        return gearrattle.identification.fit(start, data, free, progress=watch, **arguments)
 
     emit("fit", work, output, json=json, inputs=[model, data])
 

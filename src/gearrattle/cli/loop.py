@@ -67,7 +67,7 @@ def loop(
     _check_figure(figure)
 
     def work(_watch: Watch) -> LoopFit:
-        found = gearrattle.fit_loop(data, **reading.arguments())
+        found = gearrattle.identification.fit_loop(data, **reading.arguments())
         if figure is not None:
             found.save(figure)
         return found

@@ -76,11 +76,11 @@ def orders(
     def work(_: object) -> xr.Dataset | xr.DataArray:
         if spectra:
             how: dict[str, Any] = {"speed": speed, "resolution": resolution, "speed_step": speed_step}
-            return gearrattle.waterfall(signal, channel, **how).assign_attrs(lines)
+            return gearrattle.spectral.waterfall(signal, channel, **how).assign_attrs(lines)
         if order:
-            return gearrattle.order_cuts(signal, channel, order, speed=speed, turns=turns)
+            return gearrattle.spectral.order_cuts(signal, channel, order, speed=speed, turns=turns)
         how = {"speed": speed, "turns": turns, "highest": highest, "speed_step": speed_step}
-        return gearrattle.order_map(signal, channel, **how).assign_attrs(lines)
+        return gearrattle.spectral.order_map(signal, channel, **how).assign_attrs(lines)
 
     kind = "waterfall" if spectra else "order cuts" if order else "order map"
     emit(kind, work, output, json=json, inputs=[source])

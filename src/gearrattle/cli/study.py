@@ -13,9 +13,9 @@ from gearrattle.cli.options import Json, Whole
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.report.study import StudyReport
-    from gearrattle.studies import Done
     from gearrattle.studies.kinds import Study, StudySpec
     from gearrattle.studies.places import Place
+    from gearrattle.studies.prepared import Done
 
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 
@@ -112,7 +112,7 @@ def _carried_out(
     watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any
 ) -> tuple[Done, StudyReport]:
     """Compute what is not done, and write the page."""
-    from gearrattle.studies import opened
+    from gearrattle.studies.schedulers import opened
 
     workers = found.estimate(how["workers"], how["scheduler"]).workers
     with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible(), shared=folder.shared) as compute:

@@ -157,7 +157,7 @@ def changes_table(found: xr.Dataset, measured: xr.Dataset, places: Sequence[str]
         )
         for row in zip(*columns, strict=True)
     ]
-    more = f" {count - _MOST} more stand in gr.regime_boundary." if count > _MOST else ""
+    more = f" {count - _MOST} more stand in gr.studies.regime_boundary." if count > _MOST else ""
     note = f"Midpoints between neighbouring values of the axis crossed.{more}"
     numeric = {i for i, name in enumerate(names) if found[name].values.dtype.kind in "iuf"}
     return Table(head, tuple(rows), frozenset(range(len(names))) - numeric, note=note)

@@ -12,23 +12,16 @@ from gearrattle.studies.boundary import regime_boundary
 from gearrattle.studies.diagram import bifurcation
 from gearrattle.studies.kept import open_study
 from gearrattle.studies.optimization import optimize
-from gearrattle.studies.prepared import Done, Prepared, carry_out
 from gearrattle.studies.probability import rattle_probability, samples_needed
-from gearrattle.studies.schedulers import opened
 from gearrattle.studies.screening import screen
 from gearrattle.studies.sensitivity import sensitivities
-from gearrattle.studies.study import prepare, study
+from gearrattle.studies.study import study
 
 __all__ = [
-    "Done",
-    "Prepared",
     "basins",
     "bifurcation",
-    "carry_out",
     "open_study",
-    "opened",
     "optimize",
-    "prepare",
     "rattle_probability",
     "regime_boundary",
     "samples_needed",

@@ -174,7 +174,7 @@ def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = list(loaded.attrs.pop("order"))
     ordered: xr.Dataset = loaded.set_coords(extra)[order]
-    return ordered
+    return ordered.drop_encoding()  # that of zarr: netCDF would take it for its own, and may not have it
 
 
 def _hide_unfinished(loaded: xr.Dataset, group: Any, place: Place, grid: tuple[int, ...], box: tuple[int, ...]) -> None:

@@ -112,7 +112,7 @@ def test_wrong_data_files(data: str, said: str, tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(tmp_path)
     Path("data.toml").write_text(data, encoding="utf-8")
     with pytest.raises(gr.ModelError) as caught:
-        gr.fit(made.train(), "data.toml", FREE)
+        gr.identification.fit(made.train(), "data.toml", FREE)
     assert said in str(caught.value)
 
 
@@ -133,7 +133,7 @@ def test_wrong_data_files(data: str, said: str, tmp_path: Path, monkeypatch: pyt
 def test_wrong_arrays(keys: dict[str, Any], said: str) -> None:
     row = {"at": "hub", "torque_on": "hub", "quantity": "angle", "omega": OMEGA, "value": OMEGA + 1j, **keys}
     with pytest.raises(gr.ModelError) as caught:
-        gr.fit(made.train(), {"response": [row]}, FREE)
+        gr.identification.fit(made.train(), {"response": [row]}, FREE)
     assert said in str(caught.value)
 
 
@@ -161,13 +161,13 @@ def test_wrong_arrays(keys: dict[str, Any], said: str) -> None:
 )
 def test_wrong_parameters(free: list[str], keys: dict[str, Any], said: str) -> None:
     with pytest.raises(gr.ModelError) as caught:
-        gr.fit(made.train(), {"mode": [{"number": 2, "omega": 290.0}]}, free, **keys)
+        gr.identification.fit(made.train(), {"mode": [{"number": 2, "omega": 290.0}]}, free, **keys)
     assert said in str(caught.value)
 
 
 def test_bounds_take_units() -> None:
     data = {"mode": [{"number": 2, "frequency": "46.2 Hz"}]}
-    found = gr.fit(made.train(), data, FREE, bounds={FREE[0]: ("1 kN*m/rad", "2 kN*m/rad")})
+    found = gr.identification.fit(made.train(), data, FREE, bounds={FREE[0]: ("1 kN*m/rad", "2 kN*m/rad")})
     assert (found.parameters[0].lower, found.parameters[0].upper) == (1000.0, 2000.0)
     assert found.residuals[0].measured == pytest.approx(46.2 * 2 * np.pi)
 
@@ -183,10 +183,12 @@ def test_frequencies_in_every_unit_are_the_same() -> None:
 def test_a_dimensionless_model_takes_plain_numbers_only() -> None:
     text = made.TRAIN.replace("schema = 1", 'schema = 1\nunits = "dimensionless"')
     model = gr.loads(text)
-    found = gr.fit(model, {"mode": [{"number": 2, "frequency": 280.0, "relative_error": 0.01}]}, FREE, starts=1)
+    found = gr.identification.fit(
+        model, {"mode": [{"number": 2, "frequency": 280.0, "relative_error": 0.01}]}, FREE, starts=1
+    )
     assert gr.modes(found.model).frequencies[1] == pytest.approx(280.0)
     with pytest.raises(gr.ModelError, match="plain number"):
-        gr.fit(model, {"mode": [{"number": 2, "frequency": "280 Hz"}]}, FREE)
+        gr.identification.fit(model, {"mode": [{"number": 2, "frequency": "280 Hz"}]}, FREE)
     with pytest.raises(gr.ModelError, match="must have no unit"):
         read_samples("frequency [Hz], real, imag\n1,2,3\n", "f.csv", True)
     assert read_samples("frequency, real, imag\n1,2,3\n", "f.csv", True).value == pytest.approx([2 + 3j])
@@ -199,5 +201,5 @@ def test_a_file_beside_the_data_file_is_read(tmp_path: Path) -> None:
     (tmp_path / "gear.csv").write_text(csv(header, [OMEGA, value.real, value.imag]), encoding="utf-8")
     text = '[[response]]\nfile = "gear.csv"\nat = "gear"\ntorque_on = "gear"\nrelative_error = 0.01\n'
     (tmp_path / "data.toml").write_text(text, encoding="utf-8")
-    found = gr.fit(made.off(truth, FREE, 1), tmp_path / "data.toml", FREE, starts=3)
+    found = gr.identification.fit(made.off(truth, FREE, 1), tmp_path / "data.toml", FREE, starts=3)
     assert found.parameters[0].value == pytest.approx(1500.0, rel=1e-8)

@@ -66,7 +66,7 @@ def test_columns_are_the_packages_own_loop() -> None:
 
 
 def test_a_loop_without_noise_gives_its_law_back() -> None:
-    fit = gr.fit_loop(sampled(LAW, LOW, HIGH, noise=0.0, seed=0, cycles=1))
+    fit = gr.identification.fit_loop(sampled(LAW, LOW, HIGH, noise=0.0, seed=0, cycles=1))
     truth = numbers(LAW)
     assert set(fit.values) == set(truth)
     for name, value in truth.items():
@@ -78,7 +78,7 @@ def test_noisy_loops_come_back_within_the_errors_stated() -> None:
     pulls = []
     for seed in (0, 1, 8, 23):
         table, low, high = damper(seed)
-        fit, truth = gr.fit_loop(sampled(table, low, high, noise=0.02, seed=1000 + seed)), numbers(table)
+        fit, truth = gr.identification.fit_loop(sampled(table, low, high, noise=0.02, seed=1000 + seed)), numbers(table)
         assert (len(fit.stages), len(fit.coast_stages)) == (len(table["stages"]), len(table["coast_stages"]))
         for name, value in truth.items():
             limit = {"stiffness": 0.03, "until": 0.03, "hysteresis": 0.05}.get(name.rpartition(".")[2])
@@ -89,7 +89,7 @@ def test_noisy_loops_come_back_within_the_errors_stated() -> None:
 
 
 def test_stage_counts_may_be_told_and_resampling_agrees_with_the_covariance() -> None:
-    fit = gr.fit_loop(sampled(LAW, LOW, HIGH, noise=0.02, seed=5), (2, 2), bootstrap=30, seed=1)
+    fit = gr.identification.fit_loop(sampled(LAW, LOW, HIGH, noise=0.02, seed=5), (2, 2), bootstrap=30, seed=1)
     assert (len(fit.stages), len(fit.coast_stages)) == (2, 2)
     for name in ("stages.0.stiffness", "stages.1.stiffness", "coast_stages.1.hysteresis", "stages.0.hysteresis"):
         assert 0.4 < fit.bootstrap_errors[name] / fit.errors[name] < 2.2, name
@@ -97,7 +97,7 @@ def test_stage_counts_may_be_told_and_resampling_agrees_with_the_covariance() ->
 
 def test_the_fitted_coupling_draws_the_measured_loop_and_stands_in_a_model_file() -> None:
     deflection, torque = sampled(LAW, LOW, HIGH, noise=0.01, seed=3, cycles=1)
-    fit = gr.fit_loop((deflection, torque))
+    fit = gr.identification.fit_loop((deflection, torque))
     drawn = fit.drawn()
     up = slice(0, drawn.turn + 1)
     middle = slice(100, 1900)
@@ -112,7 +112,7 @@ def test_the_fitted_coupling_draws_the_measured_loop_and_stands_in_a_model_file(
 def test_friction_that_the_samples_do_not_resolve_has_the_default_stick_stiffness() -> None:
     law = {**LAW, "stages": [{"stiffness": 500.0, "hysteresis": 4.0, "stick_stiffness": 1e6}]}
     law.pop("coast_stages")
-    fit = gr.fit_loop(sampled(law, LOW, HIGH, noise=0.02, seed=2, cycles=1, samples=400))
+    fit = gr.identification.fit_loop(sampled(law, LOW, HIGH, noise=0.02, seed=2, cycles=1, samples=400))
     assert fit.stages[0].stick_stiffness is None
     assert any("stick stiffness" in note and "20 times" in note for note in fit.notes)
     assert fit.stages[0].hysteresis == pytest.approx(4.0, abs=4 * fit.errors["stages.0.hysteresis"])
@@ -124,13 +124,13 @@ def test_a_free_gap_and_a_linear_shaft_are_loops_too() -> None:
         "stages": [{"stiffness": 0.0, "until": 3 * DEGREE, "hysteresis": 6.0, "stick_stiffness": 4000.0},
                    {"stiffness": 900.0, "hysteresis": 6.0}],
     }  # fmt: skip
-    fit = gr.fit_loop(sampled(gap, LOW, HIGH, noise=0.01, seed=6))
+    fit = gr.identification.fit_loop(sampled(gap, LOW, HIGH, noise=0.01, seed=6))
     assert fit.stages[0].stiffness < 20.0
     assert fit.stages[0].until == pytest.approx(3 * DEGREE, rel=0.02)
     assert fit.stages[1].hysteresis == pytest.approx(6.0, rel=0.05)
     assert model_of(fit.coupling).couplings[0].stages is not None
     shaft = {"name": "damper", "preload": 1.0, "stages": [{"stiffness": 500.0}]}
-    fit = gr.fit_loop(sampled(shaft, LOW, HIGH, noise=0.01, seed=6))
+    fit = gr.identification.fit_loop(sampled(shaft, LOW, HIGH, noise=0.01, seed=6))
     assert (len(fit.stages), len(fit.coast_stages)) == (1, 1)
     assert fit.stages[0].stiffness == pytest.approx(500.0, rel=0.01)
     assert fit.stages[0].hysteresis < 4 * max(fit.errors["stages.0.hysteresis"], 0.05)
@@ -140,7 +140,7 @@ def test_correlated_noise_widens_the_errors() -> None:
     deflection, torque = sampled(LAW, LOW, HIGH, noise=0.0, seed=0)
     white = np.random.default_rng(7).standard_normal(torque.size)
     slow = np.convolve(white, np.ones(9) / 3.0, mode="same")
-    one, other = (gr.fit_loop((deflection, torque + 2.0 * noise), (2, 2)) for noise in (white, slow))
+    one, other = (gr.identification.fit_loop((deflection, torque + 2.0 * noise), (2, 2)) for noise in (white, slow))
     assert one.tau == pytest.approx(1.0, abs=0.1)
     assert other.tau == pytest.approx(9.0, rel=0.3)
     assert 2.0 < other.errors["stages.1.stiffness"] / one.errors["stages.1.stiffness"] < 4.5
@@ -185,13 +185,13 @@ ANGLE = np.concatenate([np.linspace(-10, 10, 200), np.linspace(10, -10, 200)[1:]
 )
 def test_what_is_no_loop_is_refused(deflection: np.ndarray, torque: np.ndarray, words: str) -> None:
     with pytest.raises(gr.ModelError, match=words) as caught:
-        gr.fit_loop((deflection, torque))
+        gr.identification.fit_loop((deflection, torque))
     assert len(caught.value.problems) == 1
 
 
 def test_draws_that_are_none_are_refused() -> None:
     with pytest.raises(gr.ModelError, match="from 2"):
-        gr.fit_loop((ANGLE, ANGLE), bootstrap=1)
+        gr.identification.fit_loop((ANGLE, ANGLE), bootstrap=1)
 
 
 def test_a_first_loading_cycles_of_unlike_ends_and_a_shaky_angle_are_borne() -> None:
@@ -208,7 +208,9 @@ def test_a_first_loading_cycles_of_unlike_ends_and_a_shaky_angle_are_borne() -> 
     deflection = np.concatenate([first, *(x for x, _ in legs)])
     torque = np.concatenate([np.full(500, -40.0), *(y for _, y in legs)])
     shaky = deflection + 0.01 * DEGREE * random.standard_normal(deflection.size)
-    fit = gr.fit_loop((shaky, torque + 0.01 * np.abs(torque).max() * random.standard_normal(torque.size)))
+    fit = gr.identification.fit_loop(
+        (shaky, torque + 0.01 * np.abs(torque).max() * random.standard_normal(torque.size))
+    )
     assert any("left out" in note for note in fit.notes)
     for name, value in numbers(LAW).items():
         limit = {"stiffness": 0.02, "until": 0.02, "hysteresis": 0.05}.get(name.rpartition(".")[2])

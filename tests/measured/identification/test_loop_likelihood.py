@@ -164,11 +164,13 @@ def test_densities_are_those_of_the_sums_of_squares() -> None:
         assert made == pytest.approx(ends, abs=spacing), reaches
 
 
-def fits(seeds: Iterable[int], noise: int, samples: int = 4000) -> Iterator[tuple[int, gr.LoopFit, dict[str, float]]]:
+def fits(
+    seeds: Iterable[int], noise: int, samples: int = 4000
+) -> Iterator[tuple[int, gr.typing.LoopFit, dict[str, float]]]:
     """Fit a loop of every seed with 2 % noise; those with other numbers of stages are left out."""
     for seed in seeds:
         table, low, high = damper(seed % 50)
-        fit = gr.fit_loop(sampled(table, low, high, noise=0.02, seed=noise + seed, samples=samples))
+        fit = gr.identification.fit_loop(sampled(table, low, high, noise=0.02, seed=noise + seed, samples=samples))
         if (len(fit.stages), len(fit.coast_stages)) == (len(table["stages"]), len(table["coast_stages"])):
             yield seed, fit, numbers(table)
 
@@ -195,11 +197,11 @@ def test_errors_are_those_of_the_bound() -> None:
 def test_a_slow_test_sampled_as_a_rig_does_tells_all() -> None:
     """60 s a cycle at 2 kHz, the same noise: slopes and ends of stages within 3 %, heights within 5 %."""
     table, low, high = damper(26)
-    fit = gr.fit_loop(sampled(table, low, high, noise=0.02, seed=1026, samples=DENSE))
+    fit = gr.identification.fit_loop(sampled(table, low, high, noise=0.02, seed=1026, samples=DENSE))
     assert_near(fit, numbers(table))
 
 
-def assert_near(fit: gr.LoopFit, truth: dict[str, float]) -> None:
+def assert_near(fit: gr.typing.LoopFit, truth: dict[str, float]) -> None:
     """Slopes and ends of stages within 3 %, heights within 5 %."""
     for name, value in truth.items():
         limit = {"stiffness": 0.03, "until": 0.03, "hysteresis": 0.05}.get(name.rpartition(".")[2])

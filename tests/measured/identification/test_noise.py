@@ -43,7 +43,7 @@ def covered(free: list[str], noisy) -> tuple[np.ndarray, np.ndarray]:
     deviations, spread = [], []
     for seed in range(DRAWS):
         data = noisy(truth, np.random.default_rng(seed))
-        found = gr.fit(truth, data, free, starts=1)
+        found = gr.identification.fit(truth, data, free, starts=1)
         assert not any(p.at_bound for p in found.parameters)
         deviations.append([np.log(p.value / made.value(truth, p.path)) / p.relative_error for p in found.parameters])
         spread.append(found.chi_square / found.degrees_of_freedom)
@@ -63,7 +63,9 @@ def test_standard_errors_cover_the_truth(free: list[str], noisy) -> None:
 
 def test_a_response_recovers_stiffness_and_damping_from_a_rough_start() -> None:
     truth = made.train()
-    found = gr.fit(made.off(truth, DAMPED, 3), noisy_response(truth, np.random.default_rng(99)), DAMPED, starts=6)
+    found = gr.identification.fit(
+        made.off(truth, DAMPED, 3), noisy_response(truth, np.random.default_rng(99)), DAMPED, starts=6
+    )
     for p in found.parameters:
         away = p.value - made.value(truth, p.path)
         assert abs(away) < 4 * p.standard_error
@@ -75,13 +77,13 @@ def test_errors_that_were_not_given_are_taken_from_the_residuals() -> None:
     truth = made.train()
     given = noisy_modes(truth, np.random.default_rng(5))
     silent = {"mode": [{k: v for k, v in row.items() if not k.endswith("_error")} for row in given["mode"]]}
-    assumed = gr.fit(truth, silent, MODAL, starts=1)
+    assumed = gr.identification.fit(truth, silent, MODAL, starts=1)
     assert any("standard errors assumed" in note for note in assumed.notes)
     doubled = {"mode": [{**row, "omega": row["omega"]} if "omega" in row else row for row in silent["mode"]]}
     scale = np.sqrt(assumed.chi_square / assumed.degrees_of_freedom)
     plain = {"mode": [{**row, **({"relative_error": 0.01} if "omega" in row else {"shape_error": 0.02})}
                       for row in doubled["mode"]]}  # fmt: skip
-    trusted = gr.fit(truth, plain, MODAL, starts=1)
+    trusted = gr.identification.fit(truth, plain, MODAL, starts=1)
     for p, q in zip(assumed.parameters, trusted.parameters, strict=True):
         assert p.value == pytest.approx(q.value, rel=1e-9)
         assert p.standard_error == pytest.approx(scale * q.standard_error, rel=1e-6)
@@ -89,7 +91,7 @@ def test_errors_that_were_not_given_are_taken_from_the_residuals() -> None:
 
 def test_profile_agrees_with_the_standard_error_where_the_data_are_sharp() -> None:
     truth = made.train()
-    found = gr.fit(truth, noisy_modes(truth, np.random.default_rng(3)), MODAL, starts=1, profile=True)
+    found = gr.identification.fit(truth, noisy_modes(truth, np.random.default_rng(3)), MODAL, starts=1, profile=True)
     for p in found.parameters:
         low, high = p.interval
         assert np.log(high / low) / 2 == pytest.approx(1.96 * p.relative_error, rel=0.02)
@@ -99,7 +101,7 @@ def test_profile_agrees_with_the_standard_error_where_the_data_are_sharp() -> No
 def test_profile_of_what_is_open_has_no_end() -> None:
     truth = made.train()
     free = ["inertia.gear.J", "mesh.mesh.stiffness", "mesh.mesh.damping"]
-    found = gr.fit(truth, {"mode": made.mode_rows(truth, [4])}, free, starts=1, profile=True)
+    found = gr.identification.fit(truth, {"mode": made.mode_rows(truth, [4])}, free, starts=1, profile=True)
     assert [p.interval for p in found.parameters] == [(0.0, np.inf)] * 3
 
 
@@ -108,7 +110,7 @@ def test_the_ends_of_a_profile_have_the_chi_square_they_should() -> None:
     truth = made.train()
     data = noisy_modes(truth, np.random.default_rng(8))
     free = MODAL[2:]
-    found = gr.fit(truth, data, free, starts=1, profile=True)
+    found = gr.identification.fit(truth, data, free, starts=1, profile=True)
     for end in found.parameters[0].interval:
-        held = gr.fit(found.model.with_({free[0]: end}), data, free[1:], starts=1)
+        held = gr.identification.fit(found.model.with_({free[0]: end}), data, free[1:], starts=1)
         assert held.chi_square - found.chi_square == pytest.approx(3.8415, abs=0.01)

@@ -25,7 +25,7 @@ SHAPES = {2: [-0.01, 0.99, 1, 1, 1, 1, 1, 1], 3: [0, 1, -0.02, -0.02, -0.29, -0.
 def test_the_printed_transmission_is_found_from_a_rough_start(seed: int) -> None:
     start = off(MODEL, FREE, seed)
     assert np.abs(gr.modes(start).frequencies[1:] / gr.modes(MODEL).frequencies[1:] - 1).max() > 0.1
-    found = gr.fit(start, PRINTED, FREE, starts=24, seed=seed)
+    found = gr.identification.fit(start, PRINTED, FREE, starts=24, seed=seed)
     modes = gr.modes(found.model)
     assert modes.frequencies[1:] == pytest.approx([346, 7412, 10134, 18526, 48442, 50869, 68632], rel=2e-4)
     lumped = gr.modes(gr.reduce(found.model, "75 Hz", keep=KEEP).model).frequencies
@@ -40,7 +40,7 @@ def test_the_printed_transmission_is_found_from_a_rough_start(seed: int) -> None
 
 
 def test_without_a_held_inertia_the_scale_stays_open() -> None:
-    found = gr.fit(MODEL, PRINTED, ["inertia.*.J", "*.stiffness"], starts=1)
+    found = gr.identification.fit(MODEL, PRINTED, ["inertia.*.J", "*.stiffness"], starts=1)
     (scale,) = [c for c in found.undetermined if c.structural]
     assert set(scale.exponents.values()) == {1.0}
     assert len(scale.exponents) == 15

@@ -23,7 +23,7 @@ def test_frequencies_and_shapes_give_parameters_back(seed: int) -> None:
     truth = made.train()
     data = {"mode": [*made.mode_rows(truth, [2, 3, 4]), *shapes(truth)]}
     free = [path for path in SCALE if path != "inertia.flywheel.J"]
-    found = gr.fit(made.off(truth, free, seed), data, free, starts=4)
+    found = gr.identification.fit(made.off(truth, free, seed), data, free, starts=4)
     assert [p.path for p in found.parameters] == free
     for p in found.parameters:
         assert p.value == pytest.approx(made.value(truth, p.path), rel=1e-8)
@@ -36,7 +36,7 @@ def test_frequencies_and_shapes_give_parameters_back(seed: int) -> None:
 def test_responses_give_all_parameters_back(seed: int) -> None:
     truth = made.train()
     rows = [made.response_row(truth, at, "gear", OMEGA) for at in ("flywheel", "wheel", "gear")]
-    found = gr.fit(made.off(truth, DAMPED, seed), {"response": rows}, DAMPED, starts=6)
+    found = gr.identification.fit(made.off(truth, DAMPED, seed), {"response": rows}, DAMPED, starts=6)
     for p in found.parameters:
         assert p.value == pytest.approx(made.value(truth, p.path), rel=1e-8)
     assert [(dict(c.exponents), c.structural) for c in found.undetermined] == [({"inertia.wheel.drag": 1.0}, False)]
@@ -47,7 +47,7 @@ def test_frequencies_alone_never_fix_the_scale() -> None:
     truth = made.train()
     data = {"mode": [*made.mode_rows(truth, [2, 3, 4]), *shapes(truth)]}
     start = made.off(truth, SCALE, 4)
-    found = gr.fit(start, data, SCALE, starts=3)
+    found = gr.identification.fit(start, data, SCALE, starts=3)
     (only,) = [c for c in found.undetermined if c.structural]
     assert only.exponents == dict.fromkeys(SCALE, 1.0)
     assert "by the same factor changes nothing: only their ratios are determined" in only.words
@@ -62,7 +62,7 @@ def test_frequencies_alone_never_fix_the_scale() -> None:
 def test_more_stiffnesses_than_frequencies() -> None:
     truth = made.train()
     free = ["coupling.clutch.stiffness", "coupling.spline.stiffness", "mesh.mesh.stiffness", "mesh.mesh.damping"]
-    found = gr.fit(truth, {"mode": made.mode_rows(truth, [2])}, free, starts=1)
+    found = gr.identification.fit(truth, {"mode": made.mode_rows(truth, [2])}, free, starts=1)
     structural = [c for c in found.undetermined if c.structural]
     assert len(structural) == 3
     assert structural[0].words == "mesh.mesh.damping: no datum depends on it"
@@ -81,7 +81,7 @@ def test_a_product_is_told_as_such() -> None:
     truth = made.train()
     row = {"number": 2, "omega": 200.0, "region": {"clutch": 0}}
     free = ["coupling.clutch.stiffness", "coupling.clutch.stiffness_ratio"]
-    found = gr.fit(truth, {"mode": [row]}, free, starts=2)
+    found = gr.identification.fit(truth, {"mode": [row]}, free, starts=2)
     assert found.undetermined[0].exponents == {free[0]: 1.0, free[1]: -1.0}
     assert "only their products are determined" in found.undetermined[0].words
     seen = gr.modes(found.model, region={"clutch": 0}).frequencies[1]
@@ -93,7 +93,9 @@ def test_contact_ratio_of_the_call_is_the_default_of_the_data() -> None:
     rows = [{k: v for k, v in row.items() if k != "contact_ratio"}
             for row in made.mode_rows(truth, [2, 3, 4], contact_ratio={"clutch": 0.1})]  # fmt: skip
     free = ["coupling.clutch.stiffness", "coupling.spline.stiffness", "mesh.mesh.stiffness"]
-    found = gr.fit(made.off(truth, free, 1), {"mode": rows}, free, contact_ratio={"clutch": 0.1}, starts=2)
+    found = gr.identification.fit(
+        made.off(truth, free, 1), {"mode": rows}, free, contact_ratio={"clutch": 0.1}, starts=2
+    )
     for p in found.parameters:
         assert p.value == pytest.approx(made.value(truth, p.path), rel=1e-8)
 
@@ -108,7 +110,7 @@ def test_other_units_of_the_same_driveline() -> None:
     paths = [p for p in start.path_names() if p.split(".")[-1] in power and p.count(".") == 2]
     scaled = start.with_({p: made.value(start, p) * power[p.split(".")[-1]] for p in paths})
     rows = [{**row, "omega": row["omega"] / b} if "omega" in row else row for row in data["mode"]]
-    one, other = (gr.fit(m, d, CHAIN, starts=3) for m, d in ((start, data), (scaled, {"mode": rows})))
+    one, other = (gr.identification.fit(m, d, CHAIN, starts=3) for m, d in ((start, data), (scaled, {"mode": rows})))
     assert one.chi_square > 1e-3
     assert other.chi_square == pytest.approx(one.chi_square, rel=1e-8)
     for p, q in zip(one.parameters, other.parameters, strict=True):
@@ -120,7 +122,7 @@ def test_the_seed_decides_and_a_repetition_is_the_same() -> None:
     truth = made.train()
     data = {"mode": [*made.mode_rows(truth, [2, 3, 4]), *shapes(truth)]}
     start = made.off(truth, CHAIN, 3)
-    first, again, other = (gr.fit(start, data, CHAIN, starts=4, seed=seed) for seed in (1, 1, 2))
+    first, again, other = (gr.identification.fit(start, data, CHAIN, starts=4, seed=seed) for seed in (1, 1, 2))
     assert first.to_dict() == again.to_dict()
     assert first.model == again.model
     assert other.chi_square == pytest.approx(first.chi_square, abs=1e-12)
@@ -128,7 +130,7 @@ def test_the_seed_decides_and_a_repetition_is_the_same() -> None:
 
 def test_the_prior_holds_what_the_data_leave_open() -> None:
     truth = made.train()
-    found = gr.fit(truth, {"mode": made.mode_rows(truth, [2, 3, 4])}, SCALE, prior=0.2, starts=1)
+    found = gr.identification.fit(truth, {"mode": made.mode_rows(truth, [2, 3, 4])}, SCALE, prior=0.2, starts=1)
     errors = [p.relative_error for p in found.parameters]
     assert all(0.0 < error <= 0.2 * (1 + 1e-9) for error in errors)
     assert [c for c in found.undetermined if c.structural]  # the data still do not say
@@ -161,7 +163,9 @@ def test_twins_that_the_data_do_not_tell_apart_are_reported() -> None:
     truth = gr.loads(text)
     data = {"mode": made.mode_rows(truth, [2, 3])}
     free = ["coupling.one.stiffness", "coupling.two.stiffness"]
-    found = gr.fit(truth.with_({"coupling.one.stiffness": 1.2, "coupling.two.stiffness": 1.3}), data, free)
+    found = gr.identification.fit(
+        truth.with_({"coupling.one.stiffness": 1.2, "coupling.two.stiffness": 1.3}), data, free
+    )
     answers = sorted(tuple(round(v, 6) for v in m.values.values()) for m in found.minima if m.chi_square < 1e-9)
     assert answers == [(1.0, 1.5), (1.5, 1.0)]
     assert any("fit as well" in note for note in found.notes)
@@ -181,7 +185,9 @@ SPRINGS = ["coupling.ka.stiffness", "coupling.kb.stiffness", "coupling.kc.stiffn
 
 
 def test_modes_of_equal_frequency_are_not_taken_for_an_open_direction() -> None:
-    found = gr.fit(gr.loads(STAR), {"mode": made.mode_rows(gr.loads(STAR), [2, 3, 4])}, SPRINGS, starts=2)
+    found = gr.identification.fit(
+        gr.loads(STAR), {"mode": made.mode_rows(gr.loads(STAR), [2, 3, 4])}, SPRINGS, starts=2
+    )
     assert not any(c.structural for c in found.undetermined)
     assert any("not noticed to first order" in c.words for c in found.undetermined)
 
@@ -194,14 +200,14 @@ def test_shapes_without_numbers_find_modes_whose_order_has_changed() -> None:
         for n in (4, 2, 3)
     ]
     start = gr.loads(STAR).with_({SPRINGS[0]: 70.0, SPRINGS[1]: 140.0})
-    found = gr.fit(start, {"mode": rows}, SPRINGS, starts=1)
+    found = gr.identification.fit(start, {"mode": rows}, SPRINGS, starts=1)
     assert [p.value for p in found.parameters] == pytest.approx([150.0, 60.0, 100.0], rel=1e-8)
 
 
 def test_a_bound_that_is_reached_is_told() -> None:
     truth = made.train()
     path = "coupling.clutch.stiffness"
-    found = gr.fit(
+    found = gr.identification.fit(
         truth.with_({path: 1000.0}), {"mode": made.mode_rows(truth, [2])}, [path], bounds={path: (900, 1200)}
     )
     (only,) = found.parameters

@@ -21,11 +21,11 @@ SLOPES = {J: -1.0, FIRST: 100.0 / 116.0, THIRD: 16.0 / 116.0}
 
 
 @pytest.fixture(scope="module")
-def found() -> gr.Validation:
+def found() -> gr.typing.Validation:
     return gr.validate(made.run(), made.record(gain=1.03), parameters=ERRORS, draws=24, seed=1)
 
 
-def test_effects_are_the_closed_forms(found: gr.Validation) -> None:
+def test_effects_are_the_closed_forms(found: gr.typing.Validation) -> None:
     told = found.parameters
     assert told is not None
     for parameter in told.parameters:
@@ -35,7 +35,7 @@ def test_effects_are_the_closed_forms(found: gr.Validation) -> None:
         assert effect.needed == pytest.approx(100.0 * math.log(1.03) / SLOPES[parameter.path], rel=0.02)
 
 
-def test_the_levels_pull_along_their_gradient(found: gr.Validation) -> None:
+def test_the_levels_pull_along_their_gradient(found: gr.typing.Validation) -> None:
     """One precise datum: x = g d / g.g, and whatever leaves it unchanged stays open."""
     told = found.parameters
     assert told is not None
@@ -100,7 +100,7 @@ def test_errors_of_effects_hold_what_scatter_makes_of_them() -> None:
     assert 0.92 < np.mean(inside) < 0.98
 
 
-def _fit(correlated: float) -> gr.Fit:
+def _fit(correlated: float) -> gr.typing.Fit:
     """A fit of inertia and first torque, one per cent each."""
     from gearrattle.measured.identification.fitted import FittedParameter
 
@@ -109,7 +109,7 @@ def _fit(correlated: float) -> gr.Fit:
         for path, value in ((J, 2.0), (FIRST, 10.0))
     )
     covariance = 1e-4 * np.array([[1.0, correlated], [correlated, 1.0]])
-    return gr.Fit(gr.loads(made.MODEL), parameters, (), 0.0, 1, covariance, (), 1, (), ())
+    return gr.typing.Fit(gr.loads(made.MODEL), parameters, (), 0.0, 1, covariance, (), 1, (), ())
 
 
 @pytest.mark.parametrize("correlated", [-1.0, 0.0, 0.9, 1.0])

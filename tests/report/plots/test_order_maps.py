@@ -105,7 +105,7 @@ def test_gathering_keeps_the_largest_and_invents_nothing() -> None:
 
 
 def test_a_line_one_bin_wide_stays_in_a_coarse_map() -> None:
-    data = gr.waterfall(record(), "a", resolution="0.5 Hz", overlap=0.9)
+    data = gr.spectral.waterfall(record(), "a", resolution="0.5 Hz", overlap=0.9)
     assert data.shape[1] > 3000
     chart = map_chart(data, orders=[2.0], natural=[2.0 * np.pi * 100.0])
     (panel,) = chart.panels
@@ -125,7 +125,7 @@ def test_a_line_one_bin_wide_stays_in_a_coarse_map() -> None:
 
 def test_natural_frequencies_fall_over_a_map_of_orders() -> None:
     """o = omega_r / Omega at every speed of the axis; an order of the excitation is a tick that hides no ridge."""
-    data = gr.order_map(record(), "a", highest=10.0)
+    data = gr.spectral.order_map(record(), "a", highest=10.0)
     amplitude = data.amplitude.assign_attrs(data.attrs)
     omega = 2.0 * np.pi * 60.0
     chart = map_chart(amplitude, orders=[2.0, 40.0], natural=[omega])
@@ -149,7 +149,7 @@ def test_over_time_lines_follow_the_speed_of_each_row() -> None:
     speed = 2.0 * np.pi * (20.0 + 10.0 * np.sin(2.0 * np.pi * TIME / 20.0))
     wave = np.sin(2.0 * np.cumsum(speed) / RATE)
     rig = Recording(TIME, (Channel("a", "", "", "1", wave), Channel("n", "speed", "", "rad/s", speed)), "rig")
-    spectra = gr.waterfall(rig, "a", resolution="1 Hz")
+    spectra = gr.spectral.waterfall(rig, "a", resolution="1 Hz")
     (panel,) = map_chart(spectra, orders=[2.0], natural=[2.0 * np.pi * 100.0]).panels
     assert panel.x_title == "time, s"
     order = next(line for line in panel.lines if line.name == "order 2")
@@ -157,7 +157,7 @@ def test_over_time_lines_follow_the_speed_of_each_row() -> None:
     assert order.y == pytest.approx(2.0 * spectra.speed.values / (2.0 * np.pi))
     at = np.abs(spectra.frequency.values[spectra.values.argmax(axis=1)] - order.y)
     assert at.max() < 2.0  # the ridge of the map itself
-    mapped = gr.order_map(rig, "a", highest=10.0)
+    mapped = gr.spectral.order_map(rig, "a", highest=10.0)
     (panel,) = map_chart(mapped.amplitude.assign_attrs(mapped.attrs), natural=[2.0 * np.pi * 90.0]).panels
     falling = next(line for line in panel.lines if line.name == "natural frequency 1")
     shown = np.isfinite(falling.y)
@@ -165,7 +165,7 @@ def test_over_time_lines_follow_the_speed_of_each_row() -> None:
 
 
 def test_the_ends_of_the_shades_are_what_the_legend_says() -> None:
-    data = gr.order_map(record(), "a", highest=10.0).amplitude
+    data = gr.spectral.order_map(record(), "a", highest=10.0).amplitude
     data.attrs |= {"channel": "a", "source": "rig"}
     (panel,) = map_chart(data).panels
     heat = panel.heat
@@ -178,11 +178,11 @@ def test_the_ends_of_the_shades_are_what_the_legend_says() -> None:
 
 
 def test_cuts_and_coherence_are_drawn() -> None:
-    cuts = cuts_chart(gr.order_cuts(record(), "a", [2.0, 3.0]))
+    cuts = cuts_chart(gr.spectral.order_cuts(record(), "a", [2.0, 3.0]))
     two, three = cuts.panels[0].lines
     assert two.y == pytest.approx(3.0, abs=0.01)
     assert three.y.max() < 0.02
-    coherent = coherence_chart(gr.coherence(record(), "a", "n", resolution="20 Hz"))
+    coherent = coherence_chart(gr.spectral.coherence(record(), "a", "n", resolution="20 Hz"))
     low, high, value, chance = coherent.panels[0].lines
     assert chance.y[0] == chance.y[1] > 0.0
     assert np.nanmax(low.y) <= 1.0

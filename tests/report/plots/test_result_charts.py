@@ -108,7 +108,7 @@ def boundary(axes: tuple[str, ...]) -> xr.Dataset:
         },
         {axis: [1.0, 2.0, 3.0] for axis in axes},
     )
-    return gr.regime_boundary(data, "verdict")
+    return gr.studies.regime_boundary(data, "verdict")
 
 
 def test_a_boundary_over_two_axes_is_drawn_in_their_plane() -> None:

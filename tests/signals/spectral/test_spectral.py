@@ -79,7 +79,7 @@ def response(order: float, speeds: np.ndarray, name: str) -> np.ndarray:
 def test_orders_of_a_slow_run_up_are_the_linear_response(
     order: float, speeds: list[float], torques: list[float], phase: float
 ) -> None:
-    cuts = gr.order_cuts(run_up(), "acceleration.input_shaft", [2.0, 4.0, 6.0], turns=4, over="speed")
+    cuts = gr.spectral.order_cuts(run_up(), "acceleration.input_shaft", [2.0, 4.0, 6.0], turns=4, over="speed")
     inner = cuts.sel(order=order, speed=slice(850.0 * RPM, 2950.0 * RPM))
     at = inner.speed.values
     torque = np.interp(at, np.array(speeds) * RPM, torques)
@@ -89,8 +89,8 @@ def test_orders_of_a_slow_run_up_are_the_linear_response(
 
 
 def test_the_order_map_of_a_run_up_says_the_same() -> None:
-    cuts = gr.order_cuts(run_up(), "acceleration.input_shaft", [2.0, 4.0, 6.0], turns=4)
-    found = gr.order_map(run_up(), "acceleration.input_shaft", turns=4).interp(time=cuts.time[2:-2])
+    cuts = gr.spectral.order_cuts(run_up(), "acceleration.input_shaft", [2.0, 4.0, 6.0], turns=4)
+    found = gr.spectral.order_map(run_up(), "acceleration.input_shaft", turns=4).interp(time=cuts.time[2:-2])
     assert found.amplitude.sel(order=[2.0, 4.0, 6.0]).values == pytest.approx(cuts.amplitude.values[2:-2], rel=0.01)
     assert found.attrs["units"] == "rad/s^2"
     assert found.attrs["shaft"] == "the reference shaft"
@@ -100,7 +100,7 @@ def test_a_steady_run_shows_its_harmonic_at_its_order() -> None:
     model = gr.load(EXAMPLES / "paper" / "case3_loaded.toml")
     run = gr.simulate(model, cycles=40, discard=20)
     t = run.trajectory
-    found = gr.order_map(run, "velocity.flywheel", turns=20, window="boxcar")
+    found = gr.spectral.order_map(run, "velocity.flywheel", turns=20, window="boxcar")
     part = t.velocity[20 * t.samples_per_cycle : -1, 0]
     share = 2.0 * np.abs(np.fft.rfft(part)[20]) / part.size
     assert found.amplitude.sel(order=1.0).values == pytest.approx([share], rel=1e-4)
@@ -109,7 +109,7 @@ def test_a_steady_run_shows_its_harmonic_at_its_order() -> None:
 
 
 def test_a_recording_shows_the_orders_it_was_made_of() -> None:
-    found = gr.order_map(record(), "acceleration.hub", highest=20.0, over="speed")
+    found = gr.spectral.order_map(record(), "acceleration.hub", highest=20.0, over="speed")
     assert found.amplitude.dims == ("speed", "order")
     assert found.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
     assert found.phase.sel(order=2.0).values == pytest.approx(0.3, abs=1e-4)
@@ -120,17 +120,17 @@ def test_a_recording_shows_the_orders_it_was_made_of() -> None:
 
 def test_speed_angle_and_constant_lead_to_the_same_orders() -> None:
     angle = Channel("phi", "shaft angle", "", "rad", ANGLE)
-    by_speed = gr.order_map(record(angle), "a", speed="n", highest=20.0)
-    by_angle = gr.order_map(record(angle), "a", highest=20.0)
+    by_speed = gr.spectral.order_map(record(angle), "a", speed="n", highest=20.0)
+    by_angle = gr.spectral.order_map(record(angle), "a", highest=20.0)
     assert by_angle.attrs["shaft"] == "phi"
     assert by_angle.amplitude.values == pytest.approx(by_speed.amplitude.values, abs=1e-6)
     steady = np.sin(2.0 * np.pi * 50.0 * (TIME - 3.0))
-    held = gr.order_map(Recording(TIME, (Channel("x", "", "", "V", steady),), "x"), "x", speed="1500 rpm")
+    held = gr.spectral.order_map(Recording(TIME, (Channel("x", "", "", "V", steady),), "x"), "x", speed="1500 rpm")
     assert held.amplitude.sel(order=2.0).values == pytest.approx(1.0, rel=2e-4)
 
 
 def test_a_shaft_that_turns_backwards_throughout_is_turned_round() -> None:
-    found = gr.order_map(record(speed=-SPEED), "a", highest=20.0)
+    found = gr.spectral.order_map(record(speed=-SPEED), "a", highest=20.0)
     assert "sign turned" in found.attrs["shaft"]
     assert found.amplitude.sel(order=2.0).values == pytest.approx(2.0, rel=2e-4)
 
@@ -140,17 +140,17 @@ def test_a_speed_that_comes_back_is_gathered_by_steps() -> None:
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (swing[1:] + swing[:-1]))]) / RATE
     back = record(wave=1.5 * np.sin(2.0 * turned), speed=swing)
     with pytest.raises(ModelError, match="speed_step"):
-        gr.order_map(back, "a", over="speed")
-    found = gr.order_map(back, "a", turns=4, speed_step="100 rpm")
+        gr.spectral.order_map(back, "a", over="speed")
+    found = gr.spectral.order_map(back, "a", turns=4, speed_step="100 rpm")
     assert np.all(np.diff(found.speed.values) > 0.0)
-    assert int(found.blocks.sum()) == gr.order_map(back, "a", turns=4).sizes["time"]
+    assert int(found.blocks.sum()) == gr.spectral.order_map(back, "a", turns=4).sizes["time"]
     assert found.amplitude.sel(order=2.0).values == pytest.approx(1.5, rel=1e-3)
 
 
 def test_psd_holds_the_power_and_its_limits_their_factors() -> None:
     rng = np.random.default_rng(4)
     noisy = Recording(TIME, (Channel("x", "sound pressure", "cab", "Pa", 0.3 * rng.standard_normal(TIME.size)),), "x")
-    found = gr.psd(noisy, "sound pressure.cab", resolution="10 Hz")
+    found = gr.spectral.psd(noisy, "sound pressure.cab", resolution="10 Hz")
     assert float(found.density.integrate("frequency")) == pytest.approx(0.09, rel=0.02)
     assert found.density.attrs["units"] == "(Pa)^2/Hz"
     assert found.attrs["resolution"] == pytest.approx(10.0)
@@ -163,36 +163,36 @@ def test_coherence_and_cross_psd_of_a_known_mixture() -> None:
     x = rng.standard_normal(TIME.size)
     y = 2.0 * x + 2.0 * rng.standard_normal(TIME.size)  # coherence one half
     pair = Recording(TIME, (Channel("x", "force", "damper", "N m", x), Channel("y", "torque", "hub", "N m", y)), "r")
-    found = gr.coherence(pair, "y", "x", resolution=20.0)
+    found = gr.spectral.coherence(pair, "y", "x", resolution=20.0)
     inside = (found.low <= 0.5) & (found.high >= 0.5)
     assert float(inside.mean()) > 0.9
     assert float(found.coherence.mean()) == pytest.approx(0.5, abs=0.02)
     assert found.attrs["threshold"] < 0.02
-    crossed = gr.cross_psd(pair, "y", "x", resolution=20.0)
+    crossed = gr.spectral.cross_psd(pair, "y", "x", resolution=20.0)
     assert float(np.abs(crossed.response - 2.0).max()) < 4.0 * float(crossed.radius.max())
     assert complex(crossed.response.mean()).real == pytest.approx(2.0, rel=0.02)
     assert crossed.response.attrs["units"] == "(N m)/(N m)"
 
 
 def test_a_waterfall_has_times_speeds_and_units() -> None:
-    found = gr.waterfall(record(), "a", resolution="10 Hz", highest="600 Hz")
+    found = gr.spectral.waterfall(record(), "a", resolution="10 Hz", highest="600 Hz")
     assert found.dims == ("time", "frequency")
     assert float(found.frequency.max()) == pytest.approx(600.0)
     ridge = found.frequency.values[found.values.argmax(axis=1)]
     assert ridge == pytest.approx(2.0 * found.speed.values / (2.0 * np.pi), abs=10.0)
     assert found.attrs["units"] == "rad/s^2"
-    stepped = gr.waterfall(record(), "a", resolution="10 Hz", speed_step="50 rpm", orders=[2.0])
+    stepped = gr.spectral.waterfall(record(), "a", resolution="10 Hz", speed_step="50 rpm", orders=[2.0])
     assert stepped.dims == ("speed", "order")
-    power = gr.waterfall(record(), "a", scaling="density", window="boxcar", overlap=0.0)
+    power = gr.spectral.waterfall(record(), "a", scaling="density", window="boxcar", overlap=0.0)
     assert float(power.integrate("frequency").mean()) == pytest.approx(2.0 + 0.005, rel=0.01)
-    timeless = gr.waterfall(Recording(TIME, record().channels[:1], "x"), "a")
+    timeless = gr.spectral.waterfall(Recording(TIME, record().channels[:1], "x"), "a")
     assert "speed" not in timeless.coords
 
 
 def test_a_simulated_run_says_what_folds_back() -> None:
     run = gr.simulate(gr.load(EXAMPLES / "run_up.toml"), cycles=4)
-    assert "order 40 reaches 2000 Hz" in gr.psd(run, "acceleration.hub").attrs["notes"]
-    assert gr.psd(run_up(), "acceleration.hub").attrs["notes"] == ""
+    assert "order 40 reaches 2000 Hz" in gr.spectral.psd(run, "acceleration.hub").attrs["notes"]
+    assert gr.spectral.psd(run_up(), "acceleration.hub").attrs["notes"] == ""
 
 
 def uneven() -> Recording:
@@ -204,33 +204,36 @@ def stopping() -> Recording:
 
 
 REFUSED: list[tuple[Callable[[], Any], tuple[str, ...]]] = [
-    (lambda: gr.psd(record(), "b"), ("rig.csv", "a, n")),
-    (lambda: gr.psd(uneven(), "a"), ("uniform", "rate =")),
-    (lambda: gr.psd(record(), "a", resolution="0.01 Hz"), ("100 s", "10 s")),
-    (lambda: gr.psd(record(), "a", resolution="10 rpm"), ("resolution", "frequency")),
-    (lambda: gr.psd(record(), "a", window="ham"), ("window", "hann")),
-    (lambda: gr.psd(record(), "a", overlap=1.0), ("overlap", "below 1")),
-    (lambda: gr.psd(record(), "a", level=1.0), ("level",)),
-    (lambda: gr.psd(record(wave=WAVE * np.where(TIME > 4.0, np.nan, 1.0)), "a"), ("finite", "nan at sample")),
-    (lambda: gr.coherence(record(), "a", "n", resolution="0.1 Hz"), ("1 segment",)),
-    (lambda: gr.order_map(Recording(TIME, record().channels[:1], "x"), "a"), ("speed", "1500 rpm")),
-    (lambda: gr.order_map(record(), "a", speed="m"), ("no channel and no speed", "a, n")),
-    (lambda: gr.order_map(record(), "n", speed="a"), ("acceleration", "the shaft needs")),
-    (lambda: gr.order_map(stopping(), "a"), ("turns back", "3 s", "cut the record")),
-    (lambda: gr.order_map(record(), "a", highest=60.0), ("highest order", "0.4", "at most")),
-    (lambda: gr.order_map(record(), "a", overlap=1.0 - 1e-9), ("larger than", "lower the overlap")),
-    (lambda: gr.order_map(record(speed=SPEED * np.where(TIME > 4.0, np.nan, 1.0)), "a"), ("rig.csv: n", "nan")),
-    (lambda: gr.waterfall(record(), "a", overlap=0.9999, resolution=1.0), ("larger than", "overlap")),
-    (lambda: gr.order_map(record(), "a", turns=500), ("turns", "500")),
-    (lambda: gr.order_map(record(), "a", turns=0), ("turns", "a whole number from 1")),
-    (lambda: gr.order_map(record(), "a", over="order"), ("over", "speed")),
-    (lambda: gr.order_cuts(record(), "a", [2.0, 2.01]), ("told from each other", "turns=100")),
-    (lambda: gr.order_cuts(record(), "a", []), ("orders",)),
-    (lambda: gr.waterfall(record(), "a", scaling="power"), ("scaling", "density")),
-    (lambda: gr.waterfall(record(), "a", orders=[500.0]), ("orders", "raise highest")),
-    (lambda: gr.waterfall(record(), "a", speed_step="0 rpm"), ("speed_step", "greater than zero")),
-    (lambda: gr.psd(run_up(), "acceleration.hubb"), ("channel", "did you mean")),
-    (lambda: gr.order_map(run_up(), "acceleration.hub", speed="1500 rpm"), ("sweep", "leave speed out")),
+    (lambda: gr.spectral.psd(record(), "b"), ("rig.csv", "a, n")),
+    (lambda: gr.spectral.psd(uneven(), "a"), ("uniform", "rate =")),
+    (lambda: gr.spectral.psd(record(), "a", resolution="0.01 Hz"), ("100 s", "10 s")),
+    (lambda: gr.spectral.psd(record(), "a", resolution="10 rpm"), ("resolution", "frequency")),
+    (lambda: gr.spectral.psd(record(), "a", window="ham"), ("window", "hann")),
+    (lambda: gr.spectral.psd(record(), "a", overlap=1.0), ("overlap", "below 1")),
+    (lambda: gr.spectral.psd(record(), "a", level=1.0), ("level",)),
+    (lambda: gr.spectral.psd(record(wave=WAVE * np.where(TIME > 4.0, np.nan, 1.0)), "a"), ("finite", "nan at sample")),
+    (lambda: gr.spectral.coherence(record(), "a", "n", resolution="0.1 Hz"), ("1 segment",)),
+    (lambda: gr.spectral.order_map(Recording(TIME, record().channels[:1], "x"), "a"), ("speed", "1500 rpm")),
+    (lambda: gr.spectral.order_map(record(), "a", speed="m"), ("no channel and no speed", "a, n")),
+    (lambda: gr.spectral.order_map(record(), "n", speed="a"), ("acceleration", "the shaft needs")),
+    (lambda: gr.spectral.order_map(stopping(), "a"), ("turns back", "3 s", "cut the record")),
+    (lambda: gr.spectral.order_map(record(), "a", highest=60.0), ("highest order", "0.4", "at most")),
+    (lambda: gr.spectral.order_map(record(), "a", overlap=1.0 - 1e-9), ("larger than", "lower the overlap")),
+    (
+        lambda: gr.spectral.order_map(record(speed=SPEED * np.where(TIME > 4.0, np.nan, 1.0)), "a"),
+        ("rig.csv: n", "nan"),
+    ),
+    (lambda: gr.spectral.waterfall(record(), "a", overlap=0.9999, resolution=1.0), ("larger than", "overlap")),
+    (lambda: gr.spectral.order_map(record(), "a", turns=500), ("turns", "500")),
+    (lambda: gr.spectral.order_map(record(), "a", turns=0), ("turns", "a whole number from 1")),
+    (lambda: gr.spectral.order_map(record(), "a", over="order"), ("over", "speed")),
+    (lambda: gr.spectral.order_cuts(record(), "a", [2.0, 2.01]), ("told from each other", "turns=100")),
+    (lambda: gr.spectral.order_cuts(record(), "a", []), ("orders",)),
+    (lambda: gr.spectral.waterfall(record(), "a", scaling="power"), ("scaling", "density")),
+    (lambda: gr.spectral.waterfall(record(), "a", orders=[500.0]), ("orders", "raise highest")),
+    (lambda: gr.spectral.waterfall(record(), "a", speed_step="0 rpm"), ("speed_step", "greater than zero")),
+    (lambda: gr.spectral.psd(run_up(), "acceleration.hubb"), ("channel", "did you mean")),
+    (lambda: gr.spectral.order_map(run_up(), "acceleration.hub", speed="1500 rpm"), ("sweep", "leave speed out")),
 ]  # fmt: skip
 
 
@@ -246,4 +249,4 @@ def test_refusals_say_what_and_why(number: int) -> None:
 def test_pulses_alone_are_pointed_to_a_mapping() -> None:
     pulses = Recording(TIME, (record().channels[0], Channel("z", "pulses", "", "1", np.sign(WAVE))), "x")
     with pytest.raises(ModelError, match="pulses_per_turn"):
-        gr.order_map(pulses, "a")
+        gr.spectral.order_map(pulses, "a")

@@ -181,8 +181,8 @@ class Bench:
     def _find_schur_form(self) -> bool:
         """Write A = basis @ schur @ basis^H, transposed; tell whether LAPACK found it.
 
-        Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with it. Then the states
-        are tried in other orders, each turned by one, until one ends.
+        Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with the matrix. Then
+        the states are tried in other orders, each turned by one, until one ends.
         """
         do, n = stages(), self.states
         schur, basis = self.waves[bench.SCHUR, :n, :n], self.waves[bench.BASIS, :n, :n]

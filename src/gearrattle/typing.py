@@ -1,0 +1,49 @@
+"""Classes of what calls return, for annotations; nobody makes one by hand.
+
+Example:
+    >>> from gearrattle.typing import Modes
+    >>> isinstance(gr.modes(gr.example("case3")), Modes)
+    True
+"""
+
+from gearrattle.advice import Advice
+from gearrattle.analysis.campbell import Campbell
+from gearrattle.analysis.scaling import Nondimensional
+from gearrattle.analysis.statics import Equilibrium, Modes
+from gearrattle.analysis.stiffness import Stiffness
+from gearrattle.analysis.torque_angle import TorqueAngle
+from gearrattle.measured.gas_torque import GasTorque
+from gearrattle.measured.identification.fitted import Fit
+from gearrattle.measured.identification.loop_result import LoopFit
+from gearrattle.measured.look import Contents
+from gearrattle.measured.validation import RunUp, Validation
+from gearrattle.pipeline import Findings
+from gearrattle.quantities import Verdict
+from gearrattle.reductions.condense import Condensed
+from gearrattle.reductions.reduction import Reduction
+from gearrattle.report.figures import Figures
+from gearrattle.report.sound.listen import Sound
+from gearrattle.simulation.stream import Stream
+
+__all__ = [
+    "Advice",
+    "Campbell",
+    "Condensed",
+    "Contents",
+    "Equilibrium",
+    "Figures",
+    "Findings",
+    "Fit",
+    "GasTorque",
+    "LoopFit",
+    "Modes",
+    "Nondimensional",
+    "Reduction",
+    "RunUp",
+    "Sound",
+    "Stiffness",
+    "Stream",
+    "TorqueAngle",
+    "Validation",
+    "Verdict",
+]
