@@ -11,7 +11,7 @@ import json
 import os
 import platform
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -26,13 +26,14 @@ from gearrattle.engine.system import variation as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.engine.system.flow import flow_of
+from gearrattle.engine.system.passages import Companions, Passages
 from gearrattle.engine.system.perturbed import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
 from gearrattle.formats import check_format, format_name
 from gearrattle.model import Model, Points, loads
 from gearrattle.result import Result
-from gearrattle.trajectory import Array, Companions, Cost, EventLog, Trajectory
+from gearrattle.trajectory import Array, Cost, EventLog, Trajectory
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -49,8 +50,9 @@ _SAMPLED = {
     "element_torque": ("element", "N m"),
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
-_BESIDE = {"slider_stretch": ("stretch", "rad"), "slider_force": ("torque", "N m, or N for a mesh")}
-_BESIDE_LOG = {"time": "f8", "watch": "i2", "upward": "i1", "rate": "f8"}
+_COMPANIONS = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
+_PASSAGES = {"time": ("time", "f8"), "watch": ("watch", "i2"), "upward": ("upward", "i1"), "velocity": ("rate", "f8")}
+"""Names and kinds in the file, which stay; with ``memory``, called ``stretched`` there."""
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
 """By name: axes, values, SI unit."""
 
@@ -101,11 +103,11 @@ class Run(Result):
             "element": t.layout.element_names,
         }
         if t.companions is not None:
-            labels["companion"] = t.companions.names
-            for name, (value, unit) in _BESIDE.items():
+            labels["companion"] = t.layout.companion_names
+            for name, (value, unit) in _COMPANIONS.items():
                 samples[name] = (("time", "companion"), getattr(t.companions, value), unit)
             codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
-            states = np.stack([code[s] for code, s in zip(codes, t.companions.state.T, strict=True)], axis=1)
+            states = np.stack([code[s] for code, s in zip(codes, t.companions.piece.T, strict=True)], axis=1)
             samples["slider"] = (("time", "companion"), states, "1")
         if self.model.motions:
             labels["motion"] = tuple(motion.on for motion in self.model.motions)
@@ -162,18 +164,18 @@ class Run(Result):
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model).system)
-        first, log, beside = t.layout.region_of_first_piece, t.events, t.companions
+        first, log, companions = t.layout.region_of_first_piece, t.events, t.companions
         pieces = dict(zip(flow.system.places, t.initial_region - first, strict=False))
         start = t.first_cycle * t.layout.period
-        if beside is None:
+        if companions is None:
             unknown = np.zeros((len(log), 0))
             upward = (log.to_region > log.from_region).astype(np.int64)
-            path = growth.Path(log.time - start, log.clearance, upward, log.velocity, unknown)
+            passages = Passages(log.time - start, log.clearance, upward, log.velocity, unknown)
         else:
-            pieces |= dict(zip(flow.system.places[len(first) :], beside.initial, strict=True))
-            path = growth.Path(beside.time - start, beside.watch, beside.upward, beside.rate, beside.stretched)
+            pieces |= dict(zip(flow.system.places[len(first) :], companions.initial, strict=True))
+            passages = replace(companions.passages, time=companions.passages.time - start)
         count = len(flow.system.laws) + len(flow.system.companions)
-        return growth.variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), path, end=t.end - start)
+        return growth.variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), passages, end=t.end - start)
 
     @cached_property
     def flow_gradient(self) -> xr.DataArray:
@@ -342,22 +344,30 @@ def _read_points(file: Any) -> Points:
 
 
 def _write_companions(file: Any, companions: Companions) -> None:
-    """Write states and log of sliders and limiters as a group; their forces and stretch are samples."""
-    group = file.create_group("companions")
-    count, names, memories = companions.time.size, len(companions.names), companions.stretched.shape[1]
-    group.dimensions = {"sample": len(companions.state), "slider": names, "event": count, "memory": memories}
-    group.create_variable("state", ("sample", "slider"), "i1", data=companions.state.astype("i1"))
+    """Write pieces and crossings of companions as a group; their forces and memories are samples."""
+    group, log = file.create_group("companions"), companions.passages
+    count, memories = log.memory.shape
+    samples, sliders = companions.piece.shape
+    group.dimensions = {"sample": samples, "slider": sliders, "event": count, "memory": memories}
+    group.create_variable("state", ("sample", "slider"), "i1", data=companions.piece.astype("i1"))
     group.create_variable("initial", ("slider",), "i1", data=companions.initial.astype("i1"))
-    for name, kind in _BESIDE_LOG.items():
-        group.create_variable(name, ("event",), kind, data=getattr(companions, name).astype(kind))
-    group.create_variable("stretched", ("event", "memory"), "f8", data=companions.stretched)
+    for field, (name, kind) in _PASSAGES.items():
+        group.create_variable(name, ("event",), kind, data=getattr(log, field).astype(kind))
+    group.create_variable("stretched", ("event", "memory"), "f8", data=log.memory)
 
 
-def _read_companions(file: Any, names: tuple[str, ...]) -> Companions:
-    group, whole = file.groups["companions"], ("state", "initial", "watch", "upward")
-    logged = ("state", "initial", *_BESIDE_LOG, "stretched")
-    values = {name: np.array(group[name][...], np.int64 if name in whole else float) for name in logged}
-    return Companions(names, **values, **{name: np.array(file[of][...]) for of, (name, _) in _BESIDE.items()})
+def _read_companions(file: Any) -> Companions:
+    group = file.groups["companions"]
+    log: dict[str, Any] = {
+        field: np.array(group[name][...], float if kind == "f8" else np.int64)
+        for field, (name, kind) in _PASSAGES.items()
+    }
+    return Companions(
+        **{name: np.array(file[of][...], float) for of, (name, _) in _COMPANIONS.items()},
+        piece=np.array(group["state"][...], np.int64),
+        initial=np.array(group["initial"][...], np.int64),
+        passages=Passages(**log, memory=np.array(group["stretched"][...], float)),
+    )
 
 
 def _listed(energy: EnergyAudit) -> dict[str, list[float]]:
@@ -430,6 +440,6 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=int(file.attrs.get("first_cycle", 0)),
-            companions=_read_companions(file, layout.companion_names) if "companions" in file.groups else None,
+            companions=_read_companions(file) if "companions" in file.groups else None,
         )
     return Run(trajectory, model)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.passages import Companions
 from gearrattle.engine.system.statistics import Statistics
 
 Array = NDArray[np.float64]
@@ -130,34 +131,6 @@ class Cost:
     energy_residual: float | None = None
     rejected_steps: int = 0
     smallest_step: float | None = None
-
-
-@dataclass(frozen=True)
-class Companions:
-    """Sliders, limiters and alternating stiffness along a motion (``system.companion``); C of them, S with a memory.
-
-    Attributes:
-        names: (C,) as in the layout.
-        torque: (Nt, C) what each adds to its element's force [N m or N].
-        stretch: (Nt, C) of the springs of sliders [rad or m]; 0 for a limiter.
-        state: (Nt, C) pieces.
-        initial: (C,) pieces at the first sample.
-        time, watch, upward: (E,) of all crossings, clearances' and companions', in the order in which they came [s];
-            which clearance, or K and the companion; 1 beyond an upper bound.
-        rate: (E,) deflection rate of a clearance [rad/s or m/s].
-        stretched: (E, S) of the springs before each crossing [rad or m].
-    """
-
-    names: tuple[str, ...]
-    torque: Array
-    stretch: Array
-    state: IntArray
-    initial: IntArray
-    time: Array
-    watch: IntArray
-    upward: IntArray
-    rate: Array
-    stretched: Array
 
 
 class Exact(Protocol):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.trajectory import Companions
+from gearrattle.engine.system.passages import Companions, Passages
 from tests.architecture.places import EXAMPLES
 
 SHORT = {"cycles": 4, "samples_per_cycle": 32, "discard": 2}
@@ -27,18 +27,19 @@ def run(model: gr.Model) -> gr.Run:
     return gr.simulate(model, **SHORT)
 
 
-def same(one: Companions, two: Companions) -> bool:
-    return one.names == two.names and all(
-        np.array_equal(getattr(one, f.name), getattr(two, f.name), equal_nan=f.name != "names")
-        for f in fields(Companions)
-        if f.name != "names"
-    )
+def assert_same(one: Companions | Passages, two: Companions | Passages) -> None:
+    for field in fields(one):
+        before, after = getattr(one, field.name), getattr(two, field.name)
+        if field.name == "passages":
+            assert_same(before, after)
+        else:
+            np.testing.assert_array_equal(before, after, strict=True)
 
 
 def test_a_saved_run_comes_back_with_its_sliders(run: gr.Run, tmp_path: Path) -> None:
     run.save(tmp_path / "run.nc")
     again = gr.open_run(tmp_path / "run.nc")
-    assert same(again.trajectory.companions, run.trajectory.companions)
+    assert_same(again.trajectory.companions, run.trajectory.companions)
     assert again.data.equals(run.data)
     assert again.flow_gradient.equals(run.flow_gradient)
     assert again.model == run.model
@@ -77,11 +78,12 @@ def test_the_force_of_the_damper_is_law_and_sliders(run: gr.Run) -> None:
 def test_chunks_of_a_stream_have_their_sliders(model: gr.Model, run: gr.Run) -> None:
     chunks = [chunk.trajectory.companions for chunk in gr.stream(model, **SHORT, chunk=1)]
     whole = run.trajectory.companions
-    for name in ("torque", "stretch", "state"):
+    for name in ("force", "memory", "piece"):
         joined = np.concatenate([getattr(c, name)[0 if i == 0 else 1 :] for i, c in enumerate(chunks)])
         assert np.array_equal(joined, getattr(whole, name))
-    for name in ("time", "watch", "upward", "stretched"):
-        assert np.array_equal(np.concatenate([getattr(c, name) for c in chunks]), getattr(whole, name))
+    for name in ("time", "watch", "upward", "memory"):
+        joined = np.concatenate([getattr(c.passages, name) for c in chunks])
+        assert np.array_equal(joined, getattr(whole.passages, name))
 
 
 def test_a_study_gives_what_runs_give(model: gr.Model, tmp_path: Path) -> None:
@@ -99,12 +101,14 @@ def test_without_dimensions_and_back(model: gr.Model, run: gr.Run) -> None:
     plain = gr.nondimensionalize(model)
     back = plain.restore(gr.simulate(plain.model, **SHORT))
     mine, theirs = run.trajectory.companions, back.trajectory.companions
-    for name in ("time", "torque", "stretch", "stretched", "rate"):
-        want, got = getattr(mine, name), getattr(theirs, name)
+    log, other = mine.passages, theirs.passages
+    pairs = [(mine, theirs, "force"), (mine, theirs, "memory")]
+    for ours, restored, name in (*pairs, *((log, other, name) for name in ("time", "memory", "velocity"))):
+        want, got = getattr(ours, name), getattr(restored, name)
         size = np.nanmax(np.abs(want), axis=0) if want.ndim > 1 else np.nanmax(np.abs(want))
         assert np.nanmax(np.abs(got - want) / np.where(size > 0, size, 1.0)) < 1e-8, name
-    apart = np.cumsum(np.diff(mine.time, prepend=0.0) > 1e-9)  # sliders that stick at one instant have no order
-    assert np.array_equal(mine.watch[np.lexsort((mine.watch, apart))], theirs.watch[np.lexsort((theirs.watch, apart))])
+    apart = np.cumsum(np.diff(log.time, prepend=0.0) > 1e-9)  # sliders that stick at one instant have no order
+    assert np.array_equal(log.watch[np.lexsort((log.watch, apart))], other.watch[np.lexsort((other.watch, apart))])
 
 
 def test_linear_results_say_what_they_leave_out(model: gr.Model, run: gr.Run) -> None:
@@ -208,7 +212,7 @@ def test_friction_goes_through_the_ratio_of_a_merged_gear() -> None:
     long, short = (gr.simulate(m, cycles=5, samples_per_cycle=64, discard=0) for m in (model, small.model))
     twist = [r.data.deflection.sel(clearance="rubs").values for r in (long, short)]
     assert np.abs(twist[0] - twist[1] * ratio).max() < 2e-3 * np.abs(twist[0]).max()
-    assert len(short.trajectory.companions.time) > 4
+    assert len(short.trajectory.companions.passages.time) > 4
 
 
 @pytest.mark.parametrize("speed", [0.0, 104.71975511965978, 157.07963267948966, 418.8790204786391])
@@ -238,9 +242,9 @@ def test_other_algorithms_are_refused_before_anything_runs(model: gr.Model) -> N
 
 
 def test_switches_have_time_name_and_state(run: gr.Run) -> None:
-    table, beside = run.switches, run.trajectory.companions
+    table, watch = run.switches, run.trajectory.companions.passages.watch
     assert list(table.columns) == ["time", "companion", "state"]
-    assert len(table) == int((beside.watch >= len(run.trajectory.layout.clearance)).sum()) > 50
+    assert len(table) == int((watch >= len(run.trajectory.layout.clearance)).sum()) > 50
     assert np.all(np.diff(table["time"]) >= 0.0)
     gear = table[table["companion"] == "gear.push"]
     assert set(gear["state"]) == {"idle"}  # contact begins at the limit, which ends by itself

@@ -18,8 +18,7 @@ from math import comb
 import numpy as np
 
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.solvers.base import Beside
-from gearrattle.engine.system.variation import Path
+from gearrattle.engine.system.passages import Companions, Passages
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_plain import Inside, inside, layout_of, rate_rows, unit_of
 from tests.dense.judge import FORCED, LATE, PENETRATION, ROUNDINGS, Verdict
@@ -32,12 +31,12 @@ TOGETHER = 8 * EPS
 """Of the time: two instants as near as this may come in either order."""
 
 
-def nothing_beside(motion: Motion) -> Beside:
+def no_companions(motion: Motion) -> Companions:
     """What a motion without companions would say of them: only its crossings."""
     log, none = motion.crossings, np.zeros((len(motion.angle), 0))
     upward = (log.to_piece > log.from_piece).astype(np.int64)
-    path = Path(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
-    return Beside(none, none, none.astype(np.int64), np.zeros(0, np.int64), path)
+    passages = Passages(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
+    return Companions(none, none, none.astype(np.int64), np.zeros(0, np.int64), passages)
 
 
 class DressedJudge:
@@ -45,7 +44,7 @@ class DressedJudge:
 
     def __init__(self, case: Dressed, motion: Motion) -> None:
         self.case, self.motion, self.verdict, self.place = case, motion, Verdict(), layout_of(case)
-        self.beside = motion.beside or nothing_beside(motion)
+        self.companions = motion.companions or no_companions(motion)
         self.clear, self.known = list(case.clearances), {}
         self.time = np.arange(len(motion.angle)) * (case.period / case.samples)
         sums, signals = sums_of(case), case.signals
@@ -64,7 +63,7 @@ class DressedJudge:
 
     def _initial(self) -> Modes:
         """The modes the run begins in: by the check's own rules, where they do not depend on rounding."""
-        said = read(self.case, self.motion.initial_piece, self.beside.initial)
+        said = read(self.case, self.motion.initial_piece, self.companions.initial)
         z, _ = self.state(0)
         rate = rate_rows(self.case, self.place, signs=True) @ z
         own = at_start(self.case, said.pieces, z[: self.place.m], rate)
@@ -124,7 +123,7 @@ class DressedJudge:
         if case.signals is not None:
             error = error + case.signals.error @ chain[:: case.signals.degree + 1]
         first = 2 * len(case.clipped)
-        e = self.beside.memory[j, first : first + len(case.sliders)]
+        e = self.companions.memory[j, first : first + len(case.sliders)]
         return np.concatenate([case.rows @ q - error, v, e if j else 0.0 * e, u]), q
 
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
@@ -144,7 +143,7 @@ class DressedJudge:
 
     def judge(self) -> Verdict:
         """Go through the run, sample by sample."""
-        log, faults = self.beside.path, self.verdict.faults
+        log, faults = self.companions.passages, self.verdict.faults
         if np.any(np.diff(log.time) < 0) or np.any(log.time < 0) or np.any(log.time > self.time[-1] * (1 + 4 * EPS)):
             faults.append("crossings are not in order of time, or outside the run")
             return self.verdict
@@ -181,7 +180,7 @@ class DressedJudge:
 
     def _ticks(self) -> None:
         """Every change by the clock at its instant."""
-        log, first = self.beside.path, self.first_slider + len(self.case.sliders)
+        log, first = self.companions.passages, self.first_slider + len(self.case.sliders)
         end = self.case.length * self.case.period
         for i in range(len(self.case.pairs)):
             told, due = log.time[log.watch == first + i], self.case.ticks(i)
@@ -194,20 +193,20 @@ class DressedJudge:
 
     def _corners(self) -> None:
         """The log of corners against the log of everything."""
-        log, path = self.motion.crossings, self.beside.path
+        log, passages = self.motion.crossings, self.companions.passages
         for i, k in enumerate(self.clear):
-            own, other = log.clearance == i, path.watch == i
+            own, other = log.clearance == i, passages.watch == i
             same = own.sum() == other.sum() and np.array_equal(
-                log.to_piece[own] - log.from_piece[own], 2 * path.upward[other] - 1
+                log.to_piece[own] - log.from_piece[own], 2 * passages.upward[other] - 1
             )
             if not same:
                 self.verdict.faults.append(f"two logs: they differ in the crossings of element {k}")
                 continue
-            late = np.abs(log.time[own] - path.time[other])
+            late = np.abs(log.time[own] - passages.time[other])
             self.verdict.hold("two logs", float(late.max(initial=0.0)), 4 * LATE * self.time[-1], f"element {k}")
             self.verdict.faults += [
                 f"two logs: velocity of element {k} at t = {t:.17g}"
-                for t, a, b in zip(log.time[own], log.velocity[own], path.velocity[other], strict=True)
+                for t, a, b in zip(log.time[own], log.velocity[own], passages.velocity[other], strict=True)
                 if a != b
             ]
 
@@ -266,7 +265,7 @@ class DressedJudge:
 
     def _crossing(self, e, z, spread, passed):
         """Judge entry e of the log, z being the state there, and step into what follows."""
-        log, here = self.beside.path, self.now()
+        log, here = self.companions.passages, self.now()
         i, upward, region = int(log.watch[e]), int(log.upward[e]), self.now().region
         kind, what = self._named(i)
         self.verdict.crossings += kind != "pairs"
@@ -307,7 +306,7 @@ class DressedJudge:
 
     def _beside(self, watch: int, now: float) -> bool:
         """Whether one of those watched, or its element, changes at an instant."""
-        log, case = self.beside.path, self.case
+        log, case = self.companions.passages, self.case
         owners = [*self.clear, *(k for k in case.clipped for _ in range(2))]
         owners += [each.element for each in (*case.sliders, *case.pairs)]
         mine = np.array([owners[w] == owners[watch] for w in log.watch], dtype=bool)
@@ -317,7 +316,7 @@ class DressedJudge:
         """Modes, forces and accelerations stored at sample j, against its state."""
         motion, case, place, told = self.motion, self.case, self.place, self.modes
         try:
-            said = read(case, motion.piece[j], self.beside.piece[j])
+            said = read(case, motion.piece[j], self.companions.piece[j])
         except Impossible as wrong:
             self.verdict.faults.append(f"piece: {wrong}, sample {j}")
             return

@@ -76,8 +76,8 @@ def test_all_that_can_switch_does_switch():
     words: set[str] = set()
     for seed in range(12):
         case = seeded("all beside", seed, MAKERS["all beside"])
-        path, first = run(case).beside.path, len(case.clearances)
-        for watch, upward in zip(path.watch, path.upward, strict=True):
+        passages, first = run(case).companions.passages, len(case.clearances)
+        for watch, upward in zip(passages.watch, passages.upward, strict=True):
             c = int(watch) - first
             if c < 0:
                 continue

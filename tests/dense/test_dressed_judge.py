@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.system.variation import Path
+from gearrattle.engine.system.passages import Passages
 from tests.dense.case import run
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_judge import check_dressed
@@ -38,13 +38,13 @@ def kinds(case: Dressed, motion: Motion) -> set[str]:
     return {fault.split(":")[0] for fault in check_dressed(case, motion).faults}
 
 
-def with_path(motion: Motion, path: Path) -> Motion:
-    return replace(motion, beside=replace(motion.beside, path=path))
+def with_passages(motion: Motion, passages: Passages) -> Motion:
+    return replace(motion, companions=replace(motion.companions, passages=passages))
 
 
-def without(path: Path, *entries: int) -> Path:
+def without(passages: Passages, *entries: int) -> Passages:
     """The log without some entries."""
-    return Path(*(np.delete(getattr(path, f.name), entries, axis=0) for f in fields(Path)))
+    return Passages(*(np.delete(getattr(passages, f.name), entries, axis=0) for f in fields(Passages)))
 
 
 def entries_of(case: Dressed, motion: Motion, part: str) -> list[int]:
@@ -52,7 +52,7 @@ def entries_of(case: Dressed, motion: Motion, part: str) -> list[int]:
     first = len(case.clearances)
     ends = np.cumsum([first, 2 * len(case.clipped), len(case.sliders), len(case.pairs)])
     i = ("limiters", "sliders", "pairs").index(part)
-    watch = motion.beside.path.watch
+    watch = motion.companions.passages.watch
     found = np.flatnonzero((watch >= ends[i]) & (watch < ends[i + 1]))
     return [int(found[j]) for j in sorted({int(x) for x in np.linspace(0, len(found) - 1, 5)})] if len(found) else []
 
@@ -67,7 +67,7 @@ def test_a_missing_switch_is_reported(family, part):
     tried = 0
     for case, motion in cases(family):
         for e in entries_of(case, motion, part):
-            assert kinds(case, with_path(motion, without(motion.beside.path, e)))
+            assert kinds(case, with_passages(motion, without(motion.companions.passages, e)))
             tried += 1
     assert tried > 3
 
@@ -76,14 +76,14 @@ def test_a_missing_switch_is_reported(family, part):
 def test_a_moved_switch_is_reported(family, part):
     tried = 0
     for case, motion in cases(family):
-        path = motion.beside.path
+        passages = motion.companions.passages
         for e in entries_of(case, motion, part):
-            time = path.time.copy()
+            time = passages.time.copy()
             time[e] += SHIFT * case.period
-            after = path.time[e + 1] if e + 1 < len(time) else case.length * case.period
+            after = passages.time[e + 1] if e + 1 < len(time) else case.length * case.period
             if time[e] >= after:
                 continue
-            found = kinds(case, with_path(motion, replace(path, time=time)))
+            found = kinds(case, with_passages(motion, replace(passages, time=time)))
             assert ("tick" if part == "pairs" else "on the corner") in found
             tried += 1
     assert tried > 3
@@ -93,16 +93,16 @@ def test_a_brief_slip_left_out_carries_more_than_the_limit():
     """Slip and stick again taken from the log: only the stretch can tell."""
     tried = 0
     for case, motion in cases("friction"):
-        path, first = motion.beside.path, len(case.clearances) + 2 * len(case.clipped)
+        passages, first = motion.companions.passages, len(case.clearances) + 2 * len(case.clipped)
         for e in entries_of(case, motion, "sliders"):
-            later = [f for f in range(e + 1, len(path.time)) if path.watch[f] == path.watch[e]]
-            begins = motion.beside.initial[path.watch[e] - len(case.clearances)] == 0
-            begins &= not np.any(path.watch[:e] == path.watch[e])  # the first slip of a slider that sticks
-            owner = case.sliders[path.watch[e] - first].element
-            moved = [g for g in range(e) if path.watch[g] < len(case.clearances)
-                     and case.clearances[path.watch[g]] == owner]  # fmt: skip
+            later = [f for f in range(e + 1, len(passages.time)) if passages.watch[f] == passages.watch[e]]
+            begins = motion.companions.initial[passages.watch[e] - len(case.clearances)] == 0
+            begins &= not np.any(passages.watch[:e] == passages.watch[e])  # the first slip of a slider that sticks
+            owner = case.sliders[passages.watch[e] - first].element
+            moved = [g for g in range(e) if passages.watch[g] < len(case.clearances)
+                     and case.clearances[passages.watch[g]] == owner]  # fmt: skip
             if later and begins and not moved:
-                assert "slider" in kinds(case, with_path(motion, without(path, e, later[0])))
+                assert "slider" in kinds(case, with_passages(motion, without(passages, e, later[0])))
                 tried += 1
     assert tried > 0
 
@@ -119,22 +119,22 @@ def test_another_limit_is_reported():
 def test_a_falsified_stretch_is_reported():
     tried = 0
     for case, motion in cases("friction"):
-        memory = motion.beside.memory.copy()
+        memory = motion.companions.memory.copy()
         j, i = np.unravel_index(np.argmax(np.abs(memory[1:])), memory[1:].shape)
         if memory[j + 1, i] != 0.0:
             memory[j + 1, i] *= 1 + 1e-7
-            assert "stretch" in kinds(case, replace(motion, beside=replace(motion.beside, memory=memory)))
+            assert "stretch" in kinds(case, replace(motion, companions=replace(motion.companions, memory=memory)))
             tried += 1
     assert tried > 0
 
 
 def test_a_tick_invented_or_in_two_parts_is_reported():
     for case, motion in cases("alternating"):
-        path = motion.beside.path
+        passages = motion.companions.passages
         (e, *_) = entries_of(case, motion, "pairs")
-        twice = Path(*(np.insert(getattr(path, f.name), [e, e], getattr(path, f.name)[[e]], axis=0)
-                       for f in fields(Path)))  # fmt: skip
-        assert "tick" in kinds(case, with_path(motion, twice))
+        twice = Passages(*(np.insert(getattr(passages, f.name), [e, e], getattr(passages, f.name)[[e]], axis=0)
+                       for f in fields(Passages)))  # fmt: skip
+        assert "tick" in kinds(case, with_passages(motion, twice))
 
 
 def test_slightly_wrong_alternation_or_polynomials_are_reported():

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.solvers.base import Crossings
 from tests.dense.case import Case, Element, run
 from tests.dense.families import seeded
 from tests.dense.grazing import MAKERS
@@ -46,13 +46,13 @@ def kinds(case: Case, motion: Motion) -> set[str]:
 
 def select(log: Crossings, index) -> Crossings:
     """The crossings of an index, in its order."""
-    return Crossings(*(getattr(log, name)[index] for name in Crossings.__dataclass_fields__))
+    return Crossings(*(getattr(log, name)[index] for name in Crossings._fields))
 
 
 def inserted(log: Crossings, at: int, **values) -> Crossings:
     """The log with one crossing more before number ``at``; the force integral is that of its neighbour."""
     values.setdefault("force_integral", 0.0)
-    return Crossings(*(np.insert(getattr(log, name), at, values[name]) for name in Crossings.__dataclass_fields__))
+    return Crossings(*(np.insert(getattr(log, name), at, values[name]) for name in Crossings._fields))
 
 
 def some(log: Crossings) -> list[int]:
@@ -109,7 +109,7 @@ def test_a_shifted_time_is_reported(family, part):
             unsorted = np.any(np.diff(time) < 0) or not 0 < time[e] < case.period * case.length
             if unsorted or abs(log.velocity[e] * shift) < 2 * VISIBLE * scale(case, int(log.clearance[e])):
                 continue
-            assert "on the corner" in kinds(case, replace(motion, crossings=replace(log, time=time)))
+            assert "on the corner" in kinds(case, replace(motion, crossings=log._replace(time=time)))
             tried += 1
     assert tried > 0
 
@@ -135,7 +135,7 @@ def test_a_crossing_undone_and_done_again_is_reported(family):
     for case, motion in cases(family):
         log = motion.crossings
         e = int(np.argmax(np.abs(log.velocity)))
-        row = {name: getattr(log, name)[e] for name in Crossings.__dataclass_fields__}
+        row = {name: getattr(log, name)[e] for name in Crossings._fields}
         back = {**row, "from_piece": row["to_piece"], "to_piece": row["from_piece"]}
         thrice = inserted(inserted(log, e + 1, **row), e + 1, **back)
         assert kinds(case, replace(motion, crossings=thrice)) == {"direction"}
@@ -149,11 +149,11 @@ def test_a_wrong_velocity_piece_or_clearance_is_reported(family):
         velocity, after, clearance = log.velocity.copy(), log.to_piece.copy(), log.clearance.copy()
         velocity[e] *= 1 + 1e-8
         after[e] = log.from_piece[e]
-        assert kinds(case, replace(motion, crossings=replace(log, velocity=velocity))) == {"velocity"}
-        assert "crossing" in kinds(case, replace(motion, crossings=replace(log, to_piece=after)))
+        assert kinds(case, replace(motion, crossings=log._replace(velocity=velocity))) == {"velocity"}
+        assert "crossing" in kinds(case, replace(motion, crossings=log._replace(to_piece=after)))
         if len(case.clearances) > 1:
             clearance[e] = (clearance[e] + 1) % len(case.clearances)
-            assert kinds(case, replace(motion, crossings=replace(log, clearance=clearance)))
+            assert kinds(case, replace(motion, crossings=log._replace(clearance=clearance)))
 
 
 @families

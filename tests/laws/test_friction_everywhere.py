@@ -40,7 +40,7 @@ def deflections(model: Driveline, run: gr.Run, k: int) -> tuple[np.ndarray, np.n
 def hold_sliders(model: Driveline, run: gr.Run) -> int:
     """Check every slider; return how many there are."""
     data, words, count = run.data, run.data.slider.attrs["flag_meanings"].split(", "), 0
-    times = run.trajectory.companions.time
+    times = run.trajectory.companions.passages.time
     passed = np.searchsorted(times, data.time.values)
     for k, element in enumerate(model.elements):
         delta, rate = deflections(model, run, k)

@@ -37,19 +37,20 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
 
     What is engaged or let go because its element enters another piece is no switch: that is a crossing.
     """
-    beside, layout = motion.companions, motion.layout
-    if beside is None:
+    companions, layout = motion.companions, motion.layout
+    if companions is None:
         return
     pieces, first, count = [0] * (len(system.laws) + len(system.companions)), len(layout.clearance), len(system.laws)
     for place, piece in zip(
-        system.places, (*(motion.initial_region - layout.region_of_first_piece), *beside.initial), strict=True
+        system.places, (*(motion.initial_region - layout.region_of_first_piece), *companions.initial), strict=True
     ):
         pieces[place] = int(piece)
     now = tuple(pieces)
-    for time, watch, upward in zip(beside.time.tolist(), beside.watch.tolist(), beside.upward.tolist(), strict=True):
+    log = companions.passages
+    for time, watch, upward in zip(log.time.tolist(), log.watch.tolist(), log.upward.tolist(), strict=True):
         now, c = system.beyond(now, watch, upward), watch - first
-        if 0 <= c < len(beside.names):
-            yield time, beside.names[c], layout.companion_words[c][now[count + c]]
+        if 0 <= c < len(layout.companion_names):
+            yield time, layout.companion_names[c], layout.companion_words[c][now[count + c]]
 
 
 def is_parted(element: Element) -> bool:

@@ -16,8 +16,9 @@ import numpy as np
 
 from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
+from gearrattle.engine.system.passages import Companions
 from gearrattle.model import Model
-from gearrattle.trajectory import Companions, Layout, Trajectory
+from gearrattle.trajectory import Layout, Trajectory
 
 _FRICTION = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
 _STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle", **_FRICTION}
@@ -114,7 +115,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     short = None if cost.smallest_step is None else cost.smallest_step * unit["time"]
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
-    beside = None if trajectory.companions is None else _beside(trajectory.companions, layout, scales)
+    companions = trajectory.companions
     return replace(
         trajectory,
         layout=layout,
@@ -134,24 +135,28 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
         final_force_integral=trajectory.final_force_integral * force * unit["time"],
         cost=replace(cost, smallest_step=short, **steps),
         energy=energy,
-        companions=beside,
+        companions=None if companions is None else _companions_in_si(companions, layout, scales),
         notes=(*trajectory.notes, "simulated without dimensions: quantities in its notes are dimensionless."),
     )
 
 
-def _beside(companions: Companions, layout: Layout, scales: Scales) -> Companions:
-    """Sliders and limiters of a dimensionless motion in SI; every name begins with that of its element."""
+def _companions_in_si(companions: Companions, layout: Layout, scales: Scales) -> Companions:
+    """Companions of a dimensionless motion in SI; every name begins with that of its element."""
     unit, elements = scales.units(), dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
-    on_mesh = np.array([elements[name.split(".")[0]] for name in companions.names])
-    count, rate = len(layout.clearance), companions.rate.copy()
-    own = companions.watch < count
+    on_mesh = np.array([elements[name.split(".")[0]] for name in layout.companion_names])
+    passages = companions.passages
+    count, velocity = len(layout.clearance), passages.velocity.copy()
+    own = passages.watch < count
     deflection = np.where(layout.is_mesh[layout.clearance], unit["length"], unit["angle"])
-    rate[own] *= deflection[companions.watch[own]] * unit["speed"]
+    velocity[own] *= deflection[passages.watch[own]] * unit["speed"]
     return replace(
         companions,
-        torque=companions.torque * np.where(on_mesh, unit["force"], unit["torque"]),
-        stretch=companions.stretch * np.where(on_mesh, unit["length"], unit["angle"]),
-        time=companions.time * unit["time"],
-        rate=rate,
-        stretched=companions.stretched * unit["angle"],
+        force=companions.force * np.where(on_mesh, unit["force"], unit["torque"]),
+        memory=companions.memory * np.where(on_mesh, unit["length"], unit["angle"]),
+        passages=replace(
+            passages,
+            time=passages.time * unit["time"],
+            velocity=velocity,
+            memory=passages.memory * unit["angle"],
+        ),
     )

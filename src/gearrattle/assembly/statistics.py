@@ -18,7 +18,7 @@ from gearrattle.assembly.prescribed import free_names, free_of
 from gearrattle.assembly.system import assemble
 from gearrattle.engine.system.flow import Flow, Pieces, flow_of
 from gearrattle.engine.system.series import Rows, Series
-from gearrattle.engine.system.statistics import Path, Statistics, Walk, walk_of
+from gearrattle.engine.system.statistics import SampledMotion, Statistics, Walk, walk_of
 from gearrattle.model import Model
 from gearrattle.remember import kept
 from gearrattle.slices import slices
@@ -136,18 +136,19 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
     return replace(trajectory, exact=Between(model))
 
 
-def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
+def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     """The motion in the coordinates of the flow."""
     t, first, period = trajectory, trajectory.layout.region_of_first_piece, trajectory.layout.period
-    free, beside, log = free_of(model), trajectory.companions, trajectory.events
+    free, companions, log = free_of(model), trajectory.companions, trajectory.events
     pieces = dict(zip(flow.system.places, (t.initial_region - first).tolist(), strict=False))
     window = slice(t.discard * t.samples_per_cycle, None)
     memories = np.zeros((len(t.time), 0))
     time, watch, upward = log.time, log.clearance, (log.to_region > log.from_region).astype(np.int64)
-    if beside is not None:
-        pieces |= dict(zip(flow.system.places[len(first) :], beside.initial.tolist(), strict=True))
-        time, watch, upward = beside.time, beside.watch, beside.upward
-        memories = beside.stretch[:, list(flow.system.memories)] * flow.memory
+    if companions is not None:
+        pieces |= dict(zip(flow.system.places[len(first) :], companions.initial.tolist(), strict=True))
+        passages = companions.passages
+        time, watch, upward = passages.time, passages.watch, passages.upward
+        memories = companions.memory[:, list(flow.system.memories)] * flow.memory
     count = len(flow.system.laws) + len(flow.system.companions)
     angle, velocity, memory = t.angle[window], t.velocity[window], memories[window]
     samples = np.empty((len(angle), flow.width))
@@ -161,7 +162,7 @@ def _path(model: Model, flow: Flow, trajectory: Trajectory) -> Path:
         np.multiply(velocities, flow.scaling.velocity, out=samples[part, deflections:moving])
         samples[part, moving : flow.states] = memory[part]
     _write_inputs(flow, t, samples[:, flow.states :])
-    return Path(
+    return SampledMotion(
         tuple(int(pieces.get(k, 0)) for k in range(count)),
         samples,
         t.samples_per_cycle,

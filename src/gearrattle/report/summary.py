@@ -60,12 +60,12 @@ def findings_content(findings: Findings) -> dict[str, Any]:
 
 def switches(trajectory: Trajectory) -> dict[str, int]:
     """Return how often each slider began or ceased to slip, and each limit of contact damping to act."""
-    beside = trajectory.companions
-    if beside is None:
+    if trajectory.companions is None:
         return {}
-    first = len(trajectory.layout.clearance)
-    counts = np.bincount(beside.watch[beside.watch >= first] - first, minlength=len(beside.names))
-    return dict(zip(beside.names, counts.tolist(), strict=True))
+    layout, watch = trajectory.layout, trajectory.companions.passages.watch
+    first, names = len(layout.clearance), layout.companion_names
+    counts = np.bincount(watch[watch >= first] - first, minlength=len(names))
+    return dict(zip(names, counts.tolist(), strict=True))
 
 
 def modes_dict(modes: Modes) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.slices import slices
-from gearrattle.trajectory import Companions, Cost, EventLog, Layout, Trajectory
+from gearrattle.trajectory import Cost, EventLog, Layout, Trajectory
 
 Progress = Callable[[float], None]
 
@@ -146,15 +146,5 @@ def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Mo
         notes=motion.notes,
         energy=motion.energy,
         first_cycle=first_cycle,
-        companions=_companions(layout, motion),
+        companions=motion.companions,
     )
-
-
-def _companions(layout: Layout, motion: Motion) -> Companions | None:
-    if motion.beside is None:
-        return None
-    each = motion.beside
-    return Companions(
-        layout.companion_names, each.force, each.memory, each.piece, each.initial, each.path.time, each.path.watch,
-        each.path.upward, each.path.velocity, each.path.memory,
-    )  # fmt: skip

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers import SOLVERS, Marching, Motion, Task
-from gearrattle.engine.solvers.base import Crossings
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
 from tests.engine.system.drivelines import clearance, inputs, linear

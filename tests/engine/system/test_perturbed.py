@@ -8,8 +8,9 @@ import pytest
 import gearrattle as gr
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.system import variation as tabled
+from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbed import Perturbed
-from gearrattle.engine.system.variation import Path, Variation, variation
+from gearrattle.engine.system.variation import Variation, variation
 from tests.engine.solvers.tasks import oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain
 from tests.oracles.dressed import dressed_problem
@@ -19,10 +20,10 @@ def both(system, angle, velocity, cycles: int) -> tuple[Variation, Perturbed]:
     given = task(system, list(angle), list(velocity), cycles=cycles)
     march, log = ExactMarch(given), run(given).crossings
     upward = (log.to_piece > log.from_piece).astype(np.int64)
-    path = Path(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
+    passages = Passages(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
     start, end = march.slots.pieces[march.march.counts[1]], cycles * system.inputs.period
-    dense = variation(march.flow, start, path, end=end)
-    sparse = variation(march.flow, start, path, end=end, most_tables=0)
+    dense = variation(march.flow, start, passages, end=end)
+    sparse = variation(march.flow, start, passages, end=end, most_tables=0)
     assert isinstance(dense, Variation)
     assert isinstance(sparse, Perturbed)
     return dense, sparse

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import Path, Variation, variation
+from gearrattle.engine.system.variation import Variation, variation
 from tests.engine.solvers.tasks import oscillator, run, task
 from tests.engine.system.drivelines import clearance, random_chain
 
@@ -20,8 +21,8 @@ def of(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles:
     first = march.slots.pieces[march.march.counts[1]]
     end = cycles * system.inputs.period
     upward = (log.to_piece > log.from_piece).astype(np.int64)
-    path = Path(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
-    return variation(march.flow, first, path, end=end)
+    passages = Passages(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
+    return variation(march.flow, first, passages, end=end)
 
 
 def relative_state(system: PiecewiseSystem, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> np.ndarray:

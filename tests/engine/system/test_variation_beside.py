@@ -26,7 +26,7 @@ def ends(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) 
 
 
 def switches(run: gr.Run) -> int:
-    return 0 if run.trajectory.companions is None else len(run.trajectory.companions.time)
+    return 0 if run.trajectory.companions is None else len(run.trajectory.companions.passages.time)
 
 
 def hold_gradient(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> int:

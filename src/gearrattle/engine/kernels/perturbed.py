@@ -60,7 +60,7 @@ class Regions(NamedTuple):
     moves: Any
 
 
-class Path(NamedTuple):
+class Intervals(NamedTuple):
     """Intervals between crossings and ends of segments.
 
     Attributes:

@@ -48,7 +48,7 @@ def _in_order(log, events, period, time):
 def _broken(judged, crossings, pieces):
     """The first crossing that does not lead from where its clearance is to a piece beside it; -1 without any."""
     for i in range(crossings.time.size):
-        k, origin, to = crossings.clearance[i], crossings.origin[i], crossings.to[i]
+        k, origin, to = crossings.clearance[i], crossings.from_piece[i], crossings.to_piece[i]
         if not 0 <= k < pieces.size:
             return i
         if origin != pieces[k] or abs(to - origin) != 1 or not 0 <= to < judged.pieces[k + 1] - judged.pieces[k]:
@@ -88,7 +88,7 @@ def _stay(judged, crossings, window, pieces, v, out):
         if window[0] <= time <= window[1]:
             dwell[begin + pieces[k]] += time - since[k]
             since[k] = time
-            lower, last = begin + min(crossings.origin[i], crossings.to[i]), begin
+            lower, last = begin + min(crossings.from_piece[i], crossings.to_piece[i]), begin
             inside = judged.inner[lower] + judged.inner[lower + 1]
             if inside == 1 or (inside == 0 and not judged.gap[k]):
                 for p in range(begin, judged.pieces[k + 1]):
@@ -96,7 +96,7 @@ def _stay(judged, crossings, window, pieces, v, out):
                         last = p
                 out.sides[v, k, 0 if lower >= last else 1] = 1.0
         if time <= window[1]:
-            pieces[k] = crossings.to[i]
+            pieces[k] = crossings.to_piece[i]
     for k in range(clearances):
         dwell[judged.pieces[k] + pieces[k]] += window[1] - since[k]
     for p in range(dwell.size):
@@ -128,10 +128,10 @@ def _strike(judged, crossings, window, v, out):
     """Add the impacts that begin in the window, and contacts that were open and end here."""
     events = crossings.time.size
     following, returns = np.empty(events, np.int64), np.full(out.open.shape[1], -1, np.int64)
-    time, rate, integral = crossings.time, crossings.rate, crossings.integral
+    time, rate, integral = crossings.time, crossings.velocity, crossings.force_integral
     for i in range(events - 1, -1, -1):
         k = crossings.clearance[i]
-        corner = judged.pieces[k] - k + min(crossings.origin[i], crossings.to[i])
+        corner = judged.pieces[k] - k + min(crossings.from_piece[i], crossings.to_piece[i])
         following[i], returns[corner] = returns[corner], i
     for corner in range(returns.size):
         i = returns[corner]
@@ -141,7 +141,7 @@ def _strike(judged, crossings, window, v, out):
             out.open[v, corner] = 0.0
     for i in range(events):
         k = crossings.clearance[i]
-        begin, origin, to = judged.pieces[k], crossings.origin[i], crossings.to[i]
+        begin, origin, to = judged.pieces[k], crossings.from_piece[i], crossings.to_piece[i]
         outward = abs(to + judged.label[k]) > abs(origin + judged.label[k])
         if judged.inner[begin + to] or not (judged.inner[begin + origin] or outward):
             continue

@@ -77,14 +77,14 @@ class Judged(NamedTuple):
 
 
 class Crossings(NamedTuple):
-    """Crossings of corners, ordered by time, then element."""
+    """Crossings of corners in pieces, ordered by time, then element; ``EventLog`` has them in region labels."""
 
     time: Any  # (E,) [s]
     clearance: Any  # (E,)
-    origin: Any  # (E,) pieces left, the lowest of a clearance is 0
-    to: Any  # (E,) pieces entered
-    rate: Any  # (E,) deflection rate [rad/s or m/s]
-    integral: Any  # (E,) of the element's force since t = 0 [N m s or N s]
+    from_piece: Any  # (E,) the piece left, the lowest of a clearance is 0
+    to_piece: Any  # (E,) the piece entered
+    velocity: Any  # (E,) deflection rate [rad/s or m/s]
+    force_integral: Any  # (E,) of the element's force since t = 0 [N m s or N s]
 
 
 class Tallies(NamedTuple):

@@ -13,7 +13,7 @@ from gearrattle.engine.kernels.network import error_series, expand, move, tie_up
 from gearrattle.engine.kernels.oscillators import inputs_at
 
 
-class Path(NamedTuple):
+class Intervals(NamedTuple):
     """The intervals between neighbouring samples and crossings, I in all."""
 
     duration: Any  # (I,) in windows

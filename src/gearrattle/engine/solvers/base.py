@@ -15,9 +15,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.energy import EnergyAudit
+from gearrattle.engine.system.passages import Companions
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.variation import Path
 from gearrattle.outcome import Outcome
 
 Array = NDArray[np.float64]
@@ -49,35 +50,6 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Crossings:
-    """Corner crossings in a solver's own terms: (E,) each; pieces are indices into the element's law."""
-
-    time: Array
-    clearance: IntArray
-    from_piece: IntArray
-    to_piece: IntArray
-    velocity: Array
-    force_integral: Array
-
-
-@dataclass(frozen=True)
-class Beside:
-    """What companions did; C of them, S with a memory [SI].
-
-    Attributes:
-        force, memory, piece: (t, C) force, state e and piece at the samples.
-        initial: (C,) piece at the start.
-        path: all crossings, clearances' and companions', in the order in which they came.
-    """
-
-    force: Array
-    memory: Array
-    piece: IntArray
-    initial: IntArray
-    path: Path
-
-
-@dataclass(frozen=True)
 class Motion:
     """What a solver hands over [SI]; see ``Trajectory`` for shapes. ``piece`` indexes each clearance's law.
 
@@ -104,7 +76,7 @@ class Motion:
     notes: tuple[str, ...] = ()
     energy: EnergyAudit | None = None
     aside: float = 0.0
-    beside: Beside | None = None
+    companions: Companions | None = None
 
 
 @dataclass(frozen=True)

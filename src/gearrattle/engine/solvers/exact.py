@@ -8,13 +8,12 @@ own sensitivity. Takes a task, gives a motion; the regions come from ``system.re
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers.base import Beside, Motion, Place, Task
+from gearrattle.engine.solvers.base import Motion, Place, Task
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -23,13 +22,14 @@ from gearrattle.engine.solvers.handover import (
     empty_log,
     fastest_of,
     first_of,
-    path_of,
+    passages_of,
     sampled_quantities,
     sampled_z,
 )
 from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.energy import Auditor
+from gearrattle.engine.system.passages import Companions
 from gearrattle.engine.system.store import Size, aligned, strips_for
 from gearrattle.outcome import Outcome
 
@@ -208,13 +208,15 @@ class ExactMarch:
         flow, period = self.flow, self.flow.system.inputs.period
         counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
-        sampled: dict[str, Any] = sampled_quantities(flow, self.sampled_z(), self.samples)
-        clearances, beside, log = len(flow.system.clearances), sampled.pop("beside"), self._logged()
-        initial, path = self.initial[clearances:], path_of(flow, log)
+        sampled, (forces, memory) = sampled_quantities(flow, self.sampled_z(), self.samples)
+        clearances, log, companions = len(flow.system.clearances), self._logged(), None
+        if flow.system.companions:
+            pieces, initial = self.samples.pieces[:, clearances:], self.initial[clearances:]
+            companions = Companions(forces, memory, pieces, initial, passages_of(flow, log))
         return Motion(
             **sampled,
             crossings=crossings_of(flow, log),
-            beside=Beside(*(*beside, initial, path)) if flow.system.companions else None,
+            companions=companions,
             initial_piece=self.initial[:clearances],
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers.base import Crossings
+from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.flow import Flow
+from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.region import strips
-from gearrattle.engine.system.variation import Path
 from gearrattle.slices import slices
 
 Array = NDArray[np.float64]
@@ -127,8 +127,12 @@ def _by_row(rows: Array, states: Array) -> Array:
     return np.ascontiguousarray(out[:, : len(rows)])
 
 
-def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[str, Any]:
-    """Angles, velocities, accelerations, deflections, forces and pieces of every sample [SI]."""
+def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
+    """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of companions [SI].
+
+    Returns:
+        fields of ``Motion`` by name; forces and memories of companions.
+    """
     system, count, clearances = flow.system, len(z), len(flow.system.clearances)
     sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
     out = {name: np.empty((count, size)) for name, size in sizes.items()}
@@ -150,8 +154,7 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> dict[st
         out["velocity"][part] = sampled["velocity"]
         out["acceleration"][part] = balance / system.inertia
         out["deflection"][part] = deflection[:, list(system.clearances)]
-    beside = forces, memory, samples.pieces[:, clearances:]
-    return {**out, "piece": samples.pieces[:, :clearances], "beside": beside}
+    return {**out, "piece": samples.pieces[:, :clearances]}, (forces, memory)
 
 
 def _seen(flow: Flow, z: Array) -> dict[str, Array]:
@@ -207,12 +210,12 @@ def crossings_of(flow: Flow, log: packed.Log) -> Crossings:
     )
 
 
-def path_of(flow: Flow, log: packed.Log) -> Path:
+def passages_of(flow: Flow, log: packed.Log) -> Passages:
     """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
     period, count = flow.system.inputs.period, len(flow.system.clearances)
     velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
     time, watch, upward = (log.cycle + log.fraction) * period, log.clearance.copy(), log.upward.copy()
-    return Path(time, watch, upward, velocity, log.memory / flow.memory)
+    return Passages(time, watch, upward, velocity, log.memory / flow.memory)
 
 
 def _element_order(log: packed.Log) -> IntArray:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers.base import Crossings, Motion, Place, Task
+from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.solvers.base import Motion, Place, Task
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -189,8 +190,7 @@ class SweepMarch:
         """Sampled states turned into angles, accelerations and forces."""
         task, counts, period = self.task, self.sweep.counts, self.flow.system.inputs.period
         samples = self.samples._replace(states=self._states(self.samples.states))
-        sampled: dict[str, Any] = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
-        del sampled["beside"]  # there is nothing beside the laws
+        sampled, _ = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
         steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])
         step = task.cycles * period / max(steps, 1)
         return Motion(

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.base import Crossings, Motion, Place, Task
+from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.solvers.base import Motion, Place, Task
 from gearrattle.engine.solvers.handover import rates_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.building import typical_of

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers.base import Crossings
+from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.energy import NODES, EnergyAudit, stored_energy
 from gearrattle.engine.system.flow import Flow
 
@@ -32,7 +32,7 @@ class SweepAuditor:
             samples: columns of the sweep's table, and the pieces.
             crossings: the log.
         """
-        from gearrattle.engine.kernels.works import Path
+        from gearrattle.engine.kernels.works import Intervals
 
         self.flow, self.arrays, self.windows, self.samples = flow, arrays, windows, samples
         grid = np.arange(1, len(samples.states)) / samples.per_cycle
@@ -41,7 +41,7 @@ class SweepAuditor:
         event = order - len(grid)
         crossed = event >= 0
         begins = np.concatenate([[0], np.where(crossed, -1, order + 1)[:-1]])  # a sample's own interval follows it
-        self.path = Path(
+        self.path = Intervals(
             np.diff(at[order], prepend=0.0) * windows,
             begins.astype(np.int64),
             np.where(crossed, np.append(crossings.clearance, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),

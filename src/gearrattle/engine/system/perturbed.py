@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels.perturbed import Driveline, Path, Regions, Sparse
+from gearrattle.engine.kernels.perturbed import Driveline, Intervals, Regions, Sparse
 from gearrattle.engine.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ class Perturbed(Gradient):
     scale: Array
     plan: Driveline
     regions: Regions
-    path: Path
+    path: Intervals
     ends: IntArray
 
     def carried(self, segment: int, columns: Array) -> Array:

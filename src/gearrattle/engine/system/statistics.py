@@ -59,7 +59,7 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Path:
+class SampledMotion:
     """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
 
     Attributes:
@@ -98,7 +98,7 @@ class _Parts:
         """Whether a part ends at a sample."""
         return np.append(self.sample[1:] >= 0, True)
 
-    def joined(self, together: IntArray, path: Path, rounding: float) -> _Parts:
+    def joined(self, together: IntArray, path: SampledMotion, rounding: float) -> _Parts:
         """Join parts that are whole intervals between samples, in each region so many, within a cycle.
 
         Args:
@@ -120,7 +120,7 @@ class _Parts:
         return np.asarray((self.sample < 0) & self.is_last & goes_on & whole[self.region])
 
 
-def walk_of(flow: Flow, path: Path, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
+def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float], Series]) -> Walk | None:
     """Return a motion cut into parts; None where its regions would take some seconds to expand.
 
     Args:
@@ -166,7 +166,7 @@ class Walk:
         carried: (C, Z) states.
     """
 
-    path: Path
+    path: SampledMotion
     regions: list[Pieces]
     parts: _Parts
     series: dict[int, Series]
@@ -333,7 +333,7 @@ def _exceeded_for(values: Array, duration: Array, time: float) -> float:
     return float(values[order[min(passed, order.size - 1)]])
 
 
-def _carried(flow: Flow, path: Path, parts: _Parts, series: dict[int, Series], carried: IntArray) -> Array:
+def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, Series], carried: IntArray) -> Array:
     """(C, Z) states carried on to the parts that begin with none and end with none that serves."""
     where = np.full(parts.sample.size, -1)
     where[carried] = np.arange(carried.size)
@@ -355,7 +355,7 @@ def _carried(flow: Flow, path: Path, parts: _Parts, series: dict[int, Series], c
     return found
 
 
-def _parts_of(flow: Flow, path: Path, visited: IntArray) -> _Parts:
+def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray) -> _Parts:
     """Cut the window at samples, crossings and knots."""
     samples = path.first + np.arange(len(path.samples) - 1)
     begin, end = path.first / path.per_cycle, (path.first + samples.size) / path.per_cycle

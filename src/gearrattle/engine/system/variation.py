@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import perturbed as kernel
 from gearrattle.engine.kernels.packed import LONGEST, ORDER, step_of
 from gearrattle.engine.system.flow import Flow, Pieces
+from gearrattle.engine.system.passages import Passages
 from gearrattle.engine.system.perturbed import Gradient, Perturbed, driveline_of, regions_of
 from gearrattle.engine.system.region import exponential_increments, finest_level
 
@@ -124,26 +125,8 @@ def _norm_bound(matrix: Array) -> float:
     return float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
 
 
-@dataclass(frozen=True)
-class Path:
-    """The crossings along a motion, in the order in which they came.
-
-    Attributes:
-        time: (E,) [s].
-        watch, upward: (E,) what crossed its bound (a clearance, or behind them a companion), 1 for the upper one.
-        velocity: (E,) delta' of clearances [SI].
-        memory: (E, S) memories of companions before each crossing [SI].
-    """
-
-    time: Array
-    watch: IntArray
-    upward: IntArray
-    velocity: Array
-    memory: Array
-
-
 def variation(
-    flow: Flow, initial: Pieces, path: Path, *, end: float, most_tables: int = MOST_TABLES
+    flow: Flow, initial: Pieces, path: Passages, *, end: float, most_tables: int = MOST_TABLES
 ) -> Variation | Perturbed:
     """The gradient along a motion, from its log of crossings.
 
@@ -205,7 +188,7 @@ def _perturbed(
     ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
     moving, engaged = np.split(kicks[:, len(flow.coordinates.elements) :], [flow.system.size], axis=1)
     contiguous = [np.ascontiguousarray(each) for each in (steps[:, 0], durations, crossed, moving, engaged, reset)]
-    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Path(*contiguous), ends)
+    return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Intervals(*contiguous), ends)
 
 
 def _damping(flow: Flow, element: int, pieces: Pieces) -> float:

@@ -25,8 +25,8 @@ _POINTS = 8000
 def torque_angles(findings: Findings) -> Chart | None:
     """Draw every coupling with friction; None where there is none."""
     trajectory = findings.motion.trajectory
-    layout, beside = trajectory.layout, trajectory.companions
-    if beside is None:
+    layout = trajectory.layout
+    if trajectory.companions is None:
         return None
     names = [c.name for c in findings.model.couplings]
     rubbing = [n for n in names if any(c.startswith(f"{n}.") and "let go" in w for c, w in _sliders(findings))]

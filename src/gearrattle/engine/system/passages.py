@@ -1,0 +1,51 @@
+"""What is known of companions along a motion, and of the order in which everything crossed its bounds.
+
+Made by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Passages:
+    """All crossings along a motion, clearances' and companions', in the order in which they came.
+
+    Attributes:
+        time: (E,) [s].
+        watch, upward: (E,) what crossed its bound (a clearance, or behind them a companion), 1 for the upper one.
+        velocity: (E,) delta' of clearances [SI].
+        memory: (E, S) memories of companions before each crossing [SI].
+    """
+
+    time: Array
+    watch: IntArray
+    upward: IntArray
+    velocity: Array
+    memory: Array
+
+
+@dataclass(frozen=True)
+class Companions:
+    """Sliders, limiters and alternating stiffness along a motion (``system.companion``): C, S with a memory [SI].
+
+    Attributes:
+        force: (t, C) what each adds to its element's force [N m or N].
+        memory: (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter.
+        piece: (t, C) pieces.
+        initial: (C,) pieces at the first sample.
+        passages: all crossings, clearances' and companions', in the order in which they came.
+    """
+
+    force: Array
+    memory: Array
+    piece: IntArray
+    initial: IntArray
+    passages: Passages
