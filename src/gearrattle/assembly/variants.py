@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.assembly.system import assemble
+from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variants import Coefficients
 from gearrattle.engine.system.laid_out import coefficients_of
 from gearrattle.model import Element, Model
@@ -158,19 +159,27 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
         columns.good[:] = False
     base = coefficients_of(assemble(model).system)
     common = period_of(model)
-    out = Coefficients(*(np.repeat(array[None], count, axis=0) for array in base))
+    out = _repeated(base, count)
     _write_inertias(columns, out)
     _write_inputs(columns, out, {order: j for j, order in enumerate(common.orders)})
     _write_laws(columns, out)
     out.period[:, 0] = 2 * math.pi / columns.omega / common.turns
     laws = assemble(model).system.laws
     limp = np.array([not law.stiffness.any() for law in laws for _ in range(law.pieces)], dtype=bool)
-    for array, pattern in ((out.stiffness, base.stiffness), (out.corners, base.corners)):
+    for array, pattern in ((out.laws.stiffness, base.laws.stiffness), (out.laws.upper, base.laws.upper)):
         columns.good &= np.all((array != 0.0) == (pattern != 0.0), axis=1)
-    columns.good &= np.all((out.offset != 0.0) == (base.offset != 0.0), axis=1, where=limp)  # push, or push nothing
-    for array in out:
+    pushes = (out.laws.offset != 0.0) == (base.laws.offset != 0.0)
+    columns.good &= np.all(pushes, axis=1, where=limp)  # push, or push nothing
+    for array in (*out[:-1], *out.laws[:-2], out.laws.upper[:, np.isfinite(base.laws.upper)]):
         columns.good &= np.isfinite(array).reshape(count, -1).all(axis=1)
     return out, columns.good
+
+
+def _repeated(base: Coefficients, count: int) -> Coefficients:
+    """So many drivelines with the same numbers."""
+    *arrays, laws = base
+    many = [np.repeat(array[None], count, axis=0) for array in (*arrays, *laws)]
+    return Coefficients._make([*many[: len(arrays)], Laws._make(many[len(arrays) :])])
 
 
 def _write_inertias(columns: Columns, out: Coefficients) -> None:
@@ -216,7 +225,7 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
     """Slopes, damping, corners and offsets of every element, in the order of ``system.law.staged``."""
     first = 0
     model, laws = columns.model, assemble(columns.model).system.laws
-    for k, (element, law) in enumerate(zip(model.elements, laws, strict=True)):
+    for element, law in zip(model.elements, laws, strict=True):
         drive, coast = columns.sides(element)
         same = law.first_label == 1 - len(coast)
         columns.good &= np.asarray((drive[0][0] == coast[0][0]) & (drive[0][1] == coast[0][1])) == same
@@ -227,17 +236,17 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
         ends: list[Any] = [-stage[2] for stage in reversed(coast[:-1])]  # type: ignore[operator]
         ends += [*([] if same else [0.0]), *(stage[2] for stage in drive[:-1])]
         for p, stage in enumerate(stages):
-            out.stiffness[:, first + p], out.damping[:, first + p] = stage[0], stage[1]
+            out.laws.stiffness[:, first + p], out.laws.damping[:, first + p] = stage[0], stage[1]
         for c, end in enumerate(ends):
-            out.corners[:, first - k + c] = end
-        _write_offsets(columns, out, element, (k, first, len(coast) - 1, len(stages)))
+            out.laws.upper[:, first + c] = out.laws.lower[:, first + c + 1] = end
+        _write_offsets(columns, out, element, (first, len(coast) - 1, len(stages)))
         first += len(stages)
 
 
-def _write_offsets(columns: Columns, out: Coefficients, element: Element, place: tuple[int, int, int, int]) -> None:
-    k, first, centre, count = place
-    stiffness, offset = out.stiffness[:, first : first + count], out.offset[:, first : first + count]
-    corners = out.corners[:, first - k : first - k + count - 1]
+def _write_offsets(columns: Columns, out: Coefficients, element: Element, place: tuple[int, int, int]) -> None:
+    first, centre, count = place
+    pieces = slice(first, first + count)
+    stiffness, offset, corners = out.laws.stiffness[:, pieces], out.laws.offset[:, pieces], out.laws.upper[:, pieces]
     offset[:, centre] = columns.of(f"{element.path}.preload", element.preload)
     outward = [(piece, piece - 1, piece - 1) for piece in range(centre + 1, count)]
     for piece, inner, corner in [*outward, *((piece, piece + 1, piece) for piece in range(centre - 1, -1, -1))]:

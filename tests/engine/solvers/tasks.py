@@ -58,5 +58,5 @@ def same_bits(one: Motion, other: Motion) -> None:
     """Assert that two motions are the same number for number."""
     for name in ("angle", "velocity", "acceleration", "deflection", "force", "piece", "final_force_integral"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
-    for name in Crossings.__dataclass_fields__:
+    for name in Crossings._fields:
         assert np.array_equal(getattr(one.crossings, name), getattr(other.crossings, name)), name

@@ -72,8 +72,8 @@ def test_matrix_exponentials_over_every_instant(part: float) -> None:
     assert motion.velocity[-1, 0] == pytest.approx(y[1], rel=1e-12)
     assert motion.energy is not None
     assert motion.energy.relative_residual <= 1e-12
-    assert motion.beside is not None
-    assert len(motion.beside.path.time) in {11, 12}  # the last instant is the end
+    assert motion.companions is not None
+    assert len(motion.companions.passages.time) in {11, 12}  # the last instant is the end
 
 
 def test_chunks_go_on_with_the_clock() -> None:

@@ -103,14 +103,14 @@ def audited(**changes: object) -> EnergyAudit:
     while march.advance():
         pass
     motion, system = march.motion(), march.flow.system
-    path, pieces = motion.beside.path, [0] * (len(system.laws) + len(system.companions))
-    for place, piece in zip(system.places, (*motion.initial_piece, *motion.beside.initial), strict=True):
+    companions, pieces = motion.companions, [0] * (len(system.laws) + len(system.companions))
+    for place, piece in zip(system.places, (*motion.initial_piece, *companions.initial), strict=True):
         pieces[place] = int(piece)
     log = {
-        "time": path.time / system.inputs.period,
-        "watch": path.watch,
-        "upward": path.upward,
-        "memory": path.memory * march.flow.memory,
+        "time": companions.passages.time / system.inputs.period,
+        "watch": companions.passages.watch,
+        "upward": companions.passages.upward,
+        "memory": companions.passages.memory * march.flow.memory,
     }
     parts = {"samples": march.sampled_z(), "per_cycle": 16, **log, **changes}
     if "without" in parts:

@@ -20,8 +20,8 @@ def ends(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) 
     run = gr.simulate(model, cycles=cycles, samples_per_cycle=8, discard=0, initial=start, audit=False)
     system = assemble(model).system
     basis = relative_coordinates(system).basis
-    last, beside = run.trajectory, run.trajectory.companions
-    held = np.zeros(0) if beside is None else beside.stretch[-1, list(system.memories)]
+    last, companions = run.trajectory, run.trajectory.companions
+    held = np.zeros(0) if companions is None else companions.memory[-1, list(system.memories)]
     return np.concatenate([basis @ last.angle[-1], last.velocity[-1], held]), run
 
 

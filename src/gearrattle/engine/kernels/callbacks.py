@@ -13,11 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from gearrattle.engine.kernels._jit import array_at, call_pointer, callback, kernel
+from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.vector_field import Field, derivative, element_states
 
 VECTOR, ENTRIES, INERTIAS, ELEMENTS, DEFLECTIONS, REFERENCES, PIECES, HARMONICS, WATCHED, FIELD = range(10)
 """Words of a block: two accessors, seven counts, and then the addresses, those of the field's arrays first."""
-ARRAYS = len(Field._fields)
+ARRAYS = len(Field._fields) - 1 + len(Laws._fields)
 SIZE, STATE, WAVE, DEFLECTION, RATE, PIECE, FORCE, CLEARANCES, BOUNDS = range(FIELD + ARRAYS, FIELD + ARRAYS + 9)
 LENGTH = BOUNDS + 1
 
@@ -33,18 +34,21 @@ def _field(b):
         array_at(b[FIELD + 3], (r, n), np.float64),
         array_at(b[FIELD + 4], (m, r), np.float64),
         array_at(b[FIELD + 5], (b[REFERENCES],), np.int64),
-        array_at(b[FIELD + 6], (m + 1,), np.int64),
-        array_at(b[FIELD + 7], (b[PIECES],), np.float64),
-        array_at(b[FIELD + 8], (b[PIECES],), np.float64),
-        array_at(b[FIELD + 9], (b[PIECES],), np.float64),
-        array_at(b[FIELD + 10], (b[PIECES],), np.float64),
-        array_at(b[FIELD + 11], (n,), np.float64),
-        array_at(b[FIELD + 12], (n, h), np.float64),
-        array_at(b[FIELD + 13], (n, h), np.float64),
-        array_at(b[FIELD + 14], (m, h), np.float64),
-        array_at(b[FIELD + 15], (m, h), np.float64),
-        array_at(b[FIELD + 16], (h,), np.float64),
-        array_at(b[FIELD + 17], (1,), np.float64)[0],
+        array_at(b[FIELD + 6], (n,), np.float64),
+        array_at(b[FIELD + 7], (n, h), np.float64),
+        array_at(b[FIELD + 8], (n, h), np.float64),
+        array_at(b[FIELD + 9], (m, h), np.float64),
+        array_at(b[FIELD + 10], (m, h), np.float64),
+        array_at(b[FIELD + 11], (h,), np.float64),
+        Laws(
+            array_at(b[FIELD + 12], (m + 1,), np.int64),
+            array_at(b[FIELD + 13], (b[PIECES],), np.float64),
+            array_at(b[FIELD + 14], (b[PIECES],), np.float64),
+            array_at(b[FIELD + 15], (b[PIECES],), np.float64),
+            array_at(b[FIELD + 16], (b[PIECES],), np.float64),
+            array_at(b[FIELD + 17], (b[PIECES],), np.float64),
+        ),
+        array_at(b[FIELD + 18], (1,), np.float64)[0],
     )
 
 
@@ -101,10 +105,10 @@ def _jacobian(b, time, z, out):
     for i in range(references):
         out[r + field.references[i], r + n + i] = 1.0
     for k in range(b[ELEMENTS]):
-        p = field.first_piece[k] + int(piece[k])
+        p = field.laws.first[k] + int(piece[k])
         for j in range(r + n):
-            stiff = field.stiffness[p] * field.combination[k, j] if j < r else 0.0
-            change = stiff if j < r else field.damping[p] * field.rows[k, j - r]
+            stiff = field.laws.stiffness[p] * field.combination[k, j] if j < r else 0.0
+            change = stiff if j < r else field.laws.damping[p] * field.rows[k, j - r]
             out[j, r + n + references + k] = change
             for i in range(n):
                 out[j, r + i] -= field.rows[k, i] * change / field.inertia[i]

@@ -54,6 +54,7 @@ from gearrattle.engine.kernels.bench import (
     WIDTH,
 )
 from gearrattle.engine.kernels.corners import DONE, LOG_FULL, NEEDS_REGION, NOTES_FULL, SLICE_SPENT
+from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.packed import BAND, EVENTS, EXPANSIONS, LEVEL, NOTED, PENDING, SAMPLE, SLOT, STEPS
 from gearrattle.engine.kernels.start import choose, stand
 from gearrattle.engine.kernels.strips import step
@@ -124,10 +125,11 @@ class Desk(NamedTuple):
 @strict
 def _one(numbers, v):
     """The numbers of one variant."""
+    own = numbers.laws
+    laws = Laws(own.first[v], own.stiffness[v], own.damping[v], own.offset[v], own.lower[v], own.upper[v])
     return Coefficients(
-        numbers.inertia[v], numbers.drag[v], numbers.stiffness[v], numbers.damping[v], numbers.offset[v],
-        numbers.corners[v], numbers.mean[v], numbers.torque_sine[v], numbers.torque_cosine[v], numbers.error_sine[v],
-        numbers.error_cosine[v], numbers.period[v],
+        numbers.inertia[v], numbers.drag[v], numbers.mean[v], numbers.torque_sine[v], numbers.torque_cosine[v],
+        numbers.error_sine[v], numbers.error_cosine[v], numbers.period[v], laws,
     )  # fmt: skip
 
 
@@ -219,9 +221,9 @@ def _find_start(at, system, cases, desk, v):
     """Write the angles of the static equilibrium; False where they cannot be told here."""
     acceleration, x, travel = desk.acceleration, desk.sought, desk.travel
     call_silent(at[RIGIDLY], (system, cases.statics.motion, acceleration))
-    if call_count(at[REST], (system, cases.frame, cases.statics, acceleration, x, travel)) != 0:
+    if call_count(at[REST], (system, cases.frame.label, cases.statics, acceleration, x, travel)) != 0:
         return False
-    if call_truth(at[IS_LOOSE], (system, cases.frame, cases.statics, x)):
+    if call_truth(at[IS_LOOSE], (system.laws, cases.statics, x)):
         return False
     call_silent(at[TURN], (cases.statics, x, cases.angle[v]))
     return True

@@ -151,7 +151,8 @@ def _pass_corners(field, size, library, m, s, after, begin, end):
         piece, target = m.piece[k], int(after.piece[k])
         while piece != target:
             up = 1 if target > piece else -1
-            corner = field.upper_corner[field.first_piece[k] + (piece if up > 0 else piece - 1)]
+            p = field.laws.first[k] + piece
+            corner = field.laws.upper[p] if up > 0 else field.laws.lower[p]
             low, high = m.deflection[k] - corner, after.deflection[k] - corner
             at = _locate(field, size, library, m, s, k, corner, begin, end, low, high)
             _log(m, s, first, at, k, piece, piece + up)
@@ -163,12 +164,10 @@ def _pass_corners(field, size, library, m, s, after, begin, end):
 def hold(field, held, i, piece):
     """Hold clearance i in a piece: its law and the piece's corners."""
     k = held.clearances[i]
-    p, last = field.first_piece[k] + piece, field.first_piece[k + 1] - 1
-    held.field.stiffness[k] = field.stiffness[p]
-    held.field.damping[k] = field.damping[p]
-    held.field.offset[k] = field.offset[p]
-    held.bounds[i, 0] = field.upper_corner[p - 1] if piece > 0 else -np.inf
-    held.bounds[i, 1] = field.upper_corner[p] if p < last else np.inf
+    laws, law = field.laws, held.field.laws
+    p = laws.first[k] + piece
+    law.stiffness[k], law.damping[k], law.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]
+    held.bounds[i, 0], held.bounds[i, 1] = laws.lower[p], laws.upper[p]
 
 
 @kernel

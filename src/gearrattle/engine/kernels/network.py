@@ -54,17 +54,6 @@ class Network(NamedTuple):
     tie_weight: Any
 
 
-class Laws(NamedTuple):
-    """Pieces of all elements one after the other, P in all."""
-
-    first: Any  # (m,) where an element's begin
-    stiffness: Any  # (P,)
-    damping: Any  # (P,)
-    offset: Any  # (P,)
-    lower: Any  # (P,) corners around each piece, infinite where there is none
-    upper: Any  # (P,)
-
-
 class Near(NamedTuple):
     """For each clearance the neighbourhood it reaches within a window; inertias and elements one after the other.
 

@@ -6,7 +6,7 @@ few are made in the same order. ``tests/engine/system/test_variants.py`` holds b
 
 from __future__ import annotations
 
-from math import inf, pi
+from math import pi
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
 from gearrattle.engine.kernels.bench import (
@@ -38,15 +38,12 @@ from gearrattle.engine.kernels.scaling import most_of, power_below
 
 
 @strict
-def _write_laws(system, frame, constant, laws):
+def _write_laws(law, constant, laws):
     """Slopes, damping and corners of all pieces; offsets over the scale of the constant input."""
-    for k in range(frame.label.size):
-        begin, end = frame.first[k], frame.first[k + 1]
-        for p in range(begin, end):
-            laws[STIFFNESS, p], laws[DAMPING, p] = system.stiffness[p], system.damping[p]
-            laws[OFFSET, p] = system.offset[p] / constant
-            laws[LOWER, p] = system.corners[p - k - 1] if p > begin else -inf
-            laws[UPPER, p] = system.corners[p - k] if p < end - 1 else inf
+    for p in range(law.stiffness.size):
+        laws[STIFFNESS, p], laws[DAMPING, p] = law.stiffness[p], law.damping[p]
+        laws[OFFSET, p] = law.offset[p] / constant
+        laws[LOWER, p], laws[UPPER, p] = law.lower[p], law.upper[p]
 
 
 @strict
@@ -100,11 +97,11 @@ def _write_balance(system, frame, scales, work):
 def _write_clearances(system, frame, scales, work, marks):
     """Corner scales, and what is seen of the clearances in them."""
     r, n, count, clearances = frame.elements.size, system.inertia.size, frame.cycles.size, frame.clearances.size
-    period, states = system.period[0], r + n
+    laws, period, states = system.laws, system.period[0], r + n
     width = states + 1 + 2 * count
     for i in range(clearances):
         k = frame.clearances[i]
-        corner = most_of(system.corners, frame.first[k] - k, frame.first[k + 1] - k - 1)
+        corner = most_of(laws.upper, laws.first[k], laws.first[k + 1] - 1)
         marks[CORNERED, i] = corner > 0.0
         if not corner > 0.0:  # a corner at zero only: any scale serves
             for j in range(width):
@@ -134,7 +131,7 @@ def lay_out(system, frame, scales, work, laws, marks):
         work, laws, marks: see ``bench``; the sizes and where pieces begin stand in ``marks`` already.
     """
     n, count, period = system.inertia.size, frame.cycles.size, system.period[0]
-    _write_laws(system, frame, scales.inputs[0], laws)
+    _write_laws(system.laws, scales.inputs[0], laws)
     _write_elements(system, frame, scales, work)
     _write_balance(system, frame, scales, work)
     _write_clearances(system, frame, scales, work, marks)

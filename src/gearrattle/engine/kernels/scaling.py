@@ -34,7 +34,7 @@ def scale(system, frame, scales):
         scales: ``variants.Scales``; the corners' stay as they are.
     """
     deflection, velocity, inputs = scales.deflection, scales.velocity, scales.inputs
-    rows, elements, first, cycles = frame.rows, frame.elements, frame.first, frame.cycles
+    rows, elements, cycles, laws, first = frame.rows, frame.elements, frame.cycles, system.laws, system.laws.first
     n, period = velocity.size, system.period[0]
     for i in range(n):
         velocity[i] = power_below(sqrt(system.inertia[i]))
@@ -43,7 +43,7 @@ def scale(system, frame, scales):
         for j in range(n):
             mobility += rows[k, j] * rows[k, j] * (1.0 / system.inertia[j])
         floor = (1.0 / period) * (1.0 / period) / mobility  # an element without stiffness: one radian a period
-        deflection[i] = power_below(sqrt(max(most_of(system.stiffness, first[k], first[k + 1]), floor)))
+        deflection[i] = power_below(sqrt(max(most_of(laws.stiffness, first[k], first[k + 1]), floor)))
     for j in range(inputs.size):
         squares = 0.0
         for i in range(n):
@@ -53,10 +53,10 @@ def scale(system, frame, scales):
                 pushed = abs(system.torque_sine[i, j - 1]) + abs(system.torque_cosine[i, j - 1])
             for k in range(rows.shape[0]):
                 if j == 0:
-                    pushed += abs(rows[k, i]) * most_of(system.offset, first[k], first[k + 1])
+                    pushed += abs(rows[k, i]) * most_of(laws.offset, first[k], first[k + 1])
                 else:
                     error = abs(system.error_sine[k, j - 1]) + abs(system.error_cosine[k, j - 1])
-                    pushed += abs(rows[k, i]) * (most_of(system.stiffness, first[k], first[k + 1]) * error)
+                    pushed += abs(rows[k, i]) * (most_of(laws.stiffness, first[k], first[k + 1]) * error)
             pushed /= sqrt(system.inertia[i])
             squares += pushed * pushed
         turns = 1.0 if j == 0 else max(1.0, cycles[j - 1])

@@ -32,12 +32,12 @@ def piece_at(corners, begin, end, deflection):
 
 
 @strict
-def _headed_for(system, frame, k, delta, travel):
+def _headed_for(laws, label, k, delta, travel):
     """The piece at a deflection; exactly on a corner, the piece the motion heads for."""
-    begin = frame.first[k] - k
-    piece = piece_at(system.corners, begin, frame.first[k + 1] - k - 1, delta)
-    if piece > 0 and delta == system.corners[begin + piece - 1]:
-        lower = abs(piece - 1 + frame.label[k]) <= abs(piece + frame.label[k])
+    begin, end = laws.first[k], laws.first[k + 1] - 1
+    piece = piece_at(laws.upper, begin, end, delta)
+    if piece > 0 and delta == laws.lower[begin + piece]:
+        lower = abs(piece - 1 + label[k]) <= abs(piece + label[k])
         if travel < 0.0 or (travel == 0.0 and lower):
             return piece - 1
     return piece
@@ -100,7 +100,7 @@ def _direct(stiffness, residual, nothing, vectors, direction):
 
 
 @strict
-def _slide(system, frame, elastic, delta, travel, power):
+def _slide(laws, elastic, delta, travel, power):
     """Step s > 0 along the line at which U stops falling, U' being piecewise linear and never falling; -1: never."""
     begin = 0.0
     while True:
@@ -108,8 +108,8 @@ def _slide(system, frame, elastic, delta, travel, power):
         for e in range(elastic.size):
             k = elastic[e]
             if travel[e] != 0.0:
-                for c in range(frame.first[k] - k, frame.first[k + 1] - k - 1):
-                    s = (system.corners[c] - delta[e]) / travel[e]
+                for p in range(laws.first[k], laws.first[k + 1] - 1):
+                    s = (laws.upper[p] - delta[e]) / travel[e]
                     if begin < s < end:
                         end = s
         inside = begin + 0.5 * (end - begin) if end < inf else begin + 1.0 + abs(begin)
@@ -117,9 +117,9 @@ def _slide(system, frame, elastic, delta, travel, power):
         for e in range(elastic.size):
             k, d, v = elastic[e], delta[e], travel[e]
             at = d + inside * v
-            p = frame.first[k] + piece_at(system.corners, frame.first[k] - k, frame.first[k + 1] - k - 1, at)
-            slope += system.stiffness[p] * v * v
-            force += (system.stiffness[p] * d + system.offset[p]) * v
+            p = laws.first[k] + piece_at(laws.upper, laws.first[k], laws.first[k + 1] - 1, at)
+            slope += laws.stiffness[p] * v * v
+            force += (laws.stiffness[p] * d + laws.offset[p]) * v
         if slope > 0.0:
             zero = (power - force) / slope
             if zero <= end:
@@ -143,7 +143,7 @@ def _load(system, statics, acceleration, load, negligible):
 
 
 @strict
-def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
+def _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness):
     """Deflections and pieces at x; from the residual take their forces; scaled stiffness.
 
     ``nothing`` is what rounding the forces makes of the residual, ``allowed`` what rounding the deflections x makes of
@@ -160,9 +160,9 @@ def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, no
         for j in range(size):
             delta[e] += combination[e, j] * x[j]
             terms += abs(combination[e, j] * x[j])
-        pieces[e] = _headed_for(system, frame, elastic[e], delta[e], travel[e])
-        p = frame.first[elastic[e]] + pieces[e]
-        slope, offset = system.stiffness[p], system.offset[p]
+        pieces[e] = _headed_for(laws, label, elastic[e], delta[e], travel[e])
+        p = laws.first[elastic[e]] + pieces[e]
+        slope, offset = laws.stiffness[p], laws.offset[p]
         force, rough = slope * delta[e] + offset, abs(slope * delta[e]) + abs(offset)
         rougher = slope * terms + abs(offset)
         for i in range(size):
@@ -174,12 +174,13 @@ def _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, no
 
 
 @strict_entry
-def rest(system, frame, statics, acceleration, x, travel):
+def rest(system, label, statics, acceleration, x, travel):
     """Write the deflections x (r,) of an equilibrium under the mean loads.
 
     Args:
         system: ``variants.Coefficients`` of one driveline.
-        frame, statics: ``variants.Frame`` and ``Statics``.
+        label: (m,) label of every element's lowest piece.
+        statics: ``variants.Statics``.
         acceleration: (n,) from ``accelerate_rigidly``.
         x: (r,) written.
         travel: (E,) written: where a search ended in nothing, elements with an entry that is not zero ran away.
@@ -187,7 +188,7 @@ def rest(system, frame, statics, acceleration, x, travel):
     Returns:
         FOUND, RUNAWAY or LOST.
     """
-    size, elastic, combination = x.size, statics.elastic, statics.combination
+    laws, size, elastic, combination = system.laws, x.size, statics.elastic, statics.combination
     load, negligible, residual, nothing = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     scale, direction, allowed, delta = np.empty(size), np.empty(size), np.empty(size), np.empty(elastic.size)
     stiffness, vectors = np.empty((size, size)), np.empty((size, size))
@@ -197,7 +198,7 @@ def rest(system, frame, statics, acceleration, x, travel):
         x[j], scale[j] = 0.0, 0.0
     for e in range(elastic.size):
         k = elastic[e]
-        stiffest = most_of(system.stiffness, frame.first[k], frame.first[k + 1])
+        stiffest = most_of(laws.stiffness, laws.first[k], laws.first[k + 1])
         for j in range(size):
             scale[j] += combination[e, j] * combination[e, j] * stiffest
     for j in range(size):
@@ -207,7 +208,7 @@ def rest(system, frame, statics, acceleration, x, travel):
     for _ in range(_MOST_SEARCHES if size else 0):
         for j in range(size):
             residual[j] = load[j]
-        _weigh(system, frame, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
+        _weigh(laws, label, statics, x, travel, scale, delta, pieces, residual, nothing, allowed, stiffness)
         is_balanced = True
         for j in range(size):
             nothing[j] = max(nothing[j], negligible[j])
@@ -228,14 +229,14 @@ def rest(system, frame, statics, acceleration, x, travel):
                 polished += combination[e, j] * (x[j] + direction[j])
             if is_flat and abs(travel[e]) <= _ROUNDING * terms:
                 travel[e] = 0.0
-            begin, end = frame.first[k] - k, frame.first[k + 1] - k - 1
-            stays = stays and piece_at(system.corners, begin, end, polished) == pieces[e]
+            begin, end = laws.first[k], laws.first[k + 1] - 1
+            stays = stays and piece_at(laws.upper, begin, end, polished) == pieces[e]
         if is_balanced and not is_flat:
             for j in range(size):
                 x[j] += direction[j] if stays else 0.0
             return FOUND
         is_refined = stays and not is_flat and shift <= _REFINEMENT * distance
-        step = 1.0 if is_refined else _slide(system, frame, elastic, delta, travel, power)
+        step = 1.0 if is_refined else _slide(laws, elastic, delta, travel, power)
         if step < 0.0:
             return RUNAWAY
         for j in range(size):
@@ -244,15 +245,15 @@ def rest(system, frame, statics, acceleration, x, travel):
 
 
 @strict_entry
-def is_loose(system, frame, statics, x):
+def is_loose(laws, statics, x):
     """Whether a free gap may carry no load: where one rests in it is then a matter of choice."""
     for e in range(statics.elastic.size):
         k, delta = statics.elastic[e], 0.0
         for j in range(x.size):
             delta += statics.combination[e, j] * x[j]
-        pieces = frame.first[k + 1] - frame.first[k]
-        piece = piece_at(system.corners, frame.first[k] - k, frame.first[k + 1] - k - 1, delta)
-        if 0 < piece < pieces - 1 and system.stiffness[frame.first[k] + piece] == 0.0:
+        begin, last = laws.first[k], laws.first[k + 1] - 1
+        p = begin + piece_at(laws.upper, begin, last, delta)
+        if begin < p < last and laws.stiffness[p] == 0.0:
             return True
     return False
 

@@ -141,11 +141,12 @@ def _exit(h, gap, closing, end, end_rate, bracket):
 def _passed(field, old, new, roots):
     """The corners passed between the two ends of a step taken blindly, into ``roots``. Returns how many."""
     count = 0
-    for k in range(field.first_piece.size - 1):
+    for k in range(field.laws.first.size - 1):
         piece, target = int(old[2][k]), int(new[2][k])
         while piece != target:
             up = 1 if target > piece else -1
-            corner = field.upper_corner[field.first_piece[k] + (piece if up > 0 else piece - 1)]
+            p = field.laws.first[k] + piece
+            corner = field.laws.upper[p] if up > 0 else field.laws.lower[p]
             roots[count, 0], roots[count, 1], roots[count, 2], roots[count, 3] = k, piece, up, corner
             roots[count, 4], roots[count, 5], roots[count, 6], roots[count, 9] = 0.0, 1.0, 0.0, 0.0
             roots[count, 7], roots[count, 8] = old[0][k] - corner, new[0][k] - corner
@@ -158,13 +159,11 @@ def _passed(field, old, new, roots):
 def _met(field, h, piece, old, new, roots):
     """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
     count, bracket = 0, np.empty(2)
-    for k in range(field.first_piece.size - 1):
-        place = field.first_piece[k] + int(piece[k])
+    for k in range(field.laws.first.size - 1):
+        place = field.laws.first[k] + int(piece[k])
         for up in range(-1, 2, 2):
-            if place + min(up, 0) < field.first_piece[k]:
-                continue
-            corner = field.upper_corner[place + min(up, 0)]
-            if corner > 1e300:
+            corner = field.laws.upper[place] if up > 0 else field.laws.lower[place]
+            if abs(corner) > 1e300:
                 continue
             gap, end = up * (corner - old[0][k]), up * (corner - new[0][k])
             if not _exit(h, gap, -up * old[1][k], end, -up * new[1][k], bracket):

@@ -2,7 +2,7 @@
 
 Variants of one *structure* differ in numbers alone: the same elements in the same places, as many pieces to each law,
 the same orders. What their structure says is a ``Frame``, their numbers are ``Coefficients`` with a leading axis of
-variants. Laws lie end to end: P pieces of all m elements, and P - m corners between them.
+variants.
 
 n inertias, m elements, H orders, r deflections that are states, K clearances, R reference angles, E elements with
 stiffness.
@@ -14,7 +14,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-T = TypeVar("T", "Coefficients", "Tallies")
+from gearrattle.engine.kernels.laws import Laws
+
+T = TypeVar("T", "Coefficients", "Laws", "Tallies")
 
 
 class Coefficients(NamedTuple):
@@ -22,23 +24,19 @@ class Coefficients(NamedTuple):
 
     inertia: Any  # (n,)
     drag: Any  # (n,)
-    stiffness: Any  # (P,) slope of every piece
-    damping: Any  # (P,)
-    offset: Any  # (P,)
-    corners: Any  # (P - m,)
     mean: Any  # (n,) mean torques
     torque_sine: Any  # (n, H)
     torque_cosine: Any  # (n, H)
     error_sine: Any  # (m, H)
     error_cosine: Any  # (m, H)
     period: Any  # (1,)
+    laws: Any  # Laws
 
 
 class Frame(NamedTuple):
     """What variants of one structure share."""
 
     rows: Any  # (m, n) W
-    first: Any  # (m + 1,) where an element's pieces begin; its corners begin at first[k] - k
     label: Any  # (m,) label of its lowest piece
     clearances: Any  # (K,) elements with corners
     cycles: Any  # (H,) oscillations a period
@@ -126,10 +124,5 @@ def room_for(count: int, judged: Judged) -> Tallies:
 
 
 def picked(many: T, which: Any) -> T:
-    """Those of many that are chosen along the leading axis."""
-    return type(many)(*(array[which] for array in many))
-
-
-def one(coefficients: Coefficients, index: int) -> Coefficients:
-    """The numbers of one variant."""
-    return Coefficients(*(array[index] for array in coefficients))
+    """Those of many that are chosen along the leading axis; one by its index."""
+    return type(many)._make(picked(part, which) if isinstance(part, Laws) else part[which] for part in many)

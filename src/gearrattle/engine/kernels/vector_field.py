@@ -19,7 +19,7 @@ _COSINE = tuple((-1) ** i / factorial(2 * i) for i in range(10))
 
 
 class Field(NamedTuple):
-    """The system as plain arrays: n inertias, m elements, r basis deflections, H harmonics, P pieces in all."""
+    """The system as plain arrays: n inertias, m elements, r basis deflections, H harmonics."""
 
     inertia: Any  # (n,)
     drag: Any  # (n,)
@@ -27,17 +27,13 @@ class Field(NamedTuple):
     basis: Any  # (r, n) X
     combination: Any  # (m, r) B
     references: Any  # (R,)
-    first_piece: Any  # (m + 1,) where each element's pieces begin
-    upper_corner: Any  # (P,) upper end of each piece, +inf for the last of an element
-    stiffness: Any  # (P,)
-    damping: Any  # (P,)
-    offset: Any  # (P,)
     mean: Any  # (n,)
     torque_sine: Any  # (n, H)
     torque_cosine: Any  # (n, H)
     error_sine: Any  # (m, H)
     error_cosine: Any  # (m, H)
     cycles: Any  # (H,)
+    laws: Any  # Laws
     period: float
 
 
@@ -68,7 +64,7 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
 
     A piece is looked up by the deflection, or taken as it is if pieces are held.
     """
-    count = field.cycles.size
+    count, laws = field.cycles.size, field.laws
     elements, size = field.rows.shape
     r = field.basis.shape[0]
     turns, unit = time / field.period, 2.0 * pi / field.period
@@ -84,14 +80,14 @@ def element_states(field, time, y, wave, deflection, rate, piece, force, held=Fa
             omega = unit * field.cycles[j]
             d -= field.error_sine[k, j] * wave[j] + field.error_cosine[k, j] * wave[count + j]
             v -= omega * (field.error_sine[k, j] * wave[count + j] - field.error_cosine[k, j] * wave[j])
-        p = field.first_piece[k]
+        p = laws.first[k]
         if held:
             p += int(piece[k])
         else:
-            while d > field.upper_corner[p]:
+            while d > laws.upper[p]:
                 p += 1
-        deflection[k], rate[k], piece[k] = d, v, p - field.first_piece[k]
-        force[k] = field.stiffness[p] * d + field.damping[p] * v + field.offset[p]
+        deflection[k], rate[k], piece[k] = d, v, p - laws.first[k]
+        force[k] = laws.stiffness[p] * d + laws.damping[p] * v + laws.offset[p]
 
 
 @kernel

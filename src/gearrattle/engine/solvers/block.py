@@ -23,12 +23,15 @@ UNCONTROLLED = 1e100
 
 def contiguous(field: Field) -> Field:
     """The field with arrays of the very types that C reads."""
-    indices = {"references": np.int64, "first_piece": np.int64}
-    arrays: dict[str, Any] = {
-        name: np.ascontiguousarray(a, indices.get(name, np.float64)) if isinstance(a, np.ndarray) else float(a)
-        for name, a in field._asdict().items()
-    }
-    return field._replace(**arrays)
+
+    from gearrattle.engine.kernels.laws import Laws
+    from gearrattle.engine.kernels.vector_field import Field
+
+    def laid(array: Any) -> Any:
+        return np.ascontiguousarray(array, np.int64 if array.dtype.kind == "i" else np.float64)
+
+    *arrays, laws, period = field
+    return Field._make([*map(laid, arrays), Laws._make(map(laid, laws)), float(period)])
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,6 @@ class Block:
         """The block itself; the two accessors' addresses, 0 here, are the C library's to fill in."""
         f = self.field
         (m, n), r = f.rows.shape, f.basis.shape[0]
-        counts = [n, m, r, f.references.size, f.stiffness.size, f.cycles.size, len(self.clearances)]
-        arrays = [*f[:-1], self._period, self.size, *self._work, self.clearances, self.bounds]
+        counts = [n, m, r, f.references.size, f.laws.stiffness.size, f.cycles.size, len(self.clearances)]
+        arrays = [*f[:-2], *f.laws, self._period, self.size, *self._work, self.clearances, self.bounds]
         return np.array([0, 0, *counts, *(a.ctypes.data for a in arrays)], dtype=np.int64)

@@ -45,17 +45,16 @@ class MultistepMarch:
 
     def __init__(self, task: Task, *, method: int, newton: bool, events: bool) -> None:
         from gearrattle.engine.kernels._jit import vectorised
+        from gearrattle.engine.kernels.laws import Laws
         from gearrattle.engine.kernels.multistep import Held, march_on
 
         self._march_on = vectorised(march_on)
         self.task, self.problem = task, FieldProblem.of(task)
         self.field = plain = contiguous(self.problem.field)
         elements = len(plain.rows)
-        held = plain._replace(
-            first_piece=np.arange(elements + 1), upper_corner=np.full(elements, np.inf),
-            stiffness=plain.stiffness[plain.first_piece[:-1]], damping=plain.damping[plain.first_piece[:-1]],
-            offset=plain.offset[plain.first_piece[:-1]],
-        )  # fmt: skip
+        laws, lowest, ends = plain.laws, plain.laws.first[:-1], np.full(elements, np.inf)
+        slopes = laws.stiffness[lowest], laws.damping[lowest], laws.offset[lowest]
+        held = plain._replace(laws=Laws._make([np.arange(elements + 1), *slopes, -ends, ends]))
         self.block = Block.of(self.problem, held if events else None)
         self.held = Held(events, self.block.field, self.block.bounds, self.block.clearances)
         tolerance = TOLERANCE if task.tolerance is None else task.tolerance

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, one, room_for
+from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, picked, room_for
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import paper
 from gearrattle.engine.solvers.handover import StepLimit, chatters, doubled, empty_log
@@ -162,9 +162,8 @@ class _Place:
         """Where the compiled stages lie, for arguments of these types."""
         cases, shop, desk, regions = self.cases, self.shop, self.desk, self.store.packed
         work, waves, laws, marks = shop[:4]
-        system, frame = one(cases.numbers, 0), cases.frame
+        system, frame = picked(cases.numbers, 0), cases.frame
         flowing, stack = (work, waves, marks), (regions.probe, 0, 0, work, 0, 0, 0, 0)
-        sought = (system, frame, cases.statics)
         arguments: dict[str, tuple[Any, ...]] = {
             "scale": (system, frame, desk.scales),
             "lay_out": (system, frame, desk.scales, work, laws, marks),
@@ -178,7 +177,8 @@ class _Place:
             "fill_series": (regions.series, 0, work, marks, 0.0),
             "fill_forced": (regions.forced_series, 0, work, marks, 0.0),
             "accelerate_rigidly": (system, cases.statics.motion, desk.acceleration),
-            "rest": (*sought, desk.acceleration, desk.sought, desk.travel), "is_loose": (*sought, desk.sought),
+            "rest": (system, frame.label, cases.statics, desk.acceleration, desk.sought, desk.travel),
+            "is_loose": (system.laws, cases.statics, desk.sought),
             "turn": (cases.statics, desk.sought, cases.angle[0]),
             "tally": (cases.judged, self.log, 0, cases.window[0], desk.initial, desk.final, desk.scales, 0, self.out),
             "march_on": (regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0),

@@ -28,14 +28,16 @@ from gearrattle.engine.solvers.handover import (
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.solvers.works import SweepAuditor
 from gearrattle.engine.system.flow import Flow, flow_of, split_cycles
-from gearrattle.engine.system.network import Majorant, laws_of, near_of, network_of, windows_of
+from gearrattle.engine.system.laid_out import laws_of
+from gearrattle.engine.system.network import Majorant, near_of, network_of, windows_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
 from gearrattle.remember import kept
 from gearrattle.slices import slices
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.network import Laws, Near, Network
+    from gearrattle.engine.kernels.laws import Laws
+    from gearrattle.engine.kernels.network import Near, Network
 
 Array = NDArray[np.float64]
 

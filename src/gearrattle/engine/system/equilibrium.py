@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import statics
 from gearrattle.engine.kernels.variants import Statics
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
-from gearrattle.engine.system.laid_out import coefficients_of, frame_of
+from gearrattle.engine.system.laid_out import coefficients_of
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ConvergenceError
@@ -66,12 +66,12 @@ def equilibrium(system: PiecewiseSystem) -> Equilibrium:
     """
     elastic = elastic_elements(system)
     coordinates = relative_coordinates(system, elastic)
-    numbers, frame = coefficients_of(system), frame_of(system, coordinates)
+    numbers, label = coefficients_of(system), np.array([law.first_label for law in system.laws], dtype=np.int64)
     sought = statics_of(elastic, coordinates)
     acceleration, angle = np.empty(system.size), np.empty(system.size)
     x, travel = np.empty(len(coordinates.elements)), np.empty(len(elastic))
     statics.accelerate_rigidly(numbers, sought.motion, acceleration)
-    code = statics.rest(numbers, frame, sought, acceleration, x, travel)
+    code = statics.rest(numbers, label, sought, acceleration, x, travel)
     if code == statics.RUNAWAY:
         raise Runaway(tuple(k for k, v in zip(elastic, travel, strict=True) if v != 0.0))
     if code == statics.LOST:

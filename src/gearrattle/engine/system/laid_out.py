@@ -1,6 +1,6 @@
 """A system's numbers as the compiled code has them: laws end to end, everything in plain arrays.
 
-Takes a ``PiecewiseSystem``; gives ``kernels.variants.Coefficients`` and ``Frame``.
+Takes a ``PiecewiseSystem``; gives ``kernels.laws.Laws``, ``kernels.variants.Coefficients`` and ``Frame``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variants import Coefficients, Frame
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -18,30 +19,38 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 def coefficients_of(system: PiecewiseSystem) -> Coefficients:
     """The numbers of one system."""
-    inputs, laws = system.inputs, system.laws
+    inputs = system.inputs
     return Coefficients(
         inertia=_floats(system.inertia),
         drag=_floats(system.drag),
-        stiffness=_joined([law.stiffness for law in laws]),
-        damping=_joined([law.damping for law in laws]),
-        offset=_joined([law.offset for law in laws]),
-        corners=_joined([law.corners for law in laws]),
         mean=_floats(inputs.mean),
         torque_sine=_floats(inputs.torque_sine),
         torque_cosine=_floats(inputs.torque_cosine),
         error_sine=_floats(inputs.error_sine),
         error_cosine=_floats(inputs.error_cosine),
         period=np.array([inputs.period], dtype=float),
+        laws=laws_of(system),
+    )
+
+
+def laws_of(system: PiecewiseSystem) -> Laws:
+    """The laws of all elements, one after the other."""
+    laws = system.laws
+    return Laws(
+        first=_whole([0, *np.cumsum([law.pieces for law in laws])]),
+        stiffness=_joined([law.stiffness for law in laws]),
+        damping=_joined([law.damping for law in laws]),
+        offset=_joined([law.offset for law in laws]),
+        lower=_joined([np.append(-np.inf, law.corners) for law in laws]),
+        upper=_joined([np.append(law.corners, np.inf) for law in laws]),
     )
 
 
 def frame_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Frame:
     """What a system shares with its variants of the same structure."""
-    laws = system.laws
     return Frame(
         rows=_floats(system.rows),
-        first=_whole([0, *np.cumsum([law.pieces for law in laws])]),
-        label=_whole([law.first_label for law in laws]),
+        label=_whole([law.first_label for law in system.laws]),
         clearances=_whole(system.clearances),
         cycles=_floats(system.inputs.cycles),
         basis=_floats(coordinates.basis),

@@ -19,7 +19,7 @@ from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.network import Laws, Near, Network
+    from gearrattle.engine.kernels.network import Near, Network
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -157,22 +157,6 @@ def network_of(flow: Flow, windows: int) -> Network:
         tie_start=_starts(ties),
         tie=np.array(coordinates.elements, dtype=np.int64)[_joined(ties, np.int64)],
         tie_weight=_joined(weights, float),
-    )
-
-
-def laws_of(system: PiecewiseSystem) -> Laws:
-    """Pack the laws of all elements."""
-    from gearrattle.engine.kernels.network import Laws
-
-    laws = system.laws
-    corners = [np.concatenate([[-np.inf], law.corners, [np.inf]]) for law in laws]
-    return Laws(
-        np.concatenate([[0], np.cumsum([law.pieces for law in laws])]).astype(np.int64)[:-1],
-        np.concatenate([law.stiffness for law in laws]),
-        np.concatenate([law.damping for law in laws]),
-        np.concatenate([law.offset for law in laws]),
-        np.concatenate([c[:-1] for c in corners]),
-        np.concatenate([c[1:] for c in corners]),
     )
 
 
