@@ -28,7 +28,7 @@ from tests.dense.rounding import sums_of
 
 ROUNDINGS = 6.0
 FORCED = 2.0
-"""Of the motion's size: a forced motion that the program may add and take away (``system.forced.LARGEST``)."""
+"""Of the motion's size: a forced motion that the program may add and take away (``kernels.workspace.LARGEST``)."""
 LATE = 4 * EPS
 """Of the time: how exactly a logged time can be read, as a float."""
 PENETRATION = 1e-12

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels.workspace import LARGEST_STATE
 from gearrattle.engine.solvers import Motion, Task, exact, slots
 from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.system.building import RegionBuilder
+from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
 from tests.engine.solvers.tasks import oscillator, run, task
@@ -54,8 +57,13 @@ def test_regions_built_on_the_way_or_before_change_no_bit(seed: int, monkeypatch
 def test_inputs_kept_as_states_and_inputs_split_off_are_one_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """A limit of zero keeps every input: the augmented exponential, without any particular solution."""
     given = task(oscillator(clearance(4.0, 0.2, 0.5, 0.1), force=3.0, mean=0.2), [0.9], [0.0], cycles=6)
-    split = run(given)
-    monkeypatch.setattr("gearrattle.engine.system.building.LARGEST", 0.0)
+    split, begin = run(given), RegionBuilder.__init__
+
+    def keeping(self: RegionBuilder, flow: Flow) -> None:
+        begin(self, flow)
+        self.workspace.common.limits[LARGEST_STATE] = 0.0
+
+    monkeypatch.setattr(RegionBuilder, "__init__", keeping)
     monkeypatch.setattr(exact, "slots_of", fresh_slots)
     march = ExactMarch(given)
     assert march.slots.packed.width[march.march.counts[packed.SLOT]] == march.flow.states + 3

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack, schur
 
 from gearrattle.engine.kernels.packed import LONGEST
-from gearrattle.engine.system.building import ELIMINATION, FAST, FAST_ROUNDING, level_of_turns
+from gearrattle.engine.kernels.workspace import ELIMINATION, FAST_ROUNDING, LARGEST
+from gearrattle.engine.system.building import FAST_MODES, level_of_turns
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.forced import LARGEST, Split, oscillation
+from gearrattle.engine.system.forced import Split, oscillation
 from gearrattle.engine.system.majorant import Majorant
 from gearrattle.engine.system.region import Region, exponential_increments, finest_level
 
@@ -302,7 +303,7 @@ def _bound(flow: Flow, matrix: Array, split: Split, *, deflection: Array, column
     bound = majorant(
         inner, n, frequency=flow.frequency[harmonics], amplitude=flow.scaling.inputs[np.r_[0, 1 + harmonics]],
         deflection=deflection[:, reduced], horizon=2 * LONGEST,
-        fast=FAST * float(flow.frequency.max(initial=2 * np.pi)),
+        fast=FAST_MODES * float(flow.frequency.max(initial=2 * np.pi)),
     )  # fmt: skip
     present = np.isin(reduced, columns)
     return replace(bound, rows=bound.rows[:, present], fast=bound.fast[:, present])

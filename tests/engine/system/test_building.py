@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterator
 from dataclasses import replace
-from types import SimpleNamespace
 
 import mpmath
 import numpy as np
@@ -12,9 +12,8 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.assembly import assemble
-from gearrattle.engine.kernels import bench
-from gearrattle.engine.system import building
-from gearrattle.engine.system.building import Bench
+from gearrattle.engine.kernels._llvm import lapack_address
+from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.region import Region, build_region
@@ -131,20 +130,19 @@ def test_a_particular_solution_is_right_to_its_last_digits(seed: int) -> None:
     """Against the same system of equations solved in 50 digits."""
     system = random_chain(seed)
     flow = flow_of(system)
-    room = Bench(flow)
-    room.work_out(random_pieces(system, seed))
-    n, count = flow.states, flow.frequency.size
-    matrix = room.work[bench.MATRIX, :n, : flow.width]
-    found, kept = room.work[bench.PARTICULAR, :n], room.marks[bench.KEPT]
+    builder = RegionBuilder(flow)
+    builder.work_out(random_pieces(system, seed))
+    n, count, region = flow.states, flow.frequency.size, builder.workspace.region
+    matrix, particular = region.matrix, region.particular
     for j in range(1, 1 + count):
-        if kept[j]:
+        if region.kept[j]:
             continue
         with mpmath.workdps(50):
             left = mpmath.mpc(0, float(flow.frequency[j - 1])) * mpmath.eye(n) - mpmath.matrix(matrix[:, :n].tolist())
             force = [mpmath.mpc(a, -b) for a, b in zip(matrix[:, n + j], matrix[:, n + j + count], strict=True)]
             exact = mpmath.lu_solve(left, mpmath.matrix(force))
             want = np.array([complex(x) for x in exact])
-        got = found[:, j] - 1j * found[:, j + count]
+        got = particular[:, j] - 1j * particular[:, j + count]
         assert np.abs(got - want).max() <= 4e-16 * np.abs(want).max()
 
 
@@ -155,11 +153,11 @@ def test_a_region_that_is_not_finite_is_refused() -> None:
         build_region(flow_of(broken), (0,))
 
 
-def holds_schur_form(system: PiecewiseSystem, room: Bench, pieces: tuple[int, ...]) -> None:
+def holds_schur_form(system: PiecewiseSystem, builder: RegionBuilder, pieces: tuple[int, ...]) -> None:
     """A = basis schur basis^H, schur a triangle."""
-    room.work_out(pieces)
-    n = room.states
-    schur, basis = (room.waves[page, :n, :n].T for page in (bench.SCHUR, bench.BASIS))
+    builder.work_out(pieces)
+    schur, basis = builder.workspace.modes.schur.T, builder.workspace.modes.basis.T
+    n = len(schur)
     matrix = flow_of(system).generator(pieces)[:n, :n]
     assert np.abs(np.tril(schur, -1)).max() == 0.0
     assert apart(basis @ schur @ basis.conj().T, matrix.astype(complex)) <= 1e-13
@@ -168,27 +166,29 @@ def holds_schur_form(system: PiecewiseSystem, room: Bench, pieces: tuple[int, ..
 def test_a_matrix_for_which_lapack_s_iteration_does_not_end() -> None:
     """zgees gives up on this region of 13 states; in another order of them it does not (4 regions of 192 000)."""
     system = assemble(gr.loads(dressed_problem("everything", 32).model.toml())).system
-    holds_schur_form(system, Bench(flow_of(system)), (1, 3, 2, 1, 0, 1, 2, 0, 3, 0, 0, 0, 0))
+    holds_schur_form(system, RegionBuilder(flow_of(system)), (1, 3, 2, 1, 0, 1, 2, 0, 3, 0, 0, 0, 0))
 
 
 @pytest.mark.parametrize("refusals", [1, 3])
 def test_a_schur_form_of_other_orders_of_the_states(refusals: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A = basis schur basis^H in whatever order of the states it is found; where there is none, that is said."""
     system = random_chain(5)
-    room = Bench(flow_of(system))
-    pieces, count = random_pieces(system, 5), 0
-    stages = building.stages()
+    builder = RegionBuilder(flow_of(system))
+    pieces, count, integers = random_pieces(system, 5), 0, builder.workspace.lapack.integers
+    kind = ctypes.CFUNCTYPE(None, *15 * [ctypes.c_void_p])
+    zgees = kind(lapack_address("zgees"))
 
-    def refusing(*arguments: object) -> None:
+    @kind
+    def refusing(*arguments: int) -> None:
         nonlocal count
         count += 1
-        stages.schur(*arguments)
+        zgees(*arguments)
         if count <= refusals:
-            room.integers[4] = 7
+            integers[4] = 7
 
-    monkeypatch.setattr(building, "stages", lambda: SimpleNamespace(**{**vars(stages), "schur": refusing}))
-    holds_schur_form(system, room, pieces)
+    monkeypatch.setattr(builder, "_zgees", ctypes.cast(refusing, ctypes.c_void_p).value)
+    holds_schur_form(system, builder, pieces)
     assert count == refusals + 1
-    refusals, count = room.states, 0
+    refusals, count = len(builder.workspace.modes.schur), 0
     with pytest.raises(FloatingPointError, match="its eigenvalues are not found"):
-        room.work_out(pieces)
+        builder.work_out(pieces)

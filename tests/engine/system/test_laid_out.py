@@ -1,13 +1,13 @@
-"""The pages that regions share, written in compiled code, against the rows that ``system.flow`` writes with NumPy."""
+"""What regions share, written in compiled code, against the rows that ``system.flow`` writes with NumPy."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from gearrattle.engine.kernels import bench
-from gearrattle.engine.system.building import Bench
+from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import Flow, flow_of
+from gearrattle.engine.system.laid_out import laws_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.scaling import power_of_two
 from tests.dense.families import seeded
@@ -18,53 +18,49 @@ from tests.engine.system.numpy_regions import typical_size
 FAMILIES = ("chain", "loop", "error", "everything")
 
 
-def _rows(flow: Flow) -> dict[int, np.ndarray]:
-    """Every page, by its number, as rows over z."""
+def _want(flow: Flow) -> dict[str, np.ndarray]:
+    """What regions share, by its names."""
     system, period = flow.system, flow.system.inputs.period
     clearances, unit = list(system.clearances), 1.0 / flow.corner_scale[:, None]
     return {
-        bench.MOTION: period * flow.scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
-        bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,
-        bench.ELEMENTS: system.rows,
-        bench.DEFLECTION: flow.deflection,
-        bench.RATE: flow.rate,
-        bench.REFERENCES: period * flow.velocity[list(flow.coordinates.references)],
-        bench.SEEN: np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
-        bench.CURVATURE: flow.curvature_of_error[clearances],
+        "motion": period * flow.scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
+        "balance": flow.torque - system.drag[:, None] * flow.velocity,
+        "rows": system.rows,
+        "deflection": flow.deflection,
+        "rate": flow.rate,
+        "references": period * flow.velocity[list(flow.coordinates.references)],
+        "seen": np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
+        "curvature": flow.curvature_of_error[clearances],
+        "inertia": system.inertia,
+        "pace": period * flow.scaling.velocity,
+        "corner_scale": flow.corner_scale,
+        "frequency": flow.frequency,
+        "amplitude": flow.scaling.inputs,
+        "input_size": flow.input_size,
     }
 
 
 def _check(system: PiecewiseSystem) -> None:
-    """The same bits on every page, in every vector and in every law."""
+    """The same bits in every array, and in every law."""
     flow = flow_of(system)
-    work, laws, vectors = Bench(flow).work, Bench(flow).laws, Bench(flow).work[bench.VECTORS]
-    for page, rows in _rows(flow).items():
-        assert np.array_equal(work[page, : rows.shape[0], : rows.shape[1]], rows), page
-    for row, vector in {
-        bench.INERTIA: system.inertia, bench.PACE: system.inputs.period * flow.scaling.velocity,
-        bench.CORNER_SCALE: flow.corner_scale, bench.FREQUENCY: flow.frequency,
-        bench.AMPLITUDE: flow.scaling.inputs, bench.INPUT_SIZE: flow.input_size,
-    }.items():  # fmt: skip
-        assert np.array_equal(vectors[row, : vector.size], vector), row
-    first = 0
-    for law in system.laws:
-        mine = laws[:, first : first + law.pieces]
-        assert np.array_equal(mine[bench.STIFFNESS], law.stiffness)
-        assert np.array_equal(mine[bench.DAMPING], law.damping)
-        assert np.array_equal(mine[bench.OFFSET], law.offset / flow.scaling.inputs[0])
-        assert np.array_equal(mine[bench.LOWER], [-np.inf, *law.corners])
-        assert np.array_equal(mine[bench.UPPER], [*law.corners, np.inf])
-        first += law.pieces
-    assert Bench(flow).typical == pytest.approx(typical_size(flow), rel=1e-9)
+    builder = RegionBuilder(flow)
+    common, laws = builder.workspace.common, builder.workspace.laws
+    for name, want in _want(flow).items():
+        assert np.array_equal(getattr(common, name), want), name
+    want = laws_of(system.laws)
+    for name in ("first", "stiffness", "damping", "lower", "upper"):
+        assert np.array_equal(getattr(laws, name), getattr(want, name)), name
+    assert np.array_equal(laws.offset, want.offset / flow.scaling.inputs[0])
+    assert builder.typical == pytest.approx(typical_size(flow), rel=1e-9)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_pages_are_those_of_the_flow(family: str) -> None:
+def test_what_regions_share_is_that_of_the_flow(family: str) -> None:
     for seed in range(12):
         _check(seeded(family, seed).system())
 
 
-def test_pages_of_chains_and_of_one_body() -> None:
+def test_chains_and_one_body() -> None:
     for seed in range(10):
         _check(random_chain(seed))
     _check(oscillator())

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from gearrattle.engine.kernels import bench
 from gearrattle.engine.kernels.packed import LONGEST, step_of
-from gearrattle.engine.system.building import ELIMINATION, Bench, stages
+from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.region import Region, build_region, exponential_increments
@@ -108,19 +107,17 @@ def test_doubling_keeps_small_increments_accurate_to_their_own_size() -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_blocks_are_invariant_subspaces_that_rebuild_the_generator(seed: int) -> None:
     system = random_chain(seed)
-    room = Bench(flow_of(system))
-    room.work_out(random_pieces(system, seed))
-    width = room.found()[0]
-    generator = room.work[bench.GENERATOR, :width, :width]
-    stages().triangular_form(room.work, room.waves, room.marks)
-    count = stages().block_diagonalise(room.waves, room.marks, ELIMINATION)
-    left, right, triangle = (room.waves[page, :width, :width] for page in (bench.LEFT, bench.RIGHT, bench.TRIANGLE))
+    builder = RegionBuilder(flow_of(system))
+    builder.work_out(random_pieces(system, seed))
+    width, modes = builder.width, builder.workspace.modes
+    generator = builder.workspace.free.generator[:width, :width]
+    left, right, triangle = (matrix[:width, :width] for matrix in (modes.left, modes.right, modes.triangle))
     assert np.abs(right @ triangle @ left - generator).max() <= 1e-9 * np.abs(generator).max()
     assert np.abs(left @ right - np.eye(width)).max() <= 1e-9
-    bounds = room.marks[bench.PIVOTS, : count + 1]
-    assert bounds[0] == 0
-    assert bounds[-1] == width
-    inside = np.searchsorted(bounds, np.arange(width), side="right")
+    begins = modes.begins[: 1 + modes.begins.tolist().index(width)]
+    assert begins[0] == 0
+    assert np.all(np.diff(begins) > 0)
+    inside = np.searchsorted(begins, np.arange(width), side="right")
     assert not np.any(triangle[inside[:, None] != inside[None, :]])
     assert not np.any(np.tril(triangle, -1))
 

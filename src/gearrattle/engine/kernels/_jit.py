@@ -1,4 +1,4 @@
-"""The one door to numba.
+"""The one door to numba, with ``_llvm`` for what it has no words for.
 
 ``kernel`` compiles a function on first call and keeps it on disk. numba's own cache does not notice an edit in another
 kernel file, so the folder carries a stamp of all of them: warm starts stay warm, an edit recompiles. Set
@@ -25,9 +25,6 @@ from typing import Any
 
 import numba
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils
-from numba.extending import get_cython_function_address, intrinsic
 
 from gearrattle.files import private_folder
 
@@ -186,163 +183,16 @@ def callback(arguments: str) -> Callable[[Callable[..., Any]], Any]:
     return compiled
 
 
-def _to_pointer(_context: Any, address: Any) -> Any:
-    """An address as a pointer."""
-
-    def write(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        return builder.inttoptr(values[0], cgutils.voidptr_t)
-
-    return numba.types.voidptr(address), write
-
-
-_pointer: Any = intrinsic(_to_pointer)
-_carray: Any = numba.carray  # type: ignore[attr-defined]
-
-
-@inlined
-def array_at(address, shape, kind):  # type: ignore[no-untyped-def]
-    """The array of a shape and type that lies at an address."""
-    return _carray(_pointer(address), shape, kind)
-
-
-def _foreign(result: Any) -> Any:
-    """A kernel ``call(address, values)`` of the C function at an address: doubles, integers and pointers."""
-
-    @intrinsic
-    def call(_context: Any, address: Any, values: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            types = [context.get_value_type(kind) for kind in signature.args[1]]
-            shape = ir.FunctionType(context.get_value_type(result), types)
-            function = builder.inttoptr(given[0], shape.as_pointer())
-            return builder.call(function, cgutils.unpack_tuple(builder, given[1]))
-
-        return result(address, values), write
-
-    return call
-
-
-def _native(result: Any) -> Any:
-    """A kernel ``call(address, values)`` of compiled code of this package at an address (``address_of``)."""
-
-    @intrinsic
-    def call(_context: Any, address: Any, values: Any) -> Any:
-        kinds = [numba.types.unliteral(kind) for kind in values.types]
-
-        def write(context: Any, builder: Any, _: Any, given: Any) -> Any:
-            shape = context.call_conv.get_function_type(result, kinds)
-            function = builder.inttoptr(given[0], shape.as_pointer())
-            each = zip(cgutils.unpack_tuple(builder, given[1]), values.types, kinds, strict=True)
-            handed = [context.cast(builder, value, kind, plain) for value, kind, plain in each]
-            return context.call_conv.call_function(builder, function, result, kinds, handed)[1]
-
-        return result(address, values), write
-
-    return call
-
-
-_FOUR: Any = ir.VectorType(ir.DoubleType(), 4)
-
-
-def _group(
-    builder: Any, count: int, at: Any, stride: Any, apart: Any, columns: Any, weights: Any, out: Any, adds: bool
-) -> None:
-    """Write the sums of so many strips side by side: every weight is read once, and no sum waits for another."""
-    integer, four, lane = stride.type, _FOUR.as_pointer(), ir.IntType(32)
-    places = [builder.bitcast(builder.gep(out, [integer(4 * s)]), four) for s in range(count)]
-    strips = [builder.gep(at, [builder.mul(stride, integer(s))]) for s in range(count)]
-    sums = [cgutils.alloca_once(builder, _FOUR) for _ in range(count)]
-    for place, total in zip(places, sums, strict=True):
-        builder.store(builder.load(place, align=8) if adds else _FOUR([0.0] * 4), total)
-    with cgutils.for_range(builder, columns) as loop:
-        weight = builder.insert_element(_FOUR(ir.Undefined), builder.load(builder.gep(weights, [loop.index])), lane(0))
-        spread = builder.shuffle_vector(weight, _FOUR(ir.Undefined), ir.VectorType(lane, 4)([0] * 4))
-        for strip, total in zip(strips, sums, strict=True):
-            column = builder.gep(strip, [builder.mul(loop.index, apart)])
-            rows = builder.load(builder.bitcast(column, four), align=8)
-            product = builder.fmul(rows, spread, flags=("contract",))
-            builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
-    for place, total in zip(places, sums, strict=True):
-        builder.store(builder.load(total), place, align=8)
-
-
-def _strip_product(adds: bool) -> Any:
-    """A kernel that multiplies strips of four rows with a vector, see ``products``: in vectors of four by itself."""
-
-    def plain(stack: Any, where: tuple[int, int, int, int, int], y: Any, out: Any, at: int) -> None:
-        (first, stride, apart, strips, columns), flat = where, stack.reshape(-1)
-        for i, begin in enumerate(range(first, first + strips * stride, stride)):
-            for r in range(4):
-                sums = out[at + 4 * i + r] if adds else 0.0
-                for j in range(columns):
-                    sums += flat[begin + apart * j + r] * y[j]
-                out[at + 4 * i + r] = sums
-
-    def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            kinds, (_, where, _, _, at) = signature.args, given
-            first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
-            data, weights, sums = (context.make_array(kinds[i])(context, builder, given[i]).data for i in (0, 2, 3))
-            entry, place, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
-
-            def group(begin: Any, count: int) -> None:
-                here, there = builder.mul(begin, stride), builder.mul(begin, integer(4))
-                strip, rows = builder.gep(entry, [here]), builder.gep(place, [there])
-                _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
-
-            pairs = builder.ashr(strips, integer(1))
-            with cgutils.for_range(builder, pairs) as loop:
-                group(builder.shl(loop.index, integer(1)), 2)
-            with builder.if_then(builder.trunc(strips, ir.IntType(1))):
-                group(builder.shl(pairs, integer(1)), 1)
-            return context.get_dummy_value()
-
-        five = numba.types.UniTuple(numba.types.intp, len(where))
-        return numba.types.void(stack, five, y, out, numba.types.unliteral(at)), write
-
-    return intrinsic(product) if is_compiling() else plain
-
-
-strip_product = _strip_product(False)
-"""strip_product(stack, (first, stride, apart, strips, columns), y, out, at): out[at:] = strips of four rows, ``stride``
-entries apart from the entry ``first`` of the stack on, their columns so many ``apart``, times y[:columns]."""
-strip_product_added = _strip_product(True)
-"""The same, added to what stands there."""
-
-call_count = _native(numba.int64)
-"""Call compiled code that answers a whole number: call_count(address, (values, ...)). Nothing of it is written into the
-caller: the same machine code as ever, and no second compilation."""
-call_truth = _native(numba.boolean)
-"""The same for True or False."""
-call_real = _native(numba.float64)
-"""The same for a float."""
-call_silent = _native(numba.none)
-"""The same for code that answers nothing."""
-
-call_code = _foreign(numba.int32)
-"""Call a C function that answers an int: call_code(address, (values, ...)); pointers are integers."""
-call_pointer = _foreign(numba.intp)
-"""Call a C function that answers a pointer."""
-
-
-def lapack_address(name: str) -> int:
-    """Where a routine of the LAPACK that SciPy carries begins."""
-    return int(get_cython_function_address("scipy.linalg.cython_lapack", name))
-
-
-def address_of(entry: Callable[..., Any], *arguments: Any) -> int:
+def address_of(entry: Callable[..., Any], *arguments: Any) -> Any:
     """Where the compiled code begins that an entry runs for such arguments; compiled if it was not.
+
+    With numba switched off it is the function itself.
 
     Args:
         entry: from ``vectorised`` or ``compact``.
         arguments: any of the types it will be called with.
     """
-    return int(entry.address(*arguments))  # type: ignore[attr-defined]
-
-
-@cache
-def lapack_routine(name: str, arguments: int) -> Callable[..., None]:
-    """A routine of the LAPACK that SciPy carries; takes addresses, and lets go of the interpreter while it works."""
-    return ctypes.CFUNCTYPE(None, *arguments * [ctypes.c_void_p])(lapack_address(name))
+    return entry.address(*arguments) if is_compiling() else entry  # type: ignore[attr-defined]
 
 
 _COMPILING = threading.RLock()

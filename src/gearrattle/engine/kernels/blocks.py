@@ -11,42 +11,44 @@ from __future__ import annotations
 
 from math import sqrt
 
-from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.bench import BOUNDS, CHAIN, LEFT, PIVOTS, RIGHT, SIZES, TOP, TRIANGLE, WIDTH
+from gearrattle.engine.kernels._jit import strict
+from gearrattle.engine.kernels.dense import TOP
+from gearrattle.engine.kernels.located import bounds_at, free_at, modes_at
+from gearrattle.engine.kernels.workspace import ELIMINATION
 
 _ROUNDING = 2.0**-52
 _SMALLEST = 1e-290
 
 
 @strict
-def eliminate(waves, begin, end, size, largest):
+def eliminate(modes, x, begin, end, size):
     """Solve T11 X - X T22 = -T12 for what splits rows [begin, end) from those behind; False where an X_ij is large."""
     most = _SMALLEST
     for i in range(begin, size):
         for j in range(i, end if i < end else size):
-            most = max(most, abs(waves[TRIANGLE, i, j].real), abs(waves[TRIANGLE, i, j].imag))
+            most = max(most, abs(modes.triangle[i, j].real), abs(modes.triangle[i, j].imag))
     least = _ROUNDING * most
     for column in range(end, size):
         for i in range(end - 1, begin - 1, -1):
-            total = -waves[TRIANGLE, i, column]
+            total = -modes.triangle[i, column]
             for j in range(i + 1, end):
-                total -= waves[TRIANGLE, i, j] * waves[BOUNDS, j, column]
+                total -= modes.triangle[i, j] * x[j, column]
             for j in range(end, column):
-                total += waves[BOUNDS, i, j] * waves[TRIANGLE, j, column]
-            apart = waves[TRIANGLE, i, i] - waves[TRIANGLE, column, column]
+                total += x[i, j] * modes.triangle[j, column]
+            apart = modes.triangle[i, i] - modes.triangle[column, column]
             if abs(apart.real) + abs(apart.imag) <= least:
                 apart = complex(least, 0.0)
-            x = total / apart
-            if not x.real * x.real + x.imag * x.imag <= largest * largest:
+            entry = total / apart
+            if not entry.real * entry.real + entry.imag * entry.imag <= ELIMINATION * ELIMINATION:
                 return False
-            waves[BOUNDS, i, column] = x
+            x[i, column] = entry
     return True
 
 
 @strict
-def swap(waves, k, begin, size):
+def swap(modes, k, begin, size):
     """Exchange the eigenvalues k and k + 1 by a rotation; rows from ``begin`` on take part."""
-    f, g = waves[TRIANGLE, k, k + 1], waves[TRIANGLE, k + 1, k + 1] - waves[TRIANGLE, k, k]
+    f, g = modes.triangle[k, k + 1], modes.triangle[k + 1, k + 1] - modes.triangle[k, k]
     f2, g2 = f.real * f.real + f.imag * f.imag, g.real * g.real + g.imag * g.imag
     if g2 == 0.0:
         c, s = 1.0, complex(0.0, 0.0)
@@ -58,75 +60,73 @@ def swap(waves, k, begin, size):
         s = (f / sqrt(f2)) * (g.conjugate() / length)
     bar = s.conjugate()
     for j in range(k + 2, size):
-        x, y = waves[TRIANGLE, k, j], waves[TRIANGLE, k + 1, j]
-        waves[TRIANGLE, k, j], waves[TRIANGLE, k + 1, j] = c * x + s * y, c * y - bar * x
+        x, y = modes.triangle[k, j], modes.triangle[k + 1, j]
+        modes.triangle[k, j], modes.triangle[k + 1, j] = c * x + s * y, c * y - bar * x
     for i in range(begin, k):
-        x, y = waves[TRIANGLE, i, k], waves[TRIANGLE, i, k + 1]
-        waves[TRIANGLE, i, k], waves[TRIANGLE, i, k + 1] = c * x + bar * y, c * y - s * x
-    waves[TRIANGLE, k, k], waves[TRIANGLE, k + 1, k + 1] = waves[TRIANGLE, k + 1, k + 1], waves[TRIANGLE, k, k]
+        x, y = modes.triangle[i, k], modes.triangle[i, k + 1]
+        modes.triangle[i, k], modes.triangle[i, k + 1] = c * x + bar * y, c * y - s * x
+    modes.triangle[k, k], modes.triangle[k + 1, k + 1] = modes.triangle[k + 1, k + 1], modes.triangle[k, k]
     for i in range(size):
-        x, y = waves[RIGHT, i, k], waves[RIGHT, i, k + 1]
-        waves[RIGHT, i, k], waves[RIGHT, i, k + 1] = c * x + bar * y, c * y - s * x
-        x, y = waves[LEFT, k, i], waves[LEFT, k + 1, i]
-        waves[LEFT, k, i], waves[LEFT, k + 1, i] = c * x + s * y, c * y - bar * x
+        x, y = modes.right[i, k], modes.right[i, k + 1]
+        modes.right[i, k], modes.right[i, k + 1] = c * x + bar * y, c * y - s * x
+        x, y = modes.left[k, i], modes.left[k + 1, i]
+        modes.left[k, i], modes.left[k + 1, i] = c * x + s * y, c * y - bar * x
 
 
 @strict
-def _split(waves, begin, end, size):
+def _split(modes, x, begin, end, size):
     """Carry an elimination out."""
     for i in range(begin, end):
         for j in range(end, size):
-            x = waves[BOUNDS, i, j]
-            waves[TRIANGLE, i, j] = 0.0
-            if x != 0.0:
+            entry = x[i, j]
+            modes.triangle[i, j] = 0.0
+            if entry != 0.0:
                 for k in range(size):
-                    waves[RIGHT, k, j] += waves[RIGHT, k, i] * x
-                    waves[LEFT, i, k] -= x * waves[LEFT, j, k]
+                    modes.right[k, j] += modes.right[k, i] * entry
+                    modes.left[i, k] -= entry * modes.left[j, k]
 
 
 @strict
-def _is_coupled(waves, begin, end, size):
+def _is_coupled(triangle, begin, end, size):
     for i in range(begin, end):
         for j in range(end, size):
-            if waves[TRIANGLE, i, j] != 0.0:
+            if triangle[i, j] != 0.0:
                 return True
     return False
 
 
-@strict_entry
-def block_diagonalise(waves, marks, largest):
+@strict
+def block_diagonalise(workspace):
     """Split M = right T left, T upper triangular, into blocks, in place.
 
     Args:
-        waves: its pages ``TRIANGLE``, ``LEFT`` and ``RIGHT`` are T, V^-1 and V; ``BOUNDS`` is scratch.
-        marks: where every block begins, and the end of the last, is written into ``PIVOTS``; T is as large as y without
-            chains.
-        largest: bound on the entries of every elimination; larger means more, but worse conditioned, blocks.
+        workspace: see ``located``; T, V^-1 and V change, where blocks begin is written, rows of bounds are scratch.
 
     Returns:
         the number of blocks.
     """
-    size, count, begin, end = marks[SIZES, WIDTH] - marks[SIZES, CHAIN], TOP, TOP, TOP
-    marks[PIVOTS, 0] = 0
+    free, modes, bounds = free_at(workspace), modes_at(workspace), bounds_at(workspace)
+    size, count, begin, end = free.chained[0], TOP, TOP, TOP
+    modes.begins[0] = 0
     while begin < size:
         end = begin + 1
-        while end < size and _is_coupled(waves, begin, end, size):
-            if eliminate(waves, begin, end, size, largest):
-                _split(waves, begin, end, size)
+        while end < size and _is_coupled(modes.triangle, begin, end, size):
+            if eliminate(modes, bounds.rows, begin, end, size):
+                _split(modes, bounds.rows, begin, end, size)
                 break
             centre = complex(0.0, 0.0)
             for i in range(begin, end):
-                centre += waves[TRIANGLE, i, i] / (end - begin)
+                centre += modes.triangle[i, i] / (end - begin)
             nearest, least = end, -1.0
             for i in range(end, size):
-                apart = waves[TRIANGLE, i, i] - centre
+                apart = modes.triangle[i, i] - centre
                 square = apart.real * apart.real + apart.imag * apart.imag
                 if least < 0.0 or square < least:
                     nearest, least = TOP + i, square
             for k in range(nearest - 1, end - 1, -1):
-                swap(waves, k, begin, size)
+                swap(modes, k, begin, size)
             end += 1
         count += 1
-        marks[PIVOTS, count] = end
+        modes.begins[count] = end
         begin = end
     return count

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import array_at, call_pointer, callback, kernel
+from gearrattle.engine.kernels._jit import callback, kernel
+from gearrattle.engine.kernels._llvm import array_at, call_pointer
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.vector_field import Field, derivative, element_states
 

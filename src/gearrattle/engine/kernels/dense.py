@@ -1,90 +1,96 @@
 """Small dense matrices in plain loops: products, norms, and linear systems with partial pivoting.
 
-Matrices are pages of a stack (see ``bench``), larger than what is meant: the sizes say how much of them counts. Every
-operation is rounded by itself (``strict``), so results do not depend on what a loop was compiled into.
+Arrays are larger than what is meant: the sizes say how much of them counts. Every operation is rounded by itself
+(``strict``), so results do not depend on what a loop was compiled into.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from gearrattle.engine.kernels._jit import strict
-from gearrattle.engine.kernels.bench import COLUMNS, PIVOTS, SYSTEM
+
+TOP = np.int64(0)
+"""The first row of an array; a plain 0 would have the function that takes it compiled once more."""
 
 
 @strict
-def times(work, factor, a, a0, b, rows, columns, out, out0):
-    """Page out, from row out0 on = factor times rows a0 ... of page a, times page b (columns, columns).
+def times(factor, a, first, b, rows, columns, out, out_first):
+    """Rows out_first ... of out = factor times rows first ... of a, times b (columns, columns).
 
     What is written is none of what is read.
     """
     for i in range(rows):
         for j in range(columns):
-            work[out, out0 + i, j] = 0.0
+            out[out_first + i, j] = 0.0
         for k in range(columns):
-            weight = factor * work[a, a0 + i, k]
+            weight = factor * a[first + i, k]
             if weight != 0.0:
                 for j in range(columns):
-                    work[out, out0 + i, j] += weight * work[b, k, j]
+                    out[out_first + i, j] += weight * b[k, j]
 
 
 @strict
-def copy_rows(work, source, first, rows, columns, out):
-    """Page out = rows first ... of another."""
+def copy_rows(source, first, rows, columns, out):
+    """Out = rows first ... of another."""
     for i in range(rows):
         for j in range(columns):
-            work[out, i, j] = work[source, first + i, j]
+            out[i, j] = source[first + i, j]
 
 
 @strict
-def norm_of_columns(work, page, size):
+def norm_of_columns(matrix, size):
     """Largest sum of moduli of a column; nan if there is one."""
     largest = 0.0
     for j in range(size):
         total = 0.0
         for i in range(size):
-            total += abs(work[page, i, j])
+            total += abs(matrix[i, j])
         if not total <= largest:
             largest = total
     return largest
 
 
 @strict
-def factorise(waves, marks, size):
-    """P a = L U in place, on the page ``SYSTEM``; False where a pivot is zero."""
+def factorise(solver, size):
+    """P a = L U in place, ``solver.matrix``; False where a pivot is zero."""
+    matrix = solver.matrix
     for j in range(size):
         best, largest = j, -1.0
         for i in range(j, size):
-            modulus = abs(waves[SYSTEM, i, j].real) + abs(waves[SYSTEM, i, j].imag)
+            modulus = abs(matrix[i, j].real) + abs(matrix[i, j].imag)
             if modulus > largest:
                 best, largest = i, modulus
-        marks[PIVOTS, j] = best
+        solver.pivots[j] = best
         if not largest > 0.0:
             return False
         if best != j:
             for k in range(size):
-                kept = waves[SYSTEM, j, k]
-                waves[SYSTEM, j, k] = waves[SYSTEM, best, k]
-                waves[SYSTEM, best, k] = kept
-        inverse = 1.0 / waves[SYSTEM, j, j]
+                kept = matrix[j, k]
+                matrix[j, k] = matrix[best, k]
+                matrix[best, k] = kept
+        inverse = 1.0 / matrix[j, j]
         for i in range(j + 1, size):
-            if waves[SYSTEM, i, j] != 0.0:
-                weight = waves[SYSTEM, i, j] * inverse
-                waves[SYSTEM, i, j] = weight
+            if matrix[i, j] != 0.0:
+                weight = matrix[i, j] * inverse
+                matrix[i, j] = weight
                 for k in range(j + 1, size):
-                    waves[SYSTEM, i, k] -= weight * waves[SYSTEM, j, k]
+                    matrix[i, k] -= weight * matrix[j, k]
     return True
 
 
 @strict
-def substitute(waves, marks, size, x):
-    """Solve with the factors, in place: row x of the page ``COLUMNS``."""
+def substitute(solver, size, x):
+    """Solve with the factors, in place: x is the right side, then the solution."""
+    matrix = solver.matrix
     for j in range(size):
-        best, kept = marks[PIVOTS, j], waves[COLUMNS, x, j]
-        waves[COLUMNS, x, j] = waves[COLUMNS, x, best]
-        waves[COLUMNS, x, best] = kept
+        best, kept = solver.pivots[j], x[j]
+        x[j] = x[best]
+        x[best] = kept
     for i in range(size):
         for j in range(i):
-            waves[COLUMNS, x, i] -= waves[SYSTEM, i, j] * waves[COLUMNS, x, j]
+            x[i] -= matrix[i, j] * x[j]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
-            waves[COLUMNS, x, i] -= waves[SYSTEM, i, j] * waves[COLUMNS, x, j]
-        waves[COLUMNS, x, i] = waves[COLUMNS, x, i] / waves[SYSTEM, i, i]
+            x[i] -= matrix[i, j] * x[j]
+        x[i] = x[i] / matrix[i, i]

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import call_code, kernel
+from gearrattle.engine.kernels._jit import kernel
+from gearrattle.engine.kernels._llvm import call_code
 from gearrattle.engine.kernels.products import copy
 from gearrattle.engine.kernels.vector_field import element_states
 

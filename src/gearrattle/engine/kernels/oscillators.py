@@ -9,7 +9,8 @@ from math import cos, factorial, floor, pi, sin
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import inlined, kernel, strip_product
+from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels._llvm import strip_product
 
 _SINE = tuple((-1) ** i / factorial(2 * i + 1) for i in range(8))
 _COSINE = tuple(-((-1) ** i) / factorial(2 * i + 2) for i in range(8))  # of cos - 1, divided by the square

@@ -6,7 +6,8 @@ matrices are indexed in place: taking a view of an array costs a compiled loop m
 
 from __future__ import annotations
 
-from gearrattle.engine.kernels._jit import inlined, kernel, strip_product, strip_product_added
+from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels._llvm import strip_product, strip_product_added
 
 
 @inlined

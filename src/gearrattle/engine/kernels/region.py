@@ -1,247 +1,201 @@
-"""The rates of a region over z and over y, and what the inputs split off do; stages of ``system.building``.
+"""The rates of a region over z and over y, and what the inputs split off do; stages of ``building``.
 
-What stands where is on the page ``bench``.
+The arrays are those of ``workspace``.
 """
 
 from __future__ import annotations
 
-from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.bench import (
-    ACCELERATION,
-    AMPLITUDE,
-    BALANCE,
-    BY_DEFLECTION,
-    BY_ITSELF,
-    BY_MEMORY,
-    BY_RATE,
-    CHAIN,
-    CHAIN_PACE,
-    CLEARANCE_COUNT,
-    CLEARANCES,
-    COLUMN,
-    CORNER_SCALE,
-    CURVATURE,
-    DAMPING,
-    DEFLECTION,
-    DEFLECTIONS,
-    ELEMENT_COUNT,
-    ELEMENTS,
-    FIRST_PIECE,
-    FLOWING,
-    FORCED,
-    FORCES,
-    FOUND,
-    FREQUENCY,
-    GENERATOR,
-    HARMONICS,
-    INERTIA,
-    INERTIA_COUNT,
-    INTEGRAL,
-    KEPT,
-    KEPT_AMPLITUDE,
-    LIMITS,
-    LINKS,
-    MATRIX,
-    MEMORY,
-    MEMORY_SCALE,
-    MOTION,
-    MOVES,
-    OFFSET,
-    PACE,
-    PARENT,
-    PARTICULAR,
-    PASSED,
-    PERIOD,
-    PIECES,
-    RATE,
-    RATES,
-    REFERENCE_COUNT,
-    REFERENCES,
-    SCHUR,
-    SEEN,
-    SIZES,
-    STATES,
-    STIFFNESS,
-    TOP,
-    VECTORS,
-    WATCHED,
-    WATCHED_ALL,
-    WATCHED_COUNT,
-    WIDTH,
-)  # fmt: skip
-from gearrattle.engine.kernels.dense import copy_rows, times
+from gearrattle.engine.kernels._jit import strict
+from gearrattle.engine.kernels.dense import TOP, copy_rows, times
+from gearrattle.engine.kernels.located import common_at, companions_at, free_at, laws_at, modes_at, region_at
 from gearrattle.engine.kernels.strips import differentiate
+from gearrattle.engine.kernels.workspace import CHAIN_PACE, PERIOD
 
 
 @strict
-def _width(marks):
-    """Z."""
-    return marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS] + marks[SIZES, CHAIN]
-
-
-@strict
-def _accompany(work, laws, marks, c, width):
+def _accompany(common, laws, companions, region, c, width):
     """Add a companion's force to its element's, and write the rate of its memory."""
-    at = marks[SIZES, ELEMENT_COUNT] + c
-    k, piece, memory = marks[PARENT, c], marks[FIRST_PIECE, at] + marks[PIECES, at], marks[MEMORY, c]
-    stiffness, damping, scale = laws[STIFFNESS, piece], laws[DAMPING, piece], work[VECTORS, MEMORY_SCALE, c]
+    at = common.rows.shape[0] + c
+    k, piece, memory = companions.element[c], laws.first[at] + region.pieces[at], companions.state[c]
+    stiffness, damping, scale = laws.stiffness[piece], laws.damping[piece], companions.scale[c]
     for j in range(width):
-        work[FORCES, k, j] += stiffness * work[DEFLECTION, k, j] + damping * work[RATE, k, j]
-    work[FORCES, k, marks[SIZES, STATES]] += laws[OFFSET, piece]
+        region.force[k, j] += stiffness * common.deflection[k, j] + damping * common.rate[k, j]
+    region.force[k, region.matrix.shape[0]] += laws.offset[piece]
     if memory >= 0:
-        work[FORCES, k, memory] += laws[BY_MEMORY, piece] / scale
-        pace = laws[MOVES, piece] * work[VECTORS, LIMITS, PERIOD] * scale
+        region.force[k, memory] += companions.by_memory[piece] / scale
+        pace = companions.moves[piece] * common.limits[PERIOD] * scale
         for j in range(width):
-            work[MATRIX, memory, j] = pace * work[RATE, k, j]
+            region.matrix[memory, j] = pace * common.rate[k, j]
 
 
-@strict_entry
-def accelerate(work, laws, marks):
+@strict
+def accelerate(workspace):
     """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
-    m, n, states = marks[SIZES, ELEMENT_COUNT], marks[SIZES, INERTIA_COUNT], marks[SIZES, STATES]
-    width, r, finite = _width(marks), marks[SIZES, DEFLECTIONS], True
+    common, laws = common_at(workspace), laws_at(workspace)
+    companions, region = companions_at(workspace), region_at(workspace)
+    m, n, states = common.rows.shape[0], common.inertia.size, region.matrix.shape[0]
+    width, r, finite = region.matrix.shape[1], common.motion.shape[0], True
     for k in range(m):
-        piece = marks[FIRST_PIECE, k] + marks[PIECES, k]
-        stiffness, damping = laws[STIFFNESS, piece], laws[DAMPING, piece]
+        piece = laws.first[k] + region.pieces[k]
+        stiffness, damping = laws.stiffness[piece], laws.damping[piece]
         for j in range(width):
-            work[FORCES, k, j] = stiffness * work[DEFLECTION, k, j] + damping * work[RATE, k, j]
-        work[FORCES, k, states] += laws[OFFSET, piece]
-    for c in range(marks[SIZES, WATCHED_COUNT] - marks[SIZES, CLEARANCE_COUNT]):
-        _accompany(work, laws, marks, c, width)
+            region.force[k, j] = stiffness * common.deflection[k, j] + damping * common.rate[k, j]
+        region.force[k, states] += laws.offset[piece]
+    for c in range(companions.element.size):
+        _accompany(common, laws, companions, region, c, width)
     for j in range(width):
         for i in range(r):
-            work[MATRIX, i, j] = work[MOTION, i, j]
+            region.matrix[i, j] = common.motion[i, j]
         for i in range(n):
-            total = work[BALANCE, i, j]
+            total = common.balance[i, j]
             for k in range(m):
-                total -= work[ELEMENTS, k, i] * work[FORCES, k, j]
-            work[ACCELERATION, i, j] = total / work[VECTORS, INERTIA, i]
-            work[MATRIX, r + i, j] = work[VECTORS, PACE, i] * work[ACCELERATION, i, j]
-            finite = finite and abs(work[MATRIX, r + i, j]) < 1e300
+                total -= common.rows[k, i] * region.force[k, j]
+            region.acceleration[i, j] = total / common.inertia[i]
+            region.matrix[r + i, j] = common.pace[i] * region.acceleration[i, j]
+            finite = finite and abs(region.matrix[r + i, j]) < 1e300
     return finite
 
 
-@strict_entry
-def look(work, laws, marks):
+@strict
+def look(workspace):
     """Rates of the carried quantities, and what is watched: rows over z."""
-    n, clearances, watched = marks[SIZES, INERTIA_COUNT], marks[SIZES, CLEARANCE_COUNT], marks[SIZES, WATCHED_COUNT]
-    references, period = marks[SIZES, REFERENCE_COUNT], work[VECTORS, LIMITS, PERIOD]
-    width = _width(marks)
-    copy_rows(work, REFERENCES, TOP, references, width, PASSED)
+    common, laws = common_at(workspace), laws_at(workspace)
+    companions, region = companions_at(workspace), region_at(workspace)
+    n, clearances, watched = common.inertia.size, common.clearances.size, common.corner_scale.size
+    references, period = common.references.shape[0], common.limits[PERIOD]
+    width = region.matrix.shape[1]
+    copy_rows(common.references, TOP, references, width, region.carried)
     for k in range(clearances):
-        element, unit = marks[CLEARANCES, k], period * period / work[VECTORS, CORNER_SCALE, k]
+        element, unit = common.clearances[k], period * period / common.corner_scale[k]
         for j in range(width):
-            work[PASSED, references + k, j] = period * work[FORCES, element, j]
-            work[WATCHED_ALL, k, j] = work[SEEN, k, j]
-            work[WATCHED_ALL, watched + k, j] = work[SEEN, clearances + k, j]
-            second = -work[CURVATURE, k, j]
+            region.carried[references + k, j] = period * region.force[element, j]
+            region.watched[k, j] = common.seen[k, j]
+            region.watched[watched + k, j] = common.seen[clearances + k, j]
+            second = -common.curvature[k, j]
             for i in range(n):
-                second += work[ELEMENTS, element, i] * work[ACCELERATION, i, j]
-            work[WATCHED_ALL, 2 * watched + k, j] = second * unit
-    for c in range(watched - clearances):
-        _watch(work, laws, marks, c, clearances + c, width)
+                second += common.rows[element, i] * region.acceleration[i, j]
+            region.watched[2 * watched + k, j] = second * unit
+    for c in range(companions.element.size):
+        _watch(common, laws, companions, region, c, clearances + c)
 
 
 @strict
-def _watch(work, laws, marks, c, row, width):
+def _watch(common, laws, companions, region, c, row):
     """What a companion watches; its derivatives follow from the rates of y."""
-    at, k, memory = marks[SIZES, ELEMENT_COUNT] + c, marks[PARENT, c], marks[MEMORY, c]
-    piece, unit = marks[FIRST_PIECE, at] + marks[PIECES, at], 1.0 / work[VECTORS, CORNER_SCALE, row]
-    of_deflection, of_rate = laws[BY_DEFLECTION, piece] * unit, laws[BY_RATE, piece] * unit
-    for j in range(width):
-        work[WATCHED_ALL, row, j] = of_deflection * work[DEFLECTION, k, j] + of_rate * work[RATE, k, j]
+    at, k, memory = common.rows.shape[0] + c, companions.element[c], companions.state[c]
+    piece, unit = laws.first[at] + region.pieces[at], 1.0 / common.corner_scale[row]
+    of_deflection, of_rate = companions.by_deflection[piece] * unit, companions.by_rate[piece] * unit
+    for j in range(region.matrix.shape[1]):
+        region.watched[row, j] = of_deflection * common.deflection[k, j] + of_rate * common.rate[k, j]
     if memory >= 0:
-        work[WATCHED_ALL, row, memory] += laws[BY_ITSELF, piece] * unit / work[VECTORS, MEMORY_SCALE, c]
+        region.watched[row, memory] += companions.by_itself[piece] * unit / companions.scale[c]
 
 
 @strict
-def _keep(work, marks):
+def _keep(common, region, free):
     """Which of z stand in y, chains last, and the amplitudes of the oscillators among them; answers Y."""
-    states, count = marks[SIZES, STATES], marks[SIZES, HARMONICS]
+    states, count = region.matrix.shape[0], common.frequency.size
     width = states
     for i in range(states):
-        marks[COLUMN, i] = i
+        free.column[i] = i
     for j in range(1 + 2 * count):
-        if marks[KEPT, j]:
+        if region.kept[j]:
             if j <= count:
-                work[FOUND, KEPT_AMPLITUDE, width - states] = work[VECTORS, AMPLITUDE, j]
-            marks[COLUMN, width] = states + j
+                free.amplitude[width - states] = common.amplitude[j]
+            free.column[width] = states + j
             width += 1
-    for j in range(marks[SIZES, CHAIN]):
-        marks[COLUMN, width] = states + 1 + 2 * count + j
+    free.chained[0] = width
+    for j in range(states + 1 + 2 * count, region.matrix.shape[1]):
+        free.column[width] = j
         width += 1
+    free.width[0] = width
     return width
 
 
 @strict
-def _take(work, marks, page, count, width, out, first):
-    """Columns of some rows."""
+def _take(rows, count, free, out, first):
+    """Of some rows over z the columns that stand in y."""
     for i in range(count):
-        for j in range(width):
-            work[out, first + i, j] = work[page, i, marks[COLUMN, j]]
+        for j in range(free.width[0]):
+            out[first + i, j] = rows[i, free.column[j]]
 
 
 @strict
-def _force(work, marks, page, count, out):
+def _force(region, rows, count, out):
     """What rows over z make of the inputs split off: (count, U)."""
-    states = marks[SIZES, STATES]
+    states = region.matrix.shape[0]
     for i in range(count):
-        for j in range(1 + 2 * marks[SIZES, HARMONICS]):
-            total = 0.0 if marks[KEPT, j] else work[page, i, states + j]
+        for j in range(region.kept.size):
+            total = 0.0 if region.kept[j] else rows[i, states + j]
             for q in range(states):
-                total += work[page, i, q] * work[PARTICULAR, q, j]
-            work[out, i, j] = total
+                total += rows[i, q] * region.particular[q, j]
+            out[i, j] = total
 
 
-@strict_entry
-def generate(work, marks):
+@strict
+def generate(workspace):
     """Rates over y: carried quantities, states, kept inputs; and what is watched over y."""
-    states, count, watched = marks[SIZES, STATES], marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
-    clearances, one = marks[SIZES, CLEARANCE_COUNT], TOP + 1
-    carried, width = marks[SIZES, REFERENCE_COUNT] + clearances, _keep(work, marks)
-    marks[SIZES, WIDTH] = width
-    _take(work, marks, PASSED, carried, width, RATES, TOP)
-    _take(work, marks, MATRIX, states, width, RATES, carried)
+    common, region, free = common_at(workspace), region_at(workspace), free_at(workspace)
+    states, count, watched = region.matrix.shape[0], common.frequency.size, common.corner_scale.size
+    clearances, one = common.clearances.size, TOP + 1
+    carried, width = region.carried.shape[0], _keep(common, region, free)
+    _take(region.carried, carried, free, free.rates, TOP)
+    _take(region.matrix, states, free, free.rates, carried)
     for i in range(states, width):
-        mine = marks[COLUMN, i] - states
+        mine = free.column[i] - states
         for j in range(width):
-            other, rate = marks[COLUMN, j] - states, 0.0
+            other, rate = free.column[j] - states, 0.0
             if mine > 2 * count:
-                last = (mine - 2 * count) % marks[SIZES, LINKS] == 0
-                rate = work[VECTORS, LIMITS, CHAIN_PACE] if other == mine + 1 and not last else 0.0
+                last = (mine - 2 * count) % common.links[0] == 0
+                rate = common.limits[CHAIN_PACE] if other == mine + 1 and not last else 0.0
             elif 0 < mine <= count and other == mine + count:
-                rate = -work[VECTORS, FREQUENCY, mine - 1]
+                rate = -common.frequency[mine - 1]
             elif mine > count and other == mine - count:
-                rate = work[VECTORS, FREQUENCY, other - 1]
-            work[RATES, carried + i, j] = rate
-    copy_rows(work, RATES, carried, width, width, GENERATOR)
-    _take(work, marks, WATCHED_ALL, 3 * watched, width, WATCHED, TOP)
+                rate = common.frequency[other - 1]
+            free.rates[carried + i, j] = rate
+    copy_rows(free.rates, carried, width, width, free.generator)
+    _take(region.watched, 3 * watched, free, free.watched, TOP)
     for i in range(clearances, watched):
-        times(work, 1.0, WATCHED, i, GENERATOR, one, width, WATCHED, watched + i)
-        times(work, 1.0, WATCHED, watched + i, GENERATOR, one, width, WATCHED, 2 * watched + i)
-    times(work, 1.0, WATCHED, 2 * watched, GENERATOR, watched, width, WATCHED, 3 * watched)
+        times(1.0, free.watched, i, free.generator, one, width, free.watched, watched + i)
+        times(1.0, free.watched, watched + i, free.generator, one, width, free.watched, 2 * watched + i)
+    times(1.0, free.watched, 2 * watched, free.generator, watched, width, free.watched, 3 * watched)
 
 
-@strict_entry
-def split_off(work, marks):
+@strict
+def split_off(workspace):
     """What the inputs split off make of the deflections and of the carried quantities."""
-    count, watched = marks[SIZES, HARMONICS], marks[SIZES, WATCHED_COUNT]
-    carried = marks[SIZES, REFERENCE_COUNT] + marks[SIZES, CLEARANCE_COUNT]
-    _force(work, marks, WATCHED_ALL, watched, FORCED)
+    common, region = common_at(workspace), region_at(workspace)
+    count, watched = common.frequency.size, common.corner_scale.size
+    carried = region.carried.shape[0]
+    _force(region, region.watched, watched, region.forced)
     for i in range(3 * watched):
-        differentiate(work, FORCED, i, count, 1.0, i + watched)
-    _force(work, marks, PASSED, carried, FLOWING)
+        differentiate(region.forced, i, common.frequency, 1.0, i + watched)
+    _force(region, region.carried, carried, region.flowing)
     for i in range(carried):
-        work[INTEGRAL, i, 0] = 0.0
+        region.integral[i, 0] = 0.0
         for h in range(count):
-            w = work[VECTORS, FREQUENCY, h]
-            work[INTEGRAL, i, 1 + h] = -work[FLOWING, i, 1 + count + h] / w
-            work[INTEGRAL, i, 1 + count + h] = work[FLOWING, i, 1 + h] / w
+            w = common.frequency[h]
+            region.integral[i, 1 + h] = -region.flowing[i, 1 + count + h] / w
+            region.integral[i, 1 + count + h] = region.flowing[i, 1 + h] / w
 
 
-@strict_entry
-def transpose_states(work, waves, marks):
-    """A as LAPACK reads it."""
-    for i in range(marks[SIZES, STATES]):
-        for j in range(marks[SIZES, STATES]):
-            waves[SCHUR, j, i] = work[MATRIX, i, j]
+@strict
+def transpose_states(workspace, turn):
+    """A as LAPACK reads it, its states turned by so many places."""
+    region, modes = region_at(workspace), modes_at(workspace)
+    n = region.matrix.shape[0]
+    for i in range(n):
+        for j in range(n):
+            modes.schur[(j + turn) % n, (i + turn) % n] = region.matrix[i, j]
+
+
+@strict
+def turn_back(workspace, turn):
+    """The Schur vectors of states in their own order; V^-1 is not written yet, and is scratch."""
+    modes = modes_at(workspace)
+    n = modes.basis.shape[0]
+    for i in range(n):
+        for j in range(n):
+            modes.left[0, j] = modes.basis[i, (j + turn) % n]
+        for j in range(n):
+            modes.basis[i, j] = modes.left[0, j]

@@ -1,45 +1,17 @@
 """Particular solutions: (i w - A) p = g for every input, and which inputs are kept (see ``system.forced``).
 
 A solution is refined once with a residual in twice the working precision (Ogita, Rump and Oishi, SIAM J. Sci. Comput.
-26 (2005) 1955, algorithm 5.3; products split after Veltkamp and Dekker). Arrays: see ``bench``.
+26 (2005) 1955, algorithm 5.3; products split after Veltkamp and Dekker). Arrays: see ``workspace``.
 """
 
 from __future__ import annotations
 
 from math import sqrt
 
-from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.bench import (
-    AMPLITUDE,
-    CLEARANCE_COUNT,
-    CLEARANCES,
-    COLUMNS,
-    CORNER_SCALE,
-    CORNERED,
-    DEFLECTION,
-    ELEMENT_COUNT,
-    FIRST_PIECE,
-    FORCE,
-    FREQUENCY,
-    HARMONICS,
-    KEPT,
-    LEFT_OVER,
-    LIMITS,
-    MATRIX,
-    MOST,
-    MOST_SEEN,
-    PARTICULAR,
-    PIECES,
-    SIZES,
-    SOLUTION,
-    STATES,
-    STIFFNESS,
-    SYSTEM,
-    VECTORS,
-    WATCHED_ALL,
-    WATCHED_COUNT,
-)
+from gearrattle.engine.kernels._jit import strict
 from gearrattle.engine.kernels.dense import factorise, substitute
+from gearrattle.engine.kernels.located import common_at, laws_at, region_at, solver_at
+from gearrattle.engine.kernels.workspace import LARGEST, LARGEST_STATE
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 SOLVED = 1e-9
@@ -69,120 +41,123 @@ def modulus(z):
 
 
 @strict
-def residual(work, waves, size, w):
-    """Row ``LEFT_OVER`` = g - (i w - A) x; its largest modulus."""
-    largest = 0.0
+def residual(region, solver, w):
+    """Write g - (i w - A) x; its largest modulus."""
+    largest, size = 0.0, region.matrix.shape[0]
     for i in range(size):
-        g, x = waves[COLUMNS, FORCE, i], waves[COLUMNS, SOLUTION, i]
+        g, x = solver.force[i], solver.solution[i]
         re, im, re_rest, im_rest = g.real, g.imag, 0.0, 0.0
         re, re_rest = add_product(re, re_rest, w, x.imag)
         im, im_rest = add_product(im, im_rest, -w, x.real)
         for j in range(size):
-            a, x = work[MATRIX, i, j], waves[COLUMNS, SOLUTION, j]
+            a, x = region.matrix[i, j], solver.solution[j]
             if a != 0.0:
                 re, re_rest = add_product(re, re_rest, a, x.real)
                 im, im_rest = add_product(im, im_rest, a, x.imag)
         left = complex(re + re_rest, im + im_rest)
-        waves[COLUMNS, LEFT_OVER, i] = left
+        solver.residual[i] = left
         if not modulus(left) <= largest:
             largest = modulus(left)
     return largest
 
 
 @strict
-def respond(work, waves, marks, size, w):
+def respond(region, solver, w):
     """Write the solution for the force at w; False where there is none."""
-    pushed = 0.0
+    pushed, size = 0.0, region.matrix.shape[0]
     for i in range(size):
         for j in range(size):
-            waves[SYSTEM, i, j] = complex(-work[MATRIX, i, j], w if i == j else 0.0)
-        waves[COLUMNS, SOLUTION, i] = waves[COLUMNS, FORCE, i]
-        pushed = max(pushed, modulus(waves[COLUMNS, FORCE, i]))
-    if not factorise(waves, marks, size):
+            solver.matrix[i, j] = complex(-region.matrix[i, j], w if i == j else 0.0)
+        solver.solution[i] = solver.force[i]
+        pushed = max(pushed, modulus(solver.force[i]))
+    if not factorise(solver, size):
         return False
-    substitute(waves, marks, size, SOLUTION)
-    residual(work, waves, size, w)
-    substitute(waves, marks, size, LEFT_OVER)
+    substitute(solver, size, solver.solution)
+    residual(region, solver, w)
+    substitute(solver, size, solver.residual)
     for i in range(size):
-        waves[COLUMNS, SOLUTION, i] += waves[COLUMNS, LEFT_OVER, i]
-    return residual(work, waves, size, w) <= SOLVED * pushed
+        solver.solution[i] += solver.residual[i]
+    return residual(region, solver, w) <= SOLVED * pushed
 
 
 @strict
-def push(work, waves, marks, j):
+def push(common, region, solver, j):
     """Write the force of input j, constant or harmonic, on the states; whether there is one. No solution yet."""
-    size, count, is_pushed = marks[SIZES, STATES], marks[SIZES, HARMONICS], False
+    size, count, is_pushed = region.matrix.shape[0], common.frequency.size, False
     for i in range(size):
-        sine = work[MATRIX, i, size + j + count] if j > 0 else 0.0
-        force = complex(work[MATRIX, i, size + j], -sine)
-        waves[COLUMNS, FORCE, i] = force
-        waves[COLUMNS, SOLUTION, i] = 0.0
+        sine = region.matrix[i, size + j + count] if j > 0 else 0.0
+        force = complex(region.matrix[i, size + j], -sine)
+        solver.force[i] = force
+        solver.solution[i] = 0.0
         is_pushed = is_pushed or force != 0.0
     return is_pushed
 
 
-@strict_entry
-def stiffest(laws, marks):
+@strict
+def stiffest(workspace):
     """Put every element into its stiffest piece, the lowest of several."""
-    for k in range(marks[SIZES, ELEMENT_COUNT]):
-        begin, most = marks[FIRST_PIECE, k], 0
-        for p in range(marks[FIRST_PIECE, k + 1] - begin):
-            if laws[STIFFNESS, begin + p] > laws[STIFFNESS, begin + most]:
+    common, laws, region = common_at(workspace), laws_at(workspace), region_at(workspace)
+    for k in range(common.rows.shape[0]):
+        begin, most = laws.first[k], 0
+        for p in range(laws.first[k + 1] - begin):
+            if laws.stiffness[begin + p] > laws.stiffness[begin + most]:
                 most = p
-        marks[PIECES, k] = most
+        region.pieces[k] = most
 
 
-@strict_entry
-def typical(work, waves, marks):
-    """Size of the scaled states in an ordinary motion, of the rates on the page ``MATRIX``.
+@strict
+def typical(workspace):
+    """Size of the scaled states in an ordinary motion, of the rates in ``region.matrix``.
 
     What fills a clearance, and what the inputs make of the stiffest combination of pieces, in a period at most.
     """
-    size, largest, width = marks[SIZES, STATES], 0.0, marks[SIZES, STATES] + 1 + 2 * marks[SIZES, HARMONICS]
-    for j in range(1 + marks[SIZES, HARMONICS]):
+    common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
+    size, largest, width = region.matrix.shape[0], 0.0, region.matrix.shape[0] + 1 + 2 * common.frequency.size
+    for j in range(1 + common.frequency.size):
         w, reached = 0.0, 0.0
         if j > 0:
-            w = work[VECTORS, FREQUENCY, j - 1]
+            w = common.frequency[j - 1]
         for i in range(size):
-            reached = max(reached, abs(work[MATRIX, i, size + j]))
-        if not push(work, waves, marks, j):
+            reached = max(reached, abs(region.matrix[i, size + j]))
+        if not push(common, region, solver, j):
             reached = 0.0
-        elif respond(work, waves, marks, size, w):
+        elif respond(region, solver, w):
             made = 0.0
             for i in range(size):
-                made = max(made, modulus(waves[COLUMNS, SOLUTION, i]))
+                made = max(made, modulus(solver.solution[i]))
             reached = min(reached, made)
-        largest = max(largest, reached * work[VECTORS, AMPLITUDE, j])
-    for k in range(marks[SIZES, CLEARANCE_COUNT]):
+        largest = max(largest, reached * common.amplitude[j])
+    for k in range(common.clearances.size):
         moved = 0.0
         for j in range(width):
-            moved = max(moved, abs(work[DEFLECTION, marks[CLEARANCES, k], j]))
-        if marks[CORNERED, k]:
-            largest = max(largest, work[VECTORS, CORNER_SCALE, k] / moved)
+            moved = max(moved, abs(common.deflection[common.clearances[k], j]))
+        if common.cornered[k]:
+            largest = max(largest, common.corner_scale[k] / moved)
     return largest if largest > 0.0 else 1.0
 
 
-@strict_entry
-def split_inputs(work, waves, marks):
+@strict
+def split_inputs(workspace):
     """Solve for P, input by input, and mark those whose particular solution is too large: they are kept."""
-    size, count = marks[SIZES, STATES], marks[SIZES, HARMONICS]
-    most, most_seen = work[VECTORS, LIMITS, MOST], work[VECTORS, LIMITS, MOST_SEEN]
+    common, region, solver = common_at(workspace), region_at(workspace), solver_at(workspace)
+    size, count = region.matrix.shape[0], common.frequency.size
+    largest_state = common.limits[LARGEST_STATE]
     for j in range(1 + count):
-        w, amplitude = 0.0, work[VECTORS, AMPLITUDE, j]
+        w, amplitude = 0.0, common.amplitude[j]
         if j > 0:
-            w = work[VECTORS, FREQUENCY, j - 1]
-        keep = push(work, waves, marks, j) and not respond(work, waves, marks, size, w)
+            w = common.frequency[j - 1]
+        keep = push(common, region, solver, j) and not respond(region, solver, w)
         for i in range(size):
-            keep = keep or not modulus(waves[COLUMNS, SOLUTION, i]) * amplitude <= most
-        for k in range(marks[SIZES, WATCHED_COUNT]):
+            keep = keep or not modulus(solver.solution[i]) * amplitude <= largest_state
+        for k in range(common.corner_scale.size):
             seen = complex(0.0, 0.0)
             for i in range(size):
-                seen += work[WATCHED_ALL, k, i] * waves[COLUMNS, SOLUTION, i]
-            keep = keep or not modulus(seen) * amplitude <= most_seen
-        marks[KEPT, j] = keep
+                seen += region.watched[k, i] * solver.solution[i]
+            keep = keep or not modulus(seen) * amplitude <= LARGEST
+        region.kept[j] = keep
         for i in range(size):
-            work[PARTICULAR, i, j] = 0.0 if keep else waves[COLUMNS, SOLUTION, i].real
+            region.particular[i, j] = 0.0 if keep else solver.solution[i].real
         if j > 0:
-            marks[KEPT, j + count] = keep
+            region.kept[j + count] = keep
             for i in range(size):
-                work[PARTICULAR, i, j + count] = 0.0 if keep else -waves[COLUMNS, SOLUTION, i].imag
+                region.particular[i, j + count] = 0.0 if keep else -solver.solution[i].imag

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gearrattle.engine.kernels._jit import strict, strict_entry
-from gearrattle.engine.kernels.bench import CLEARANCES, DEFLECTION, ELEMENT_COUNT, FIRST_PIECE, LOWER, PIECES, SIZES
+from gearrattle.engine.kernels.located import common_at, laws_at, region_at
 from gearrattle.engine.kernels.packed import ON_CORNER, PENDING, UNANCHORED
 
 
@@ -41,24 +41,25 @@ def stand(frame, scales, angle, velocity, deflection, march):
 
 
 @strict
-def choose(work, laws, marks, frame, angle, march):
+def choose(workspace, frame, angle, march):
     """Write the pieces at t = 0; False where a clearance is so near to a corner that its motion must decide."""
+    common, laws, region = common_at(workspace), laws_at(workspace), region_at(workspace)
     r, n = frame.elements.size, angle.size
     states = r + n
-    for k in range(marks[SIZES, ELEMENT_COUNT]):
-        marks[PIECES, k] = 0
+    for k in range(common.rows.shape[0]):
+        region.pieces[k] = 0
     for i in range(frame.clearances.size):
-        k, delta, size = marks[CLEARANCES, i], 0.0, 0.0
+        k, delta, size = common.clearances[i], 0.0, 0.0
         for j in range(n):
             size += abs(frame.rows[k, j]) * abs(angle[j])
         for j in range(states + march.u.size):
-            term = work[DEFLECTION, k, j] * (march.y[j] if j < states else march.u[j - states])
+            term = common.deflection[k, j] * (march.y[j] if j < states else march.u[j - states])
             delta += term
             size += abs(term)
-        for p in range(marks[FIRST_PIECE, k] + 1, marks[FIRST_PIECE, k + 1]):
-            corner = laws[LOWER, p]
+        for p in range(laws.first[k] + 1, laws.first[k + 1]):
+            corner = laws.lower[p]
             if abs(delta - corner) <= 2.0 * ON_CORNER * max(abs(corner), size):
                 return False
             if corner <= delta:
-                marks[PIECES, k] += 1
+                region.pieces[k] += 1
     return True

@@ -1,38 +1,17 @@
 """Rows written in strips of four (see ``packed``), and the tables and series that ``packed.Regions`` holds.
 
-Takes pages of ``bench``; writes one slot's part of an array.
+Takes arrays of ``workspace``; writes one slot's part of an array.
 """
 
 from __future__ import annotations
 
 from math import ceil, log2
 
-from gearrattle.engine.kernels._jit import inlined, strict, strict_entry
-from gearrattle.engine.kernels.bench import (
-    BOUNDS,
-    DEEPEST,
-    FORCED,
-    FOUND,
-    FOUR,
-    FREQUENCY,
-    GENERATOR,
-    HARMONICS,
-    INPUT_SIZE,
-    LEAST,
-    ONE,
-    RATES,
-    SIZES,
-    THREE,
-    TOP,
-    TURNING,
-    TWO,
-    VECTORS,
-    WATCHED,
-    WATCHED_COUNT,
-    WIDTH,
-)  # fmt: skip
-from gearrattle.engine.kernels.dense import copy_rows, norm_of_columns, times
-from gearrattle.engine.kernels.packed import LONGEST, ORDER, level_within, step_of, window_norm
+from gearrattle.engine.kernels._jit import inlined, strict
+from gearrattle.engine.kernels.dense import TOP, copy_rows, norm_of_columns, times
+from gearrattle.engine.kernels.located import bounds_at, common_at, free_at, region_at, scratch_at
+from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of, window_norm
+from gearrattle.engine.kernels.workspace import POWERS
 
 step = inlined(step_of)
 _level_within = inlined(level_within)
@@ -40,154 +19,165 @@ _WINDOW = window_norm(ORDER + 1)
 NOTHING = 1e-19  # of the largest: terms of a forced deflection below this are left out
 
 
-@strict_entry
-def fill(stack, index, strip, work, page, first, count, columns):
-    """Write rows first ... of a page from a strip on, and zeros behind them; the strip behind those written."""
+@strict
+def fill(stack, index, strip, rows, first, count, columns):
+    """Write rows first ... of an array from a strip on, and zeros behind them; the strip behind those written."""
     for i in range(0, count, 4):
         for r in range(4):
             for j in range(columns):
-                stack[index, strip, j, r] = work[page, first + i + r, j] if i + r < count else 0.0
+                stack[index, strip, j, r] = rows[first + i + r, j] if i + r < count else 0.0
         strip += 1
     return strip
 
 
-@strict_entry
-def fill_in_turn(stack, index, work, page, count, columns):
-    """Write four groups of ``count`` rows of a page, a strip for the first rows of all, a strip for the second ..."""
+@strict
+def fill_in_turn(stack, index, rows, count, columns):
+    """Write four groups of ``count`` rows, a strip for the first rows of all, a strip for the second ..."""
     for k in range(count):
         for r in range(4):
             for j in range(columns):
-                stack[index, k, j, r] = work[page, r * count + k, j]
+                stack[index, k, j, r] = rows[r * count + k, j]
 
 
-@strict_entry
-def fill_bounds(stack, index, waves, modes, width):
+@strict
+def fill_bounds(workspace, stack, index):
     """Four real and four imaginary parts in turn."""
+    free, bounds = free_at(workspace), bounds_at(workspace)
+    modes, width = bounds.count[0], free.width[0]
     for i in range(4 * ((modes + 3) // 4)):
         strip = 2 * (i // 4)
         for j in range(width):
-            value = waves[BOUNDS, i, j] if i < modes else complex(0.0, 0.0)
+            value = bounds.rows[i, j] if i < modes else complex(0.0, 0.0)
             stack[index, strip, j, i % 4] = value.real
             stack[index, strip + 1, j, i % 4] = value.imag
 
 
-@strict_entry
-def finest_level(work, marks):
+@strict
+def finest_level(workspace):
     """Smallest level, of those allowed, at which ORDER Taylor terms leave a negligible remainder."""
-    size, least, deepest = marks[SIZES, WIDTH], marks[SIZES, LEAST], marks[SIZES, DEEPEST]
-    norm = norm_of_columns(work, GENERATOR, size)
+    common, free, scratch = common_at(workspace), free_at(workspace), scratch_at(workspace)
+    size, coarsest = free.width[0], common.coarsest[0]
+    norm = norm_of_columns(free.generator, size)
     if norm == 0.0:
-        return least
-    times(work, 1.0 / (norm * norm), GENERATOR, TOP, GENERATOR, size, size, ONE, TOP)
-    times(work, 1.0, ONE, TOP, ONE, size, size, TWO, TOP)  # the fourth power
-    times(work, 1.0, TWO, TOP, TWO, size, size, ONE, TOP)
-    times(work, 1.0, ONE, TOP, ONE, size, size, THREE, TOP)
-    times(work, 1.0, THREE, TOP, TWO, size, size, ONE, TOP)  # the twentieth
-    power = norm_of_columns(work, ONE, size) ** (1.0 / (ORDER + 1)) * norm
-    return min(deepest, max(least, _level_within(_WINDOW / max(power, 1e-300))))
+        return coarsest
+    one, two, three = scratch.one, scratch.two, scratch.three
+    times(1.0 / (norm * norm), free.generator, TOP, free.generator, size, size, one, TOP)
+    times(1.0, one, TOP, one, size, size, two, TOP)  # the fourth power
+    times(1.0, two, TOP, two, size, size, one, TOP)
+    times(1.0, one, TOP, one, size, size, three, TOP)
+    times(1.0, three, TOP, two, size, size, one, TOP)  # the twentieth
+    power = norm_of_columns(one, size) ** (1.0 / (ORDER + 1)) * norm
+    return min(DEEPEST, max(coarsest, _level_within(_WINDOW / max(power, 1e-300))))
 
 
 @strict
-def _append(work, page, to, carried, width):
-    """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); E(b) stands on another page."""
+def _append(more, increment, scratch, carried, width):
+    """E(a + b) = E(a) + E(b) + E(b) E(a), in place of E(a); ``more`` is E(b)."""
     rows = carried + width
-    copy_rows(work, to, carried, width, width, TWO)
-    times(work, 1.0, page, TOP, TWO, rows, width, THREE, TOP)
+    copy_rows(increment, carried, width, width, scratch.two)
+    times(1.0, more, TOP, scratch.two, rows, width, scratch.three, TOP)
     for i in range(rows):
         for j in range(width):
-            work[to, i, j] += work[page, i, j] + work[THREE, i, j]
+            increment[i, j] += more[i, j] + scratch.three[i, j]
 
 
 @strict
-def _fill_table(tables, index, work, page, carried, width):
+def _fill_table(tables, index, increment, carried, width):
     """Write the carried quantities' increments, and those of y."""
-    behind = fill(tables, index, TOP, work, page, TOP, carried, width)
-    fill(tables, index, behind, work, page, carried, width, width)
+    behind = fill(tables, index, TOP, increment, TOP, carried, width)
+    fill(tables, index, behind, increment, carried, width, width)
 
 
-@strict_entry
-def fill_tables(tables, first, work, carried, width, fine):
+@strict
+def fill_tables(workspace, tables, first, carried):
     """Increments E(h) = exp(A h) - I over every level's step, those of the carried quantities first.
 
     Built where the Taylor series converges in a dozen terms, and doubled; steps of three quarters are made of two.
     """
-    rows, octaves = carried + width, (fine + 1) // 2
+    free, scratch = free_at(workspace), scratch_at(workspace)
+    width, fine = free.width[0], free.fine[0]
+    rows, octaves, one, four = carried + width, (fine + 1) // 2, scratch.one, scratch.four
     h = LONGEST / 2.0**octaves
-    below = max(1, int(ceil(log2(max(norm_of_columns(work, GENERATOR, width) * h, 1e-300) / 0.25))))
+    below = max(1, int(ceil(log2(max(norm_of_columns(free.generator, width) * h, 1e-300) / 0.25))))
     h /= 2.0**below
     for i in range(rows):
         for j in range(width):
-            work[ONE, i, j] = h * work[RATES, i, j]
-    copy_rows(work, ONE, carried, width, width, TWO)
+            one[i, j] = h * free.rates[i, j]
+    copy_rows(one, carried, width, width, scratch.two)
     for order in range(2, 17):
-        times(work, h / order, RATES, TOP, TWO, rows, width, THREE, TOP)
+        times(h / order, free.rates, TOP, scratch.two, rows, width, scratch.three, TOP)
         for i in range(rows):
             for j in range(width):
-                work[ONE, i, j] += work[THREE, i, j]
-        copy_rows(work, THREE, carried, width, width, TWO)
+                one[i, j] += scratch.three[i, j]
+        copy_rows(scratch.three, carried, width, width, scratch.two)
     for octave in range(below + octaves - 1, -1, -1):
-        copy_rows(work, ONE, TOP, rows, width, FOUR)
-        _append(work, FOUR, ONE, carried, width)
+        copy_rows(one, TOP, rows, width, four)
+        _append(four, one, scratch, carried, width)
         level = 2 * octave
         if level <= fine:
-            _fill_table(tables, first + level, work, ONE, carried, width)
+            _fill_table(tables, first + level, one, carried, width)
         if 0 < level <= fine + 1:  # half as long again
-            _append(work, ONE, FOUR, carried, width)
-            _fill_table(tables, first + level - 1, work, FOUR, carried, width)
-
-
-@strict_entry
-def fill_powers(powers, first, count, work, carried, width, h):
-    """(h A)^1 ... (h A)^count, the carried rows with one power less of A."""
-    for i in range(width):
-        for j in range(width):
-            work[ONE, i, j] = 1.0 if i == j else 0.0
-    for p in range(count):
-        times(work, h, RATES, TOP, ONE, carried + width, width, TWO, TOP)
-        strip = fill(powers, first + p, TOP, work, TWO, TOP, carried, width)
-        fill(powers, first + p, strip, work, TWO, carried, width, width)
-        copy_rows(work, TWO, carried, width, width, ONE)
-
-
-@strict_entry
-def fill_series(series, slot, work, marks, h):
-    """Taylor coefficients over h of every deflection, a row of its own for every order."""
-    clearances, width, one = marks[SIZES, WATCHED_COUNT], marks[SIZES, WIDTH], TOP + 1
-    for k in range(clearances):
-        copy_rows(work, WATCHED, k, one, width, ONE)
-        for order in range(1, ORDER + 1):
-            times(work, h / order, ONE, order - 1, GENERATOR, one, width, ONE, order)
-        fill(series, slot * clearances + k, TOP, work, ONE, TOP, TOP + ORDER + 1, width)
+            _append(one, four, scratch, carried, width)
+            _fill_table(tables, first + level - 1, four, carried, width)
 
 
 @strict
-def differentiate(work, page, i, count, factor, o):
-    """Row o of a page = factor d/ds (row i . u); ``count`` harmonics."""
-    work[page, o, 0] = 0.0
+def fill_powers(workspace, powers, first, carried, h):
+    """(h A)^1 ... (h A)^POWERS, the carried rows with one power less of A."""
+    free, scratch = free_at(workspace), scratch_at(workspace)
+    width, one, two = free.width[0], scratch.one, scratch.two
+    for i in range(width):
+        for j in range(width):
+            one[i, j] = 1.0 if i == j else 0.0
+    for p in range(POWERS):
+        times(h, free.rates, TOP, one, carried + width, width, two, TOP)
+        strip = fill(powers, first + p, TOP, two, TOP, carried, width)
+        fill(powers, first + p, strip, two, carried, width, width)
+        copy_rows(two, carried, width, width, one)
+
+
+@strict
+def fill_series(workspace, series, slot, h):
+    """Taylor coefficients over h of every deflection, a row of its own for every order."""
+    free, scratch = free_at(workspace), scratch_at(workspace)
+    watched, width, row = free.fast.shape[0], free.width[0], TOP + 1
+    for k in range(watched):
+        copy_rows(free.watched, k, row, width, scratch.one)
+        for order in range(1, ORDER + 1):
+            times(h / order, scratch.one, order - 1, free.generator, row, width, scratch.one, order)
+        fill(series, slot * watched + k, TOP, scratch.one, TOP, TOP + ORDER + 1, width)
+
+
+@strict
+def differentiate(rows, i, frequency, factor, o):
+    """Row o = factor d/ds (row i . u)."""
+    count = frequency.size
+    rows[o, 0] = 0.0
     for h in range(count):
-        w = factor * work[VECTORS, FREQUENCY, h]
-        work[page, o, 1 + h] = w * work[page, i, 1 + count + h]
-        work[page, o, 1 + count + h] = -w * work[page, i, 1 + h]
+        w = factor * frequency[h]
+        rows[o, 1 + h] = w * rows[i, 1 + count + h]
+        rows[o, 1 + count + h] = -w * rows[i, 1 + h]
 
 
-@strict_entry
-def fill_forced(series, slot, work, marks, h):
+@strict
+def fill_forced(workspace, series, slot, h):
     """The same of the inputs split off; how many strips of it hold more than nothing."""
-    clearances, count = marks[SIZES, WATCHED_COUNT], marks[SIZES, HARMONICS]
-    inputs, one, largest, last = 1 + 2 * count, TOP + 1, 0.0, 0
+    common, region, scratch = common_at(workspace), region_at(workspace), scratch_at(workspace)
+    watched, inputs = common.corner_scale.size, common.input_size.size
+    one, row, largest, last = scratch.one, TOP + 1, 0.0, 0
     for order in range(ORDER + 1):
-        work[FOUND, TURNING, order] = 0.0
-    for k in range(clearances):
-        copy_rows(work, FORCED, k, one, inputs, ONE)
+        scratch.largest[order] = 0.0
+    for k in range(watched):
+        copy_rows(region.forced, k, row, inputs, one)
         for order in range(ORDER + 1):
             if order > 0:
-                differentiate(work, ONE, order - 1, count, h / order, order)
+                differentiate(one, order - 1, common.frequency, h / order, order)
             for j in range(inputs):
-                size = abs(work[ONE, order, j]) * work[VECTORS, INPUT_SIZE, j]
-                work[FOUND, TURNING, order] = max(work[FOUND, TURNING, order], size)
+                size = abs(one[order, j]) * common.input_size[j]
+                scratch.largest[order] = max(scratch.largest[order], size)
                 largest = max(largest, size)
-        fill(series, slot * clearances + k, TOP, work, ONE, TOP, TOP + ORDER + 1, inputs)
+        fill(series, slot * watched + k, TOP, one, TOP, TOP + ORDER + 1, inputs)
     for order in range(ORDER + 1):
-        if work[FOUND, TURNING, order] > NOTHING * largest:
+        if scratch.largest[order] > NOTHING * largest:
             last = order
     return last // 4 + 1

@@ -6,7 +6,8 @@ from math import factorial
 
 import numpy as np
 
-from gearrattle.engine.kernels._jit import inlined, kernel, strip_product, strip_product_added
+from gearrattle.engine.kernels._jit import inlined, kernel
+from gearrattle.engine.kernels._llvm import strip_product, strip_product_added
 from gearrattle.engine.kernels.corners import lifted
 from gearrattle.engine.kernels.packed import ORDER, window_norm
 from gearrattle.engine.kernels.polynomial import NEVER, first_exit, slope

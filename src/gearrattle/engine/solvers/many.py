@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import paper
 from gearrattle.engine.solvers.handover import StepLimit, chatters, doubled, empty_log
 from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
-from gearrattle.engine.system.building import ELIMINATION
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.equilibrium import elastic_elements, statics_of
 from gearrattle.engine.system.flow import Flow, flow_of
@@ -34,6 +32,7 @@ from gearrattle.engine.system.store import Room, Size, Store, aligned, strips_fo
 Array = NDArray[np.float64]
 
 _SLICES = 20  # of 20 000 steps, or variants: between two looks at whether to stop
+_VECTORISED = ("march_on", "work_out_samples")  # as a single run compiles them
 _LARGEST_LOG = 1 << 21  # crossings; a motion of more goes the general way
 
 
@@ -121,13 +120,13 @@ class _Place:
         is_static = np.array([int(pattern.is_static)])
         shared = pattern.frame(), pattern.statics(), pattern.judged
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
-        self.shop, self.desk = _shop(self.store), _desk(flow, self.cases)
+        self.desk = _desk(flow, self.cases)
         self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
         self.inputs, self.notes = packed_inputs(flow), paper(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         self.out = room_for(count, self.cases.judged)
-        self.at, self.limit = self._addresses(), StepLimit(pattern.system)
+        self.at, self.limit = self._entries(), StepLimit(pattern.system)
 
     @property
     def done(self) -> int:
@@ -143,8 +142,8 @@ class _Place:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
         many, counts = self._many, self.march.counts
         answer = many.march_many(
-            self.at, self.shop, self.cases, self.desk, (self.inputs, self.instants), self.store.packed, self.march,
-            self.samples, self.notes, self.log, self.out, self.books, _SLICES,
+            self.at, self.store.builder.words, self.cases, self.desk, (self.inputs, self.instants), self.store.packed,
+            self.march, self.samples, self.notes, self.log, self.out, self.books, _SLICES,
         )  # fmt: skip
         if answer == many.MORE_ROOM:
             self.store.grow()
@@ -158,60 +157,36 @@ class _Place:
             self.books[many.AT], self.books[many.UNDER_WAY] = self.done + 1, 0
         return self.done < self.outcome.size
 
-    def _addresses(self) -> NDArray[np.int64]:
-        """Where the compiled stages lie, for arguments of these types."""
-        cases, shop, desk, regions = self.cases, self.shop, self.desk, self.store.packed
-        work, waves, laws, marks = shop[:4]
-        system, frame = picked(cases.numbers, 0), cases.frame
-        flowing, stack = (work, waves, marks), (regions.probe, 0, 0, work, 0, 0, 0, 0)
-        arguments: dict[str, tuple[Any, ...]] = {
-            "scale": (system, frame, desk.scales),
-            "lay_out": (system, frame, desk.scales, work, laws, marks),
-            "stiffest": (laws, marks), "accelerate": (work, laws, marks), "typical": flowing,
-            "look": (work, laws, marks), "split_inputs": flowing, "generate": (work, marks), "split_off": (work, marks),
-            "transpose_states": flowing, "triangular_form": flowing, "block_diagonalise": (waves, marks, 0.0),
-            "weigh": (*flowing, 0, 0), "gather": flowing, "finish_bounds": (work, marks),
-            "finest_level": (work, marks), "fill": stack, "fill_in_turn": (regions.probe, 0, work, 0, 0, 0),
-            "fill_bounds": (regions.bounds, 0, waves, 0, 0),
-            "fill_tables": (regions.tables, 0, work, 0, 0, 0), "fill_powers": (regions.powers, 0, 0, work, 0, 0, 0.0),
-            "fill_series": (regions.series, 0, work, marks, 0.0),
-            "fill_forced": (regions.forced_series, 0, work, marks, 0.0),
-            "accelerate_rigidly": (system, cases.statics.motion, desk.acceleration),
-            "rest": (system, frame.label, cases.statics, desk.acceleration, desk.sought, desk.travel),
-            "is_loose": (system.laws, cases.statics, desk.sought),
-            "turn": (cases.statics, desk.sought, cases.angle[0]),
-            "tally": (cases.judged, self.log, 0, cases.window[0], desk.initial, desk.final, desk.scales, 0, self.out),
-            "march_on": (regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0),
-            "work_out": (regions, self.inputs, self.notes, self.samples, self.march.counts),
-        }  # fmt: skip
-        return np.array([_address(name, arguments.get(name, ())) for name in self._many.STAGES], np.int64)
+    def _entries(self) -> Any:
+        """Where lies what the loop calls, compiled for arguments of these types, as for a single run."""
+        from gearrattle.engine.kernels import building, laid_out, march, notes, scaling, statics, tallies
+        from gearrattle.engine.kernels._jit import address_of, compact, vectorised
+        from gearrattle.engine.kernels._llvm import lapack_address
 
-
-def _address(name: str, arguments: tuple[Any, ...]) -> int:
-    """Where one stage lies."""
-    from gearrattle.engine.kernels._jit import address_of, lapack_address
-
-    return lapack_address(name) if name == "zgees" else address_of(_entries()[name], *arguments)
-
-
-@cache
-def _entries() -> dict[str, Callable[..., Any]]:
-    """The stages, each as it is compiled for a single run."""
-    from gearrattle.engine.kernels import march, notes, scaling, statics, tallies
-    from gearrattle.engine.kernels._jit import compact, vectorised
-    from gearrattle.engine.system.building import stages
-
-    own = [scaling.scale, statics.accelerate_rigidly, statics.rest, statics.is_loose, statics.turn, tallies.tally]
-    found = {**vars(stages()), **{entry.__name__: compact(entry) for entry in own}}
-    return found | {"march_on": vectorised(march.march_on), "work_out": vectorised(notes.work_out)}
-
-
-def _shop(store: Store) -> Any:
-    from gearrattle.engine.kernels.many import Shop
-
-    bench = store.bench
-    arguments = np.array([each or 0 for each in bench.arguments], np.int64)
-    return Shop(bench.work, bench.waves, bench.laws, bench.marks, bench.integers, arguments)
+        cases, desk, regions, workspace = self.cases, self.desk, self.store.packed, self.store.builder.words
+        stages, zgees, counts = building.stages(), lapack_address("zgees"), self.march.counts
+        system, frame, acceleration = picked(cases.numbers, 0), cases.frame, desk.acceleration
+        marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
+        tallied = cases.judged, self.log, 0, cases.window[0], desk.initial, desk.final, desk.scales, 0, self.out
+        calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
+            "scale": (scaling.scale, (system, frame, desk.scales)),
+            "lay_out": (laid_out.lay_out, (workspace, system, frame, desk.scales)),
+            "settle": (building.settle, (stages, workspace)),
+            "work_out": (building.work_out, (stages, zgees, workspace)),
+            "pack": (building.pack, (stages, workspace, regions, 0, 0)),
+            "accelerate_rigidly": (statics.accelerate_rigidly, (system, cases.statics.motion, acceleration)),
+            "rest": (statics.rest, (system, frame.label, cases.statics, acceleration, desk.sought, desk.travel)),
+            "is_loose": (statics.is_loose, (system.laws, cases.statics, desk.sought)),
+            "turn": (statics.turn, (cases.statics, desk.sought, cases.angle[0])),
+            "tally": (tallies.tally, tallied),
+            "march_on": (march.march_on, marched),
+            "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
+        }
+        addresses = {
+            name: address_of((vectorised if name in _VECTORISED else compact)(entry), *arguments)
+            for name, (entry, arguments) in calls.items()
+        }
+        return self._many.Entries(**addresses, zgees=zgees, stages=stages)
 
 
 def _desk(flow: Flow, cases: Any) -> Any:
@@ -222,7 +197,7 @@ def _desk(flow: Flow, cases: Any) -> Any:
     statics = cases.statics
     return Desk(
         scales, np.empty(deflections), np.empty(inertias), np.empty(statics.at.size), np.empty(statics.elastic.size),
-        np.zeros(clearances, np.int64), np.empty(clearances), np.array([ELIMINATION]),
+        np.zeros(clearances, np.int64), np.empty(clearances),
     )  # fmt: skip
 
 

@@ -69,7 +69,7 @@ def plan_of(system: PiecewiseSystem) -> Plan:
         flow,
         windows,
         network_of(flow, windows),
-        laws_of(system),
+        laws_of(system.laws),
         near_of(flow, bound, system.inputs.period / windows),
         scaled * flow.corner_scale,
     )

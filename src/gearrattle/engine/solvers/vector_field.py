@@ -17,7 +17,7 @@ from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers.base import Motion, Place, Task
 from gearrattle.engine.solvers.handover import rates_of
 from gearrattle.engine.solvers.start import starting_pieces
-from gearrattle.engine.system.building import typical_of
+from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.field import field_of
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.slices import slices
@@ -76,7 +76,7 @@ class FieldProblem:
     def size(self) -> Array:
         """(N,) size of x and v in an ordinary motion [SI]: what an error tolerance is relative to."""
         scaling = np.concatenate([self.flow.scaling.deflection, self.flow.scaling.velocity])
-        return np.asarray(typical_of(self.flow) / scaling)
+        return np.asarray(RegionBuilder(self.flow).typical / scaling)
 
     @cached_property
     def sample_times(self) -> Array:

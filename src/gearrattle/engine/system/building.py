@@ -1,157 +1,84 @@
-"""How a region is built: the stages, each a compiled function on the stacks of ``kernels.bench``.
+"""The arrays in which a driveline's regions are built, with what all its regions share.
 
-One compiled function for all of it would take half a minute to compile; called from here, stage by stage, they take a
-few seconds, and the calls cost a tenth of the work.
-
-Takes a ``Flow`` and pieces; writes one slot of ``kernels.packed.Regions``.
+Takes a ``Flow`` and pieces; writes slots of ``kernels.packed.Regions``. The work is done in ``kernels.building``.
 """
 
 from __future__ import annotations
 
-from functools import cache
-from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import bench
-from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, ORDER, level_within, step_of
+from gearrattle.engine.kernels.packed import DEEPEST, LONGEST, Regions, level_within
 from gearrattle.engine.kernels.variants import Scales
-from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.kernels.workspace import (
+    CHAIN_PACE,
+    FAST,
+    HORIZON,
+    LARGEST,
+    LARGEST_STATE,
+    PERIOD,
+    REASONS,
+    Common,
+    Sizes,
+    Workspace,
+    workspace_for,
+)
 from gearrattle.engine.system.flow import Flow, Pieces
-from gearrattle.engine.system.forced import LARGEST
-from gearrattle.engine.system.laid_out import coefficients_of, frame_of
-from gearrattle.engine.system.law import PiecewiseLaw
+from gearrattle.engine.system.laid_out import coefficients_of, frame_of, laws_of
 
 Array = NDArray[np.float64]
 
-FAST = 4.0  # times the highest input frequency: modes beyond are bounded by their amplitude where they are small
-FAST_ROUNDING = 1e-10  # corner scales, added to the bound on fast modes: what the decomposition itself may round
+FAST_MODES = 4.0  # times the highest input frequency: those beyond are bounded by their amplitude where they are small
 _WIDEST_TURN = 0.5  # of an input over the finest step, radians
-ELIMINATION = 100.0
-"""Largest entry of an elimination between blocks; any value is rigorous, this one keeps bounds tight."""
-_STAGES = (
-    "lay_out", "stiffest", "typical", "accelerate", "look", "split_inputs", "generate", "split_off", "transpose_states",
-    "triangular_form", "block_diagonalise", "weigh", "gather", "finish_bounds", "finest_level", "fill", "fill_in_turn",
-    "fill_bounds", "fill_tables", "fill_powers", "fill_series", "fill_forced",
-)  # fmt: skip
-_LETTERS = np.frombuffer(b"VN", dtype=np.uint8)  # zgees: Schur vectors, yes; sorting, no
-_SCRATCH = 34  # complex numbers a row, for zgees
 
 
-class Bench:
-    """Room to work a driveline's regions out, one at a time; ``typical`` is the size of its ordinary motions."""
+class RegionBuilder:
+    """Builds a driveline's regions, one at a time.
+
+    Attributes:
+        workspace: the arrays.
+        words: the same as kernels take them, see ``kernels.located``.
+        typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
+            most.
+    """
 
     def __init__(self, flow: Flow) -> None:
+        from gearrattle.engine.kernels import building
+        from gearrattle.engine.kernels._jit import compact
+        from gearrattle.engine.kernels._llvm import lapack_address
+        from gearrattle.engine.kernels.laid_out import lay_out
+        from gearrattle.engine.kernels.located import described
+
+        self._stages, self._zgees = building.stages(), lapack_address("zgees")
+        self._work_out, self._pack = compact(building.work_out), compact(building.pack)
+        self.workspace = workspace = workspace_for(_sizes(flow))
+        self.words = described(workspace)
         system = flow.system
-        m, k, w, z = len(system.laws), len(system.clearances), system.watched, flow.width
-        carried = len(flow.coordinates.references) + k
-        rows, columns = max(carried + z, 4 * w, ORDER + 1, m), max(z + 1, m + w + 1, 3 * w, ORDER + 1)
-        self.work, self.waves = np.zeros((bench.PAGES, rows, columns)), np.zeros((bench.WAVES, z, z), complex)
-        self.marks = np.zeros((bench.MARKS, columns), np.int64)
-        self.sizes = self.marks[bench.SIZES]
-        self.carried, self.watched = carried, w
-        self.states, self.inputs = flow.states, flow.inputs
-        members: tuple[PiecewiseLaw | Companion, ...] = (*system.laws, *system.companions)
-        first = np.cumsum([0, *(each.pieces for each in members)])
-        self.laws = np.zeros((bench.LAWS, first[-1]))
-        counts = (m, system.size, flow.states, w, len(flow.coordinates.references), flow.frequency.size)
-        links = 1 if system.signals is None else system.signals.degree + 1
-        chains = len(flow.coordinates.elements), flow.chain.size, links
-        sizes = (*counts, level_of_turns(flow.frequency), DEEPEST, k, *chains)
-        self.sizes[: len(sizes)] = sizes
-        self.marks[bench.FIRST_PIECE, : len(first)] = first
-        self.marks[bench.CLEARANCES, :k] = system.clearances
+        _write_limits(flow, workspace.common)
         if system.is_plain:
             frame, scaling = frame_of(system, flow.coordinates), flow.scaling
-            scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(k))
-            stages().lay_out(coefficients_of(system), frame, scales, self.work, self.laws, self.marks)
+            scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(len(system.clearances)))
+            compact(lay_out)(self.words, coefficients_of(system), frame, scales)
         else:
-            self._lay_out(flow)
-        self.corner_scale = flow.corner_scale
-        self.which = np.array([*system.clearances, *range(m, m + w - k)], dtype=np.int64)  # of all pieces
-        self._prepare_lapack()
-        self.typical = self._settle_limits(flow)
-
-    def _settle_limits(self, flow: Flow) -> float:
-        """Write what counts as too large, against an ordinary motion of the stiffest pieces; its size."""
-        do, vectors = stages(), self.work[bench.VECTORS]
-        limits, frequency = vectors[bench.LIMITS], vectors[bench.FREQUENCY, : self.sizes[bench.HARMONICS]]
-        limits[bench.FAST], limits[bench.FAST_ROUNDING] = FAST * frequency.max(initial=2 * np.pi), FAST_ROUNDING
-        limits[bench.CHAIN_PACE] = flow.pace_of_chains.max(initial=0.0)
-        limits[bench.HORIZON] = min(2.0 * LONGEST, float(np.diff(flow.knots).max()))
-        do.stiffest(self.laws, self.marks)
-        do.accelerate(self.work, self.laws, self.marks)
-        typical = float(do.typical(self.work, self.waves, self.marks))
+            _lay_out(flow, workspace)
+        self.typical = float(compact(building.settle)(self._stages, self.words))
         if flow.chain.size:
-            chains = self.work[bench.MATRIX, : self.states, self.states + self.inputs :][:, : flow.chain.size]
-            pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
-            typical = max(typical, float(pushed))
-        limits[bench.MOST], limits[bench.MOST_SEEN] = LARGEST * typical, LARGEST
-        return typical
+            self._settle_chains(flow)
 
-    def _lay_out(self, flow: Flow) -> None:
-        """Write the pages that all regions share, of a driveline that is more than laws and harmonics."""
-        system, scaling, period = flow.system, flow.scaling, flow.system.inputs.period
-        clearances, vectors = list(system.clearances), self.work[bench.VECTORS]
-        unit = 1.0 / flow.corner_scale[: len(clearances), None]
-        pages = {
-            bench.MOTION: period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity),
-            bench.BALANCE: flow.torque - system.drag[:, None] * flow.velocity,
-            bench.ELEMENTS: system.rows,
-            bench.DEFLECTION: flow.deflection,
-            bench.RATE: flow.rate,
-            bench.REFERENCES: period * flow.velocity[list(flow.coordinates.references)],
-            bench.SEEN: np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period]),
-            bench.CURVATURE: flow.curvature_of_error[clearances],
-        }
-        for page, rows in pages.items():
-            self.work[page, : rows.shape[0], : rows.shape[1]] = rows
-        rows_of_vectors = {
-            bench.INERTIA: system.inertia, bench.PACE: period * scaling.velocity, bench.CORNER_SCALE: flow.corner_scale,
-            bench.FREQUENCY: flow.frequency, bench.AMPLITUDE: scaling.inputs, bench.INPUT_SIZE: flow.input_size,
-        }  # fmt: skip
-        for row, vector in rows_of_vectors.items():
-            vectors[row, : vector.size] = vector
-        vectors[bench.LIMITS, bench.PERIOD] = period
-        cornered = [np.any(system.laws[k].corners != 0.0) for k in clearances]
-        self.marks[bench.CORNERED, : len(clearances)] = cornered
-        self._write_laws(flow)
+    @property
+    def width(self) -> int:
+        """Y, the length of y in the region worked out."""
+        return int(self.workspace.free.width[0])
 
-    def _write_laws(self, flow: Flow) -> None:
-        """Write down all pieces of all elements, then of all companions."""
-        system, unit, first = flow.system, 1.0 / flow.scaling.inputs[0], self.marks[bench.FIRST_PIECE]
-        members: tuple[PiecewiseLaw | Companion, ...] = (*system.laws, *system.companions)
-        for i, each in enumerate(members):
-            own = self.laws[:, first[i] : first[i + 1]]
-            own[bench.STIFFNESS], own[bench.DAMPING] = each.stiffness, each.damping
-            own[bench.OFFSET] = each.offset * unit
-            if isinstance(each, Companion):
-                own[bench.LOWER], own[bench.UPPER] = each.lower, each.upper
-                own[bench.BY_MEMORY], own[bench.MOVES] = each.memory, each.moves
-                own[[bench.BY_DEFLECTION, bench.BY_RATE, bench.BY_ITSELF]] = each.watched.T
-            elif isinstance(each, PiecewiseLaw):
-                own[bench.LOWER, 0], own[bench.LOWER, 1:] = -np.inf, each.corners
-                own[bench.UPPER, -1], own[bench.UPPER, :-1] = np.inf, each.corners
-        for c, companion in enumerate(system.companions):
-            self.marks[bench.PARENT, c], self.marks[bench.MEMORY, c] = companion.element, -1
-        for i, c in enumerate(system.memories):
-            self.marks[bench.MEMORY, c] = flow.states - len(system.memories) + i
-            self.work[bench.VECTORS, bench.MEMORY_SCALE, c] = flow.memory[i]
+    @property
+    def bounds(self) -> int:
+        """J, how many rows bound its fourth derivatives."""
+        return int(self.workspace.bounds.count[0])
 
-    def _prepare_lapack(self) -> None:
-        """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
-        states = self.states
-        self.integers = np.array([states, self.waves.shape[1], 0, _SCRATCH * states, 0], np.int32)
-        self._scratch = np.empty((_SCRATCH + 2) * states, complex)
-        n, letter, scratch = self.integers.ctypes.data, _LETTERS.ctypes.data, self._scratch.ctypes.data
-        schur, basis = (self.waves[page].ctypes.data for page in (bench.SCHUR, bench.BASIS))
-        values, reals = scratch + 16 * _SCRATCH * states, scratch + 16 * (_SCRATCH + 1) * states
-        self.arguments = (
-            letter, letter + 1, None, n, schur, n + 4, n + 8, values, basis, n + 4, scratch, n + 12, reals, None, n + 16
-        )  # fmt: skip
+    @property
+    def fine(self) -> int:
+        """Level of its finest step."""
+        return int(self.workspace.free.fine[0])
 
     def work_out(self, pieces: Pieces) -> None:
         """Work a region out, up to its tables.
@@ -159,91 +86,84 @@ class Bench:
         Raises:
             FloatingPointError: its rates are not finite, or its eigenvalues are not found.
         """
-        do, work, waves, marks = stages(), self.work, self.waves, self.marks
-        marks[bench.PIECES, : len(pieces)] = pieces
-        if not do.accelerate(work, self.laws, marks):
-            raise FloatingPointError(f"the region {pieces} cannot be built: its rates are not finite")
-        do.look(work, self.laws, marks)
-        do.split_inputs(work, waves, marks)
-        do.generate(work, marks)
-        do.split_off(work, marks)
-        if not self._find_schur_form():
-            raise FloatingPointError(f"the region {pieces} cannot be built: its eigenvalues are not found")
-        do.triangular_form(work, waves, marks)
-        blocks = do.block_diagonalise(waves, marks, ELIMINATION)
-        bounds = marks[bench.PIVOTS, : blocks + 1].tolist()
-        for a, b in pairwise(bounds):
-            do.weigh(work, waves, marks, a, b)
-        do.gather(work, waves, marks)
-        do.finish_bounds(work, marks)
-        self.sizes[bench.FINE] = do.finest_level(work, marks)
+        self.workspace.region.pieces[: len(pieces)] = pieces
+        outcome = self._work_out(self._stages, self._zgees, self.words)
+        if outcome in REASONS:
+            raise FloatingPointError(f"the region {pieces} cannot be built: {REASONS[outcome]}")
 
-    def _find_schur_form(self) -> bool:
-        """Write A = basis @ schur @ basis^H, transposed; tell whether LAPACK found it.
+    def pack(self, regions: Regions, slot: int, first: int) -> None:
+        """Write it into a slot, its tables from ``first`` on."""
+        self._pack(self._stages, self.words, regions, slot, first)
 
-        Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with the matrix. Then
-        the states are tried in other orders, each turned by one, until one ends.
-        """
-        do, n = stages(), self.states
-        schur, basis = self.waves[bench.SCHUR, :n, :n], self.waves[bench.BASIS, :n, :n]
-        for turn in range(n):
-            do.transpose_states(self.work, self.waves, self.marks)
-            if turn:
-                schur[:] = np.roll(schur, (turn, turn), (0, 1))
-            do.schur(*self.arguments)
-            if self.integers[4] == 0:
-                if turn:
-                    basis[:] = np.roll(basis, -turn, 1)
-                return True
-        return False
-
-    def found(self) -> tuple[int, int, int]:
-        """Y, J and the finest level of the region worked out."""
-        sizes = self.sizes.tolist()
-        return sizes[bench.WIDTH], sizes[bench.MODES], sizes[bench.FINE]
-
-    def pack(self, a: dict[str, NDArray[Any]], slot: int, first: int) -> None:
-        """Write it into a slot of the arrays of ``packed.Regions``, its tables from ``first`` on."""
-        do, work, marks, (width, modes, fine) = stages(), self.work, self.marks, self.found()
-        c, k, u, h = self.carried, self.watched, self.inputs, step_of(fine)
-        a["width"][slot], a["modes"][slot], a["fine"][slot], a["first_table"][slot] = width, modes, fine, first
-        a["kept"][slot, : width - self.states] = marks[bench.COLUMN, self.states : width] - self.states
-        do.fill_tables(a["tables"], first, work, c, width, fine)
-        do.fill_powers(a["powers"], bench.POWERS * slot, bench.POWERS, work, c, width, h)
-        strip = do.fill(a["particular"], slot, 0, work, bench.INTEGRAL, 0, c, u)
-        do.fill(a["particular"], slot, strip, work, bench.PARTICULAR, 0, self.states, u)
-        do.fill_in_turn(a["probe"], slot, work, bench.WATCHED, k, width)
-        do.fill_in_turn(a["calm"], slot, work, bench.CALM, k, width)
-        do.fill_in_turn(a["forced"], slot, work, bench.FORCED, k, u)
-        do.fill(a["weights"], slot, 0, work, bench.WEIGHTS, 0, 3 * k, modes)
-        do.fill(a["pushes"], slot, 0, work, bench.PUSHED, 0, 3 * k, self.sizes[bench.CHAIN])
-        do.fill_bounds(a["bounds"], slot, self.waves, modes, width)
-        do.fill_series(a["series"], slot, work, marks, h)
-        a["forced_strips"][slot] = do.fill_forced(a["forced_series"], slot, work, marks, h)
-        a["drift"][slot, :c] = work[bench.FLOWING, :c, 0] * work[bench.VECTORS, bench.AMPLITUDE, 0]
-        a["constant"][slot, : 3 * k] = work[bench.FOUND, bench.OFFSETS, : 3 * k]
-        pieces = marks[bench.PIECES, self.which]
-        law = marks[bench.FIRST_PIECE, self.which] + pieces
-        a["lower"][slot] = self.laws[bench.LOWER, law] / self.corner_scale
-        a["upper"][slot] = self.laws[bench.UPPER, law] / self.corner_scale
-        a["piece"][slot], a["neighbour"][slot] = pieces, -1
+    def _settle_chains(self, flow: Flow) -> None:
+        """Let what signals push count as an ordinary motion, too."""
+        chains = self.workspace.region.matrix[:, flow.states + flow.inputs :]
+        pushed = np.abs(chains).max(axis=0, initial=0.0) @ np.abs(flow.chains).max(axis=0)
+        self.typical = max(self.typical, float(pushed))
+        self.workspace.common.limits[LARGEST_STATE] = LARGEST * self.typical
 
 
-@cache
-def stages() -> SimpleNamespace:
-    """The compiled stages, and LAPACK's zgees; each lets go of the interpreter while it works."""
-    from gearrattle.engine.kernels import blocks, majorant, pages, region, responses, strips
-    from gearrattle.engine.kernels._jit import compact, lapack_routine
+def _sizes(flow: Flow) -> Sizes:
+    """How large the arrays of a flow are."""
+    system, coordinates = flow.system, flow.coordinates
+    return Sizes(
+        elements=len(system.laws),
+        inertias=system.size,
+        deflections=len(coordinates.elements),
+        states=flow.states,
+        harmonics=flow.frequency.size,
+        chain=flow.chain.size,
+        references=len(coordinates.references),
+        clearances=len(system.clearances),
+        companions=len(system.companions),
+        pieces=sum(law.pieces for law in system.laws) + sum(beside.pieces for beside in system.companions),
+    )
 
-    modules, found = (pages, region, responses, blocks, majorant, strips), {}
-    for name in _STAGES:
-        found[name] = compact(next(getattr(module, name) for module in modules if hasattr(module, name)))
-    return SimpleNamespace(**found, schur=lapack_routine("zgees", 15))
+
+def _write_limits(flow: Flow, common: Common) -> None:
+    """Write which elements are clearances, and the limits that do not depend on an ordinary motion."""
+    signals, limits = flow.system.signals, common.limits
+    common.clearances[:] = flow.system.clearances
+    common.links[0] = 1 if signals is None else signals.degree + 1
+    common.coarsest[0] = level_of_turns(flow.frequency)
+    limits[PERIOD] = flow.system.inputs.period
+    limits[FAST] = FAST_MODES * flow.frequency.max(initial=2 * np.pi)
+    limits[CHAIN_PACE] = flow.pace_of_chains.max(initial=0.0)
+    limits[HORIZON] = min(2.0 * LONGEST, float(np.diff(flow.knots).max()))
 
 
-def typical_of(flow: Flow) -> float:
-    """Size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at most."""
-    return Bench(flow).typical
+def _lay_out(flow: Flow, workspace: Workspace) -> None:
+    """Write what all regions share, of a driveline that is more than laws and harmonics."""
+    system, scaling, period, common = flow.system, flow.scaling, flow.system.inputs.period, workspace.common
+    clearances = list(system.clearances)
+    unit = 1.0 / flow.corner_scale[: len(clearances), None]
+    common.motion[:] = period * scaling.deflection[:, None] * (flow.coordinates.basis @ flow.velocity)
+    common.balance[:] = flow.torque - system.drag[:, None] * flow.velocity
+    common.rows[:], common.deflection[:], common.rate[:] = system.rows, flow.deflection, flow.rate
+    common.references[:] = period * flow.velocity[list(flow.coordinates.references)]
+    common.seen[:] = np.vstack([flow.deflection[clearances] * unit, flow.rate[clearances] * unit * period])
+    common.curvature[:] = flow.curvature_of_error[clearances]
+    common.inertia[:], common.pace[:] = system.inertia, period * scaling.velocity
+    common.corner_scale[:], common.frequency[:] = flow.corner_scale, flow.frequency
+    common.amplitude[:], common.input_size[:] = scaling.inputs, flow.input_size
+    common.cornered[:] = [np.any(system.laws[k].corners != 0.0) for k in clearances]
+    for array, numbers in zip(workspace.laws, laws_of((*system.laws, *system.companions)), strict=True):
+        array[:] = numbers
+    workspace.laws.offset[:] *= 1.0 / scaling.inputs[0]
+    _write_companions(flow, workspace)
+
+
+def _write_companions(flow: Flow, workspace: Workspace) -> None:
+    """Write what the laws do not say of companions."""
+    system, companions, first = flow.system, workspace.companions, workspace.laws.first
+    for c, companion in enumerate(system.companions):
+        own = slice(first[len(system.laws) + c], first[len(system.laws) + c + 1])
+        companions.element[c], companions.state[c] = companion.element, -1
+        companions.by_memory[own], companions.moves[own] = companion.memory, companion.moves
+        companions.by_deflection[own], companions.by_rate[own], companions.by_itself[own] = companion.watched.T
+    for i, c in enumerate(system.memories):
+        companions.state[c] = flow.states - len(system.memories) + i
+        companions.scale[c] = flow.memory[i]
 
 
 def level_of_turns(frequency: Array) -> int:

@@ -32,6 +32,6 @@ def field_of(system: PiecewiseSystem, coordinates: RelativeCoordinates) -> Field
         error_sine=inputs.error_sine,
         error_cosine=inputs.error_cosine,
         cycles=inputs.cycles,
-        laws=laws_of(system),
+        laws=laws_of(system.laws),
         period=inputs.period,
     )

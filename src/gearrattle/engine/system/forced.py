@@ -19,9 +19,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-LARGEST = 2.0
-"""A particular solution is used up to this many times the motion's typical size."""
-
 
 @dataclass(frozen=True)
 class Split:

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variants import Coefficients, Frame
+from gearrattle.engine.system.companion import Companion
 from gearrattle.engine.system.coordinates import RelativeCoordinates
+from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 
 
@@ -29,20 +31,19 @@ def coefficients_of(system: PiecewiseSystem) -> Coefficients:
         error_sine=_floats(inputs.error_sine),
         error_cosine=_floats(inputs.error_cosine),
         period=np.array([inputs.period], dtype=float),
-        laws=laws_of(system),
+        laws=laws_of(system.laws),
     )
 
 
-def laws_of(system: PiecewiseSystem) -> Laws:
-    """The laws of all elements, one after the other."""
-    laws = system.laws
+def laws_of(laws: Sequence[PiecewiseLaw | Companion]) -> Laws:
+    """Laws of elements, or of what stands beside them, one after the other."""
     return Laws(
         first=_whole([0, *np.cumsum([law.pieces for law in laws])]),
         stiffness=_joined([law.stiffness for law in laws]),
         damping=_joined([law.damping for law in laws]),
         offset=_joined([law.offset for law in laws]),
-        lower=_joined([np.append(-np.inf, law.corners) for law in laws]),
-        upper=_joined([np.append(law.corners, np.inf) for law in laws]),
+        lower=_joined([law.lower for law in laws]),
+        upper=_joined([law.upper for law in laws]),
     )
 
 

@@ -49,6 +49,16 @@ class PiecewiseLaw:
         """Number of pieces P."""
         return int(self.stiffness.size)
 
+    @property
+    def lower(self) -> Array:
+        """(P,) lower corner of each piece, -inf where there is none."""
+        return np.append(-np.inf, self.corners)
+
+    @property
+    def upper(self) -> Array:
+        """(P,) upper corner of each piece, inf where there is none."""
+        return np.append(self.corners, np.inf)
+
     def elastic(self, deflection: float) -> float:
         """Elastic force at a deflection."""
         piece = self.piece_at(deflection)

@@ -1,6 +1,6 @@
 """Regions packed for the kernels, one slot each, in arrays that double when full.
 
-Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.region``).
+Takes a ``Flow``; gives ``kernels.packed.Regions``, built region by region in compiled code (``kernels.building``).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.kernels import bench
-from gearrattle.engine.kernels.packed import BAND, DEEPEST, ORDER, Regions
-from gearrattle.engine.system.building import Bench
+from gearrattle.engine.kernels.packed import DEEPEST, ORDER, Regions
+from gearrattle.engine.kernels.workspace import POWERS
+from gearrattle.engine.system.building import RegionBuilder
 from gearrattle.engine.system.flow import Flow, Pieces
 
 Array = NDArray[np.float64]
@@ -113,10 +113,8 @@ class Store:
     def __init__(self, flow: Flow, room: Room | None = None) -> None:
         self.flow, self.size = flow, Size.of(flow)
         self.pieces: list[Pieces] = []
-        self.bench = Bench(flow)
+        self.builder = RegionBuilder(flow)
         self._tables_used = self._last = 0
-        laws = [flow.system.laws[k] for k in flow.system.clearances]
-        self._bands = [BAND if np.any(law.corners != 0.0) else 0.0 for law in laws]
         self._arrays: dict[str, NDArray[Any]] = {}
         self._make_room(room or self._first_room())
 
@@ -140,16 +138,15 @@ class Store:
         Raises:
             FloatingPointError: the region's rates are not finite, or have no Schur form.
         """
-        slot = len(self.pieces)
-        self.bench.work_out(pieces)
-        width, modes, fine = self.bench.found()
-        if not self._has_room(slot + 1, self._tables_used + fine + 1, width, modes):
-            self._make_room(Room(slot + 1, self._tables_used + fine + 1, width, modes))
-        self.bench.pack(self._arrays, slot, self._tables_used)
-        self._arrays["band"][slot] = [*self._bands, *self._bands_beside(pieces)]
+        slot, builder = len(self.pieces), self.builder
+        builder.work_out(pieces)
+        room = Room(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
+        if not self._has(room):
+            self._make_room(room)
+        builder.pack(self.packed, slot, self._tables_used)
         self._arrays["known"][slot] = self.flow.known(pieces)
         self.pieces.append(pieces)
-        self._last = self.fine(slot) + 1
+        self._last = builder.fine + 1
         self._tables_used += self._last
         return slot
 
@@ -163,17 +160,9 @@ class Store:
     def _rows(self, room: Room) -> dict[str, int]:
         """Rows of every array."""
         watched = room.slots * self.size.watched
-        other = {"tables": room.tables, "powers": bench.POWERS * room.slots}
+        other = {"tables": room.tables, "powers": POWERS * room.slots}
         other |= {"series": watched, "forced_series": watched}
         return {name: other.get(name, room.slots) for name in self.size.shapes(0)}
-
-    def _bands_beside(self, pieces: Pieces) -> list[float]:
-        """Rounding bands of what companions watch: none where all bounds are zero."""
-        found = []
-        for each, piece, _ in self.flow.beside(pieces):
-            bounds = [bound for bound in (each.lower[piece], each.upper[piece]) if np.isfinite(bound)]
-            found.append(BAND if any(bound != 0.0 for bound in bounds) else 0.0)
-        return found
 
     def is_full(self, most: int) -> bool:
         """Whether one more region like the last would make the arrays larger than so many bytes."""
@@ -197,10 +186,8 @@ class Store:
         a = self._arrays
         return Room(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
 
-    def _has_room(self, slots: int, tables: int, width: int, modes: int) -> bool:
-        a = self._arrays
-        fits = slots <= len(a["drift"]) and tables <= len(a["tables"])
-        return fits and width <= a["probe"].shape[2] and modes <= a["weights"].shape[2]
+    def _has(self, room: Room) -> bool:
+        return all(needed <= held for needed, held in zip(room, self.room(), strict=True))
 
     def _make_room(self, room: Room) -> None:
         """Let every array hold so much; doubling as needed."""

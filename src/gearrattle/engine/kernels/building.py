@@ -1,0 +1,167 @@
+"""How a region is built: the stages in their order, each a compiled function of its own.
+
+Compiled into one they would take half a minute; called where they lie (``_jit.address_of``) they take a few seconds,
+and whoever builds regions - a single run, many variants - runs the same machine code.
+
+Takes a workspace (``located``); writes one slot of ``packed.Regions``.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from inspect import signature
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearrattle.engine.kernels import blocks, majorant, region, responses, strips
+from gearrattle.engine.kernels._jit import address_of, compact, strict, strict_entry
+from gearrattle.engine.kernels._llvm import call_code, call_count, call_real, call_silent, call_truth
+from gearrattle.engine.kernels.located import bounds_at, common_at, free_at, lapack_at, laws_at, modes_at, region_at
+from gearrattle.engine.kernels.packed import BAND
+from gearrattle.engine.kernels.strips import step
+from gearrattle.engine.kernels.workspace import (
+    BUILT,
+    LARGEST,
+    LARGEST_STATE,
+    NO_SCHUR_FORM,
+    NOT_FINITE,
+    POWERS,
+)
+
+
+class Stages(NamedTuple):
+    """The stages; where each lies, once they are compiled."""
+
+    stiffest: Any = responses.stiffest
+    accelerate: Any = region.accelerate
+    typical: Any = responses.typical
+    look: Any = region.look
+    split_inputs: Any = responses.split_inputs
+    generate: Any = region.generate
+    split_off: Any = region.split_off
+    transpose_states: Any = region.transpose_states
+    turn_back: Any = region.turn_back
+    triangular_form: Any = majorant.triangular_form
+    block_diagonalise: Any = blocks.block_diagonalise
+    weigh: Any = majorant.weigh
+    gather: Any = majorant.gather
+    finish_bounds: Any = majorant.finish_bounds
+    finest_level: Any = strips.finest_level
+    fill: Any = strips.fill
+    fill_in_turn: Any = strips.fill_in_turn
+    fill_bounds: Any = strips.fill_bounds
+    fill_tables: Any = strips.fill_tables
+    fill_powers: Any = strips.fill_powers
+    fill_series: Any = strips.fill_series
+    fill_forced: Any = strips.fill_forced
+
+
+@cache
+def stages() -> Stages:
+    """All of them, compiled; what a parameter is, its name says."""
+    arguments: dict[str, Any] = {"workspace": np.zeros(1, np.int64), "rows": np.zeros((1, 1)), "h": 0.0}
+    arguments |= dict.fromkeys(("stack", "tables", "powers", "series"), np.zeros((1, 1, 1, 4)))
+    arguments |= dict.fromkeys(("a", "b", "turn", "carried", "slot", "index", "strip", "first", "count", "columns"), 0)
+    return Stages(
+        *(address_of(compact(stage), *(arguments[name] for name in signature(stage).parameters)) for stage in Stages())
+    )
+
+
+@strict_entry
+def settle(stages, workspace):
+    """Write up to which size a particular solution is used; the size of an ordinary motion of the stiffest pieces."""
+    call_silent(stages.stiffest, (workspace,))
+    call_truth(stages.accelerate, (workspace,))
+    size = call_real(stages.typical, (workspace,))
+    common_at(workspace).limits[LARGEST_STATE] = LARGEST * size
+    return size
+
+
+@strict
+def _find_schur_form(stages, zgees, workspace):
+    """Write A = basis @ schur @ basis^H, transposed; False where LAPACK does not find it.
+
+    Of one matrix in some fifty thousand its iteration does not end, though nothing is wrong with the matrix. Then the
+    states are tried in other orders, each turned by one, until one ends.
+    """
+    lapack, region = lapack_at(workspace), region_at(workspace)
+    p = lapack.arguments
+    for turn in range(region.matrix.shape[0]):
+        call_silent(stages.transpose_states, (workspace, turn))
+        call_code(
+            zgees, (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14])
+        )
+        if lapack.integers[4] == 0:
+            if turn > 0:
+                call_silent(stages.turn_back, (workspace, turn))
+            return True
+    return False
+
+
+@strict_entry
+def work_out(stages, zgees, workspace):
+    """Work the region of ``Region.pieces`` out, up to its tables: BUILT, NOT_FINITE or NO_SCHUR_FORM."""
+    if not call_truth(stages.accelerate, (workspace,)):
+        return NOT_FINITE
+    call_silent(stages.look, (workspace,))
+    call_silent(stages.split_inputs, (workspace,))
+    call_silent(stages.generate, (workspace,))
+    call_silent(stages.split_off, (workspace,))
+    if not _find_schur_form(stages, zgees, workspace):
+        return NO_SCHUR_FORM
+    call_silent(stages.triangular_form, (workspace,))
+    begins = modes_at(workspace).begins
+    for block in range(call_count(stages.block_diagonalise, (workspace,))):
+        call_silent(stages.weigh, (workspace, begins[block], begins[block + 1]))
+    call_silent(stages.gather, (workspace,))
+    call_silent(stages.finish_bounds, (workspace,))
+    free_at(workspace).fine[0] = call_count(stages.finest_level, (workspace,))
+    return BUILT
+
+
+@strict
+def pack_bounds(workspace, lower, upper, band, piece, neighbour):
+    """Write what is watched of one slot: its bounds, their rounding bands, the pieces, no neighbours yet."""
+    common, laws, pieces = common_at(workspace), laws_at(workspace), region_at(workspace).pieces
+    clearances, m = common.clearances.size, common.rows.shape[0]
+    for i in range(common.corner_scale.size):
+        member = common.clearances[i] if i < clearances else m + i - clearances
+        p, unit = laws.first[member] + pieces[member], common.corner_scale[i]
+        lower[i], upper[i], piece[i] = laws.lower[p] / unit, laws.upper[p] / unit, pieces[member]
+        if i < clearances:
+            is_off_zero = common.cornered[i] != 0
+        else:
+            is_off_zero = (lower[i] != 0.0 and lower[i] > -inf) or (upper[i] != 0.0 and upper[i] < inf)
+        band[i] = BAND if is_off_zero else 0.0
+        neighbour[i, 0] = neighbour[i, 1] = -1
+
+
+@strict_entry
+def pack(stages, workspace, regions, slot, first):
+    """Write the region worked out into a slot, its tables from ``first`` on."""
+    a, common, region = regions, common_at(workspace), region_at(workspace)
+    free, bounds, states = free_at(workspace), bounds_at(workspace), region.matrix.shape[0]
+    width, modes, fine = free.width[0], bounds.count[0], free.fine[0]
+    carried, watched, inputs, h = region.carried.shape[0], common.corner_scale.size, region.kept.size, step(fine)
+    a.width[slot], a.modes[slot], a.fine[slot], a.first_table[slot] = width, modes, fine, first
+    for j in range(states, width):
+        a.kept[slot, j - states] = free.column[j] - states
+    for i in range(carried):
+        a.drift[slot, i] = region.flowing[i, 0] * common.amplitude[0]
+    for i in range(3 * watched):
+        a.constant[slot, i] = bounds.constant[i]
+    call_silent(stages.fill_tables, (workspace, a.tables, first, carried))
+    call_silent(stages.fill_powers, (workspace, a.powers, POWERS * slot, carried, h))
+    strip = call_count(stages.fill, (a.particular, slot, 0, region.integral, 0, carried, inputs))
+    call_count(stages.fill, (a.particular, slot, strip, region.particular, 0, states, inputs))
+    call_silent(stages.fill_in_turn, (a.probe, slot, free.watched, watched, width))
+    call_silent(stages.fill_in_turn, (a.calm, slot, free.calm, watched, width))
+    call_silent(stages.fill_in_turn, (a.forced, slot, region.forced, watched, inputs))
+    call_count(stages.fill, (a.weights, slot, 0, bounds.weights, 0, 3 * watched, modes))
+    call_count(stages.fill, (a.pushes, slot, 0, bounds.pushed, 0, 3 * watched, bounds.pushed.shape[1]))
+    call_silent(stages.fill_bounds, (workspace, a.bounds, slot))
+    call_silent(stages.fill_series, (workspace, a.series, slot, h))
+    a.forced_strips[slot] = call_count(stages.fill_forced, (workspace, a.forced_series, slot, h))
+    pack_bounds(workspace, a.lower[slot], a.upper[slot], a.band[slot], a.piece[slot], a.neighbour[slot])

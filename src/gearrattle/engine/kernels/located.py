@@ -1,0 +1,38 @@
+"""The groups of a workspace as stages read them: from words, the address and the shape of every array in turn.
+
+A stage that is handed the arrays themselves takes seconds to compile, and whoever calls it has to unpack them all. What
+a stage does not use of a group costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearrattle.engine.kernels._jit import is_compiling
+from gearrattle.engine.kernels._llvm import group_reader
+from gearrattle.engine.kernels.workspace import Sizes, Workspace, workspace_for
+
+_SAMPLE = workspace_for(Sizes(*len(Sizes._fields) * [1]))
+
+
+def described(workspace: Workspace) -> Any:
+    """(words,) address and shape of all arrays, to hold on to; with numba switched off the workspace itself."""
+    if not is_compiling():
+        return workspace
+    return np.array([word for group in workspace for array in group for word in (array.ctypes.data, *array.shape)])
+
+
+def _readers() -> list[Any]:
+    """A kernel ``group_at(words)`` for every group."""
+    readers, first = [], 0
+    for name, group in _SAMPLE._asdict().items():
+        readers.append(group_reader(name, group, first))
+        first += sum(1 + array.ndim for array in group)
+    return readers
+
+
+(
+    common_at, laws_at, companions_at, region_at, free_at, modes_at, bounds_at, scratch_at, solver_at, lapack_at,
+) = _readers()  # fmt: skip
