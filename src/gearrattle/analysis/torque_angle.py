@@ -73,10 +73,11 @@ def torque_angle(
         ModelError: no such coupling, or ends in the wrong order or without a value.
     """
     check_model(model)
-    names = [coupling.name for coupling in model.couplings]
-    if element not in names:
-        rule = f"there is no such coupling; there are {', '.join(names) or 'none'}"
-        raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, names)))
+    names = [element.name for element in model.elements]
+    torsional = [element.name for element in model.elements if not element.along_line]
+    if element not in torsional:
+        rule = f"there is no such coupling; there are {', '.join(torsional) or 'none'}"
+        raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, torsional)))
     k, system = names.index(element), assemble(model).system
     law = system.laws[k]
     sliders = [each for each in system.companions if each.element == k and each.remembers]

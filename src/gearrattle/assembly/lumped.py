@@ -16,12 +16,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearrattle.assembly.elements import inertia_of
-from gearrattle.model import GROUND, Coupling, Element, Mesh, Model, Planetary
+from gearrattle.model import GROUND, Element, Model
+from gearrattle.model.components import COMPONENTS
+from gearrattle.model.components.base import multiply
 
 Table = dict[str, Any]
-
-_SAME = 1e-9
-_RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the angle in rad of the shaft it was on
 
 
 def must_stay_level(model: Model) -> frozenset[int]:
@@ -32,9 +31,7 @@ def must_stay_level(model: Model) -> frozenset[int]:
 
 def must_keep_bodies(model: Model) -> frozenset[int]:
     """Elements, by index, whose bodies must stay bodies of their own speed: of planetary sets, and Hooke joints."""
-    joined = {coupling.name for coupling in model.couplings if coupling.hooke is not None}
-    sets = {element.name for planetary in model.planetaries for element in planetary.elements()}
-    return frozenset(k for k, element in enumerate(model.elements) if element.name in joined | sets)
+    return frozenset(k for k, element in enumerate(model.elements) if model.components[element.path].keeps_bodies)
 
 
 def lumped_model(
@@ -54,23 +51,21 @@ def lumped_model(
     to[GROUND] = (GROUND, 1.0)
     kept = sorted(set(owner))
     gone = {model.elements[k].name for k in removed}
-    written = [_coupling(coupling, to) for coupling in model.couplings if coupling.name not in gone]
-    written += [_mesh(mesh, to) for mesh in model.meshes if mesh.name not in gone]
-    written += [_planetary(planetary, to) for planetary in model.planetaries]
+    written = [c.between_groups(to) for c in model.components.values() if c.name not in gone]
     tables = {**model.to_tables(at_speed=True), "name": name}
     tables["inertia"] = [_body(model, i, owner, ratio) for i in kept]
-    for kind in ("coupling", "mesh", "planetary"):
+    for kind in COMPONENTS:
         tables.pop(kind, None)
         if rows := [table for is_kind, table in written if is_kind == kind]:
             tables[kind] = rows
     for row in tables.get("torque", []):
         row["on"], factor = to[row["on"]]
-        _scale(row, {"mean": factor})
+        multiply(row, {"mean": factor})
         for harmonic in row.get("harmonics", []):
             harmonic["amplitude"] *= factor
         if signal := row.get("signal"):
             signal["scale"] = factor * signal.get("scale", 1.0)
-            _scale(signal, {"static": factor})
+            multiply(signal, {"static": factor})
     initial = tables.get("simulation", {}).get("initial")
     if isinstance(initial, Mapping):
         tables["simulation"]["initial"] = _initial(model, initial, owner, ratio, kept)
@@ -87,71 +82,12 @@ def _body(model: Model, kept: int, owner: Sequence[int], ratio: Sequence[float])
     return {**table, **({"drag": drag} if drag else {}), **({"drag_torque": torque} if torque else {})}
 
 
-def _mesh(mesh: Mesh, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
-    """Write a mesh between the bodies kept."""
-    (a, rho_a), (b, rho_b) = (to[end] for end in mesh.between)
-    radii = [mesh.radii[0] * rho_a, mesh.radii[1] * rho_b]
-    return "mesh", {**mesh.to_plain(at_speed=True), "between": [a, b], "radii": radii}
-
-
-def _planetary(planetary: Planetary, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
-    """Write a planetary set between the bodies kept, whose J holds the planets' masses."""
-    table = planetary.to_plain(at_speed=True)
-    table |= {key: to[table[key]][0] for key in ("sun", "ring", "carrier")}
-    table["planets"] = [to[planet][0] for planet in table["planets"]]
-    return "planetary", {key: value for key, value in table.items() if key not in ("planet_mass", "centre_distance")}
-
-
-def _coupling(coupling: Coupling, to: Mapping[str, tuple[str, float]]) -> tuple[str, Table]:
-    """Write a coupling between the bodies kept; between shafts of different speeds it becomes a mesh."""
-    (a, rho_a), (b, rho_b) = (to[end] for end in coupling.between)
-    table = {**coupling.to_plain(at_speed=True), "between": [a, b]}
-    if GROUND in (a, b):
-        return "coupling", _referred(table, rho_b if a == GROUND else rho_a)
-    if abs(rho_a - rho_b) <= _SAME * rho_a:
-        return "coupling", _referred(table, rho_a)
-    first, piece = coupling.drive_pieces[0], coupling.drive_pieces[-1]
-    mesh: Table = {"name": coupling.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
-    mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
-    if coupling.kinematic_error:
-        mesh["transmission_error"] = table["kinematic_error"]
-        _scale_all(mesh["transmission_error"], {"amplitude": _RADIUS})
-    if first.until is not None:
-        mesh |= {"backlash": 2.0 * first.until * _RADIUS, "contact_damping": coupling.contact_damping}
-    return "mesh", mesh
-
-
 def _meshable(element: Element) -> bool:
     """Whether a law is linear, or a free gap of equal sides."""
     if element.preload or element.rubs or element.drive != element.coast:
         return False
     *inner, _ = element.drive
     return not inner or (len(inner) == 1 and inner[0].stiffness == 0.0 and inner[0].damping == 0.0)
-
-
-def _referred(table: Table, ratio: float) -> Table:
-    """Refer a coupling to a shaft that turns 1/ratio times as fast: delta' = delta / ratio, T' = ratio T."""
-    if ratio == 1.0:
-        return table
-    friction = {"hysteresis": ratio, "stick_stiffness": ratio**2}
-    _scale(table, {"stiffness": ratio**2, "damping": ratio**2, "clearance": 1.0 / ratio, "preload": ratio, **friction})
-    for key in ("stages", "coast_stages"):
-        _scale_all(table.get(key), {"stiffness": ratio**2, "damping": ratio**2, "until": 1.0 / ratio, **friction})
-    _scale_all(table.get("kinematic_error"), {"amplitude": 1.0 / ratio})
-    return table
-
-
-def _scale_all(rows: list[Table] | None, factors: Mapping[str, float]) -> None:
-    """Multiply what is there in every row."""
-    for row in rows or []:
-        _scale(row, factors)
-
-
-def _scale(table: Table, factors: Mapping[str, float]) -> None:
-    """Multiply what is there."""
-    for key, factor in factors.items():
-        if table.get(key) is not None:
-            table[key] *= factor
 
 
 def _initial(

@@ -18,36 +18,12 @@ from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
 from gearrattle.engine.system.passages import Companions
 from gearrattle.model import Model
+from gearrattle.model.components import COMPONENTS
 from gearrattle.trajectory import Layout, Trajectory
 
-_FRICTION = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
-_STAGE = {"stiffness": "torsional_stiffness", "damping": "torsional_damping", "until": "angle", **_FRICTION}
 KINDS: dict[str, Any] = {
     "inertia": {"J": "inertia", "drag": "torsional_damping", "drag_torque": "torque"},
-    "coupling": {
-        "stiffness": "torsional_stiffness",
-        "damping": "torsional_damping",
-        "clearance": "angle",
-        "preload": "torque",
-        "stages": _STAGE,
-        "coast_stages": _STAGE,
-        "kinematic_error": {"amplitude": "angle"},
-        **_FRICTION,
-    },
-    "mesh": {
-        "radii": "radius",
-        "stiffness": "linear_stiffness",
-        "damping": "linear_damping",
-        "backlash": "length",
-        "transmission_error": {"amplitude": "length"},
-    },
-    "planetary": {
-        "radii": dict.fromkeys(("sun", "planet", "ring"), "radius"),
-        "stiffness": dict.fromkeys(("sun", "ring"), "linear_stiffness"),
-        "damping": dict.fromkeys(("sun", "ring"), "linear_damping"),
-        "backlash": dict.fromkeys(("sun", "ring"), "length"),
-        "transmission_error": {side: {"amplitude": "length"} for side in ("sun", "ring")},
-    },
+    **{kind: component.scaling for kind, component in COMPONENTS.items()},
     "excitation": {"speed": "speed", "sweep": {"from": "speed", "to": "speed", "over": "time"}},
     "torque": {
         "mean": "torque",

@@ -10,10 +10,11 @@ from typing import Any
 from gearrattle.assembly.elements import inertia_of
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.model import Model
+from gearrattle.model.components import COMPONENTS
 
 
 def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
-    """Return the tables of a model that moves alike and has no key ``hooke``, ``planet_mass``, ``centre_distance``.
+    """Return the tables of a model that moves alike, its components written out.
 
     Args:
         model: the driveline.
@@ -22,12 +23,9 @@ def written_out(model: Model, *, at_speed: bool) -> dict[str, Any]:
     tables = model.to_tables(at_speed=at_speed)
     for row, inertia in zip(tables["inertia"], inertia_of(model).tolist(), strict=True):
         row["J"] = inertia
-    for row, coupling in zip(tables.get("coupling", ()), model.couplings, strict=True):
-        if row.pop("hooke", None) is not None:
-            row["kinematic_error"] = [sine.to_plain() for sine in coupling.elements()[0].errors]
-    for row in tables.get("planetary", ()):
-        for key in ("planet_mass", "centre_distance"):
-            row.pop(key, None)
+    for kind in COMPONENTS:
+        if rows := tables.get(kind):
+            tables[kind] = [model.components[f"{kind}.{row['name']}"].written_out(row) for row in rows]
     ripples = [
         {"on": body, "harmonics": [sine.to_plain() for sine in sines]} for body, sines in load_ripples(model).items()
     ]

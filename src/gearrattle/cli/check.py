@@ -48,14 +48,16 @@ def check(model: Path, /, *, json: Json = False) -> None:
 def _content(model: Model) -> dict[str, Any]:
     """Say what is in a model."""
     from gearrattle.assembly import assemble
+    from gearrattle.model.components import COMPONENTS
 
     return {
         "name": model.name,
         "units": model.units,
         "inertias": [body.name for body in model.inertias],
-        "couplings": [element.name for element in model.couplings],
-        "meshes": [element.name for element in model.meshes],
-        **({"planetary_sets": [p.name for p in model.planetaries]} if model.planetaries else {}),
+        **{
+            component.plural.replace(" ", "_"): [c.name for c in model.components.values() if isinstance(c, component)]
+            for component in COMPONENTS.values()
+        },
         "clearances": list(assemble(model).layout.clearance_names),
         "torques_on": [torque.on for torque in model.torques],
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),

@@ -93,7 +93,7 @@ class Model(Table):
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """All elements: of all couplings, then of all meshes, then of planetary sets."""
+        """All elements: of all couplings, then of all meshes, and so on in the order of ``COMPONENTS``."""
         return _elements(self)
 
     def to_tables(self, *, at_speed: bool = False) -> dict[str, Any]:
@@ -187,8 +187,8 @@ class Model(Table):
 @kept
 def _components(model: Model) -> Mapping[str, Component]:
     """All components by their path."""
-    tables = {"coupling": model.couplings, "mesh": model.meshes, "planetary": model.planetaries}
-    return {f"{kind}.{component.name}": component for kind, rows in tables.items() for component in rows}
+    fields = {field.alias: name for name, field in Model.model_fields.items()}
+    return {f"{kind}.{component.name}": component for kind in COMPONENTS for component in getattr(model, fields[kind])}
 
 
 @kept

@@ -66,7 +66,7 @@ REASONS = {
     "clearance": "has a clearance",
     "friction": "has dry friction",
     "ground": "is tied to the ground",
-    "own": "belongs to a planetary set or is a Hooke joint: its bodies stay",
+    "own": "its component keeps its bodies, as a planetary set or a Hooke joint does",
     "soft": "has no stiffness",
     "error": "its transmission error excites the band",
     "locks": "a closed loop of meshes would lock",

@@ -25,7 +25,7 @@ from gearrattle.assembly import (
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
-from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.reductions import Accuracy, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT, REASONS, Lumps, Refused, lump
 from gearrattle.reductions.reduction import Compared, ElementFate, Reduction, Simulated, stated
@@ -186,14 +186,15 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
     notes += left_out(model)
-    if any(planetary.added_inertia() for planetary in model.planetaries):
-        notes.append("the carriers' J holds the masses of the planets now.")
+    for component in model.components.values():
+        if added := component.added_inertia():
+            notes.append(f"the J of {listed(added)} holds what {component.noun} {component.name} adds to it now.")
     wavy = [elements[k].name for k in merged if np.any(request.system.inputs.error_sine[k] != 0.0)
             or np.any(request.system.inputs.error_cosine[k] != 0.0)]  # fmt: skip
     if wavy:
         notes.append(f"transmission errors above the band were dropped with {', '.join(wavy)}.")
-    were = {coupling.name for coupling in model.couplings}
-    turned = [mesh.name for mesh in smaller.meshes if mesh.name in were]
+    names = {component.name for component in model.components.values()}
+    turned = [c.name for path, c in smaller.components.items() if c.name in names and path not in model.components]
     if turned:
         notes.append(
             f"now between shafts of different speeds and written as a mesh with radii in ratio: {', '.join(turned)}."

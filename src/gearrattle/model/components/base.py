@@ -123,6 +123,8 @@ class Component(Table):
     """What it is called."""
     plural: ClassVar[str]
     """What several of them are called."""
+    scaling: ClassVar[Mapping[str, Any]]
+    """What kind of quantity, of ``Scales.units``, every key is whose number has a dimension."""
     name: Name
     """Unique among all elements."""
 
@@ -143,6 +145,23 @@ class Component(Table):
         """Return what a user must know of it beside the numbers."""
         return ()
 
+    def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
+        """Return its table with every number one that ``scaling`` knows, for a model whose J hold what it adds."""
+        return table
+
+    @property
+    def keeps_bodies(self) -> bool:
+        """Whether its bodies must stay bodies of their own speed where others are lumped."""
+        return False
+
+    def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
+        """Return the array of tables, and the table, of what stands for it between groups of bodies.
+
+        Args:
+            to: by body the one kept of its group, and its angle over that one's.
+        """
+        raise NotImplementedError
+
     @classmethod
     def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:
         """Yield where the name of every element comes from, and the name; the table may hold anything."""
@@ -156,6 +175,13 @@ class Component(Table):
         if isinstance(between, (list, tuple)) and len(between) == 2:
             for end in between:
                 yield Body(("between",), end)
+
+
+def multiply(table: dict[str, Any], factors: Mapping[str, float]) -> None:
+    """Multiply the numbers that are there in a table."""
+    for key, factor in factors.items():
+        if table.get(key) is not None:
+            table[key] *= factor
 
 
 def arms_of(between: tuple[str, str], factors: tuple[float, float]) -> tuple[tuple[str, float], ...]:

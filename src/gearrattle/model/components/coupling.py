@@ -22,15 +22,25 @@ from gearrattle.model.components.base import (
     TorsionalDamping,
     TorsionalStiffness,
     arms_of,
+    multiply,
 )
 from gearrattle.model.components.contact_damping import ContactDamping, clipping_rules
 from gearrattle.model.components.friction import Hysteresis, StickStiffness, friction, stage_rules, stick_rules
 from gearrattle.model.components.hooke import HookeJoint, joint_rules
 from gearrattle.model.excitation import AngularHarmonic
-from gearrattle.model.quantity import Between, Quantity, Ratio, attempt
+from gearrattle.model.quantity import GROUND, Between, Quantity, Ratio, attempt
 from gearrattle.model.table import Breach, Table
 
 _until = Quantity(units.ANGLE, "positive")
+_FRICTION_SCALING = {"hysteresis": "torque", "stick_stiffness": "torsional_stiffness"}
+_STAGE_SCALING = {
+    "stiffness": "torsional_stiffness",
+    "damping": "torsional_damping",
+    "until": "angle",
+    **_FRICTION_SCALING,
+}
+_SAME = 1e-9  # of a ratio
+_RADIUS = 1.0  # [m] of a coupling written as a mesh: its deflection in m is the angle in rad of the shaft it was on
 
 
 class Stage(Table):
@@ -63,6 +73,16 @@ class Coupling(Component):
 
     noun: ClassVar[str] = "coupling"
     plural: ClassVar[str] = "couplings"
+    scaling: ClassVar[Mapping[str, Any]] = {
+        "stiffness": "torsional_stiffness",
+        "damping": "torsional_damping",
+        "clearance": "angle",
+        "preload": "torque",
+        "stages": _STAGE_SCALING,
+        "coast_stages": _STAGE_SCALING,
+        "kinematic_error": {"amplitude": "angle"},
+        **_FRICTION_SCALING,
+    }
     between: Between
     """Names of the two inertias; either may be "ground". delta = theta_a - theta_b."""
     stiffness: TorsionalStiffness | None = None
@@ -143,6 +163,37 @@ class Coupling(Component):
         )
         return (element,)
 
+    def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
+        """Return its table with a Hooke joint as the sines it stands for."""
+        if self.hooke is None:
+            return table
+        kept = {key: value for key, value in table.items() if key != "hooke"}
+        return {**kept, "kinematic_error": [sine.to_plain() for sine in self.elements()[0].errors]}
+
+    @property
+    def keeps_bodies(self) -> bool:
+        """Whether it is a Hooke joint."""
+        return self.hooke is not None
+
+    def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
+        """Return a coupling between the bodies kept; between shafts of different speeds it becomes a mesh."""
+        (a, rho_a), (b, rho_b) = (to[end] for end in self.between)
+        table = {**self.to_plain(at_speed=True), "between": [a, b]}
+        if GROUND in (a, b):
+            return "coupling", _referred(table, rho_b if a == GROUND else rho_a)
+        if abs(rho_a - rho_b) <= _SAME * rho_a:
+            return "coupling", _referred(table, rho_a)
+        first, piece = self.drive_pieces[0], self.drive_pieces[-1]
+        mesh: dict[str, Any] = {"name": self.name, "between": [a, b], "radii": [rho_a * _RADIUS, rho_b * _RADIUS]}
+        mesh |= {"stiffness": piece.stiffness / _RADIUS**2, "damping": piece.damping / _RADIUS**2}
+        if self.kinematic_error:
+            mesh["transmission_error"] = table["kinematic_error"]
+            for sine in mesh["transmission_error"]:
+                multiply(sine, {"amplitude": _RADIUS})
+        if first.until is not None:
+            mesh |= {"backlash": 2.0 * first.until * _RADIUS, "contact_damping": self.contact_damping}
+        return "mesh", mesh
+
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: the two forms mixed, neither given, stages out of order."""
@@ -176,6 +227,20 @@ def _read(key: str, stages: Sequence[Stage], leaf: Leaf) -> list[PieceColumns]:
         )
         for i, stage in enumerate(stages)
     ]
+
+
+def _referred(table: dict[str, Any], ratio: float) -> dict[str, Any]:
+    """Refer a coupling to a shaft that turns 1/ratio times as fast: delta' = delta / ratio, T' = ratio T."""
+    if ratio == 1.0:
+        return table
+    friction = {"hysteresis": ratio, "stick_stiffness": ratio**2}
+    law = {"stiffness": ratio**2, "damping": ratio**2, **friction}
+    multiply(table, {**law, "clearance": 1.0 / ratio, "preload": ratio})
+    for stage in (*table.get("stages", ()), *table.get("coast_stages", ())):
+        multiply(stage, {**law, "until": 1.0 / ratio})
+    for sine in table.get("kinematic_error", ()):
+        multiply(sine, {"amplitude": 1.0 / ratio})
+    return table
 
 
 def _piece_of(stage: Stage) -> Piece:

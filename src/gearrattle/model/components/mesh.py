@@ -33,6 +33,13 @@ class Mesh(Component):
 
     noun: ClassVar[str] = "mesh"
     plural: ClassVar[str] = "meshes"
+    scaling: ClassVar[Mapping[str, Any]] = {
+        "radii": "radius",
+        "stiffness": "linear_stiffness",
+        "damping": "linear_damping",
+        "backlash": "length",
+        "transmission_error": {"amplitude": "length"},
+    }
     between: Between
     """Names of the two gears' inertias; not "ground". delta = R_a theta_a - R_b theta_b - e(t)."""
     radii: Annotated[tuple[Radius, Radius], two('must be two base radii, such as ["50 mm", "50 mm"]')]
@@ -96,6 +103,12 @@ class Mesh(Component):
             alternation=self.alternation,
         )
         return (element,)
+
+    def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
+        """Return a mesh between the bodies kept, its radii times the ratios."""
+        (a, rho_a), (b, rho_b) = (to[end] for end in self.between)
+        radii = [self.radii[0] * rho_a, self.radii[1] * rho_b]
+        return "mesh", {**self.to_plain(at_speed=True), "between": [a, b], "radii": radii}
 
     @classmethod
     def bodies(cls, table: Mapping[str, Any], /) -> Iterator[Body]:

@@ -100,6 +100,13 @@ class Planetary(Component):
 
     noun: ClassVar[str] = "planetary set"
     plural: ClassVar[str] = "planetary sets"
+    scaling: ClassVar[Mapping[str, Any]] = {
+        "radii": dict.fromkeys(("sun", "planet", "ring"), "radius"),
+        "stiffness": dict.fromkeys(SIDES, "linear_stiffness"),
+        "damping": dict.fromkeys(SIDES, "linear_damping"),
+        "backlash": dict.fromkeys(SIDES, "length"),
+        "transmission_error": {side: {"amplitude": "length"} for side in SIDES},
+    }
     sun: Name
     """Name of the sun's inertia, or "ground"."""
     ring: Name
@@ -175,6 +182,21 @@ class Planetary(Component):
         for body, more in self.added_inertia().items():
             notes.append(f"planetary set {self.name}: the planets' masses add {more:.6g} kg m^2 to the J of {body}.")
         return tuple(notes)
+
+    def written_out(self, table: dict[str, Any], /) -> dict[str, Any]:
+        """Return its table without the planets' masses, which the carrier's J holds."""
+        return {key: value for key, value in table.items() if key not in ("planet_mass", "centre_distance")}
+
+    @property
+    def keeps_bodies(self) -> bool:
+        """Always: its angles are those of its own bodies."""
+        return True
+
+    def between_groups(self, to: Mapping[str, tuple[str, float]], /) -> tuple[str, dict[str, Any]]:
+        """Return the set between the bodies kept, whose J holds the planets' masses."""
+        table = self.written_out(self.to_plain(at_speed=True))
+        table |= {key: to[table[key]][0] for key in ("sun", "ring", "carrier")}
+        return "planetary", {**table, "planets": [to[planet][0] for planet in table["planets"]]}
 
     @classmethod
     def element_names(cls, table: Mapping[str, Any], /) -> Iterator[tuple[Location, str]]:

@@ -28,7 +28,7 @@ def torque_angles(findings: Findings) -> Chart | None:
     layout = trajectory.layout
     if trajectory.companions is None:
         return None
-    names = [c.name for c in findings.model.couplings]
+    names = [element.name for element in findings.model.elements if not element.along_line]
     rubbing = [n for n in names if any(c.startswith(f"{n}.") and "let go" in w for c, w in _sliders(findings))]
     window = last_cycles(trajectory, CYCLES)
     part = slice(window.first, window.last + 1, max(1, (window.last - window.first) // _POINTS))
