@@ -5,7 +5,7 @@ from __future__ import annotations
 from gearrattle.engine.solvers.base import Extensible, Marching, Motion, Solver, Task
 from gearrattle.engine.solvers.choice import start_exact
 from gearrattle.engine.solvers.cvode import multistep
-from gearrattle.engine.solvers.one_step import FixedStep, chosen_step, extrapolation, restarted
+from gearrattle.engine.solvers.one_step import ChosenStep, FixedStep, extrapolation
 from gearrattle.engine.solvers.scipy_ivp import stepped
 from gearrattle.engine.solvers.sundials import ADAMS, BDF
 from gearrattle.engine.solvers.tableaus import CLASSICAL, FEHLBERG, MIDPOINT, VERNER
@@ -14,12 +14,12 @@ SOLVERS: dict[str, Solver] = {
     "exact": start_exact,
     "rk2": FixedStep(MIDPOINT),
     "rk4": FixedStep(CLASSICAL),
-    "rkf": chosen_step(FEHLBERG),
-    "rkv": chosen_step(VERNER),
+    "rkf": ChosenStep(FEHLBERG),
+    "rkv": ChosenStep(VERNER),
     "adams": multistep("adams", ADAMS, newton=False),
     "gear": multistep("gear", BDF, newton=True),
     "bulirsch-stoer": extrapolation,
-    "rkv-events": restarted(VERNER.extrapolated()),
+    "rkv-events": ChosenStep(VERNER.extrapolated(), at_corners=True),
     "gear-events": multistep("gear-events", BDF, newton=True, events=True),
     "dop853": stepped("DOP853"),
     "radau": stepped("Radau"),

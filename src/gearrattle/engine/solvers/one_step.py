@@ -8,7 +8,6 @@ larger of its own size and its size in an ordinary motion; angles and force inte
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -182,14 +181,21 @@ class FixedStep:
         return _first_step(FieldProblem.of(task))
 
 
-def chosen_step(tableau: Tableau) -> Callable[[Task], Marching]:
-    """A solver that chooses its steps by the tableau's embedded solution, blind to corners."""
-    return lambda task: StepMarch(task, tableau, fixed=False, held=False)
+@dataclass(frozen=True)
+class ChosenStep:
+    """A solver that chooses its steps by the tableau's embedded solution.
 
+    Attributes:
+        tableau: of the method.
+        at_corners: whether it is restarted at every corner, so that no step contains one; else it is blind to them.
+    """
 
-def restarted(tableau: Tableau) -> Callable[[Task], Marching]:
-    """The same, restarted at every corner, so that no step contains one."""
-    return lambda task: StepMarch(task, tableau, fixed=False, held=True)
+    tableau: Tableau
+    at_corners: bool = False
+
+    def __call__(self, task: Task) -> Marching:
+        """Start a run."""
+        return StepMarch(task, self.tableau, fixed=False, held=self.at_corners)
 
 
 def extrapolation(task: Task) -> Marching:
