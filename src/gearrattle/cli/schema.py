@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
 
-
-def schema(*, study: Literal["grid", "bifurcation", "basins", "optimization"] | None = None) -> None:
+def schema(*, study: str | None = None) -> None:
     """Print the JSON Schema of model files, or of study files of a kind; editors use it to complete and check them.
 
     Parameters
     ----------
     study
-        Kind of study file; without it, model files.
+        Kind of study file, such as "grid" or "bifurcation"; without it, model files.
     """
     import gearrattle
     from gearrattle.json_types import json_text
@@ -20,6 +18,6 @@ def schema(*, study: Literal["grid", "bifurcation", "basins", "optimization"] | 
         print(json_text(gearrattle.json_schema()))
         return
     from gearrattle.model.schema import schema_of
-    from gearrattle.studies.kinds import KINDS
+    from gearrattle.studies.kinds import kind_named
 
-    print(json_text(schema_of(KINDS[study], f"gearrattle study file: {study}")))
+    print(json_text(schema_of(kind_named(study, "--study"), f"gearrattle study file: {study}")))

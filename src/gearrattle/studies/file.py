@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -26,8 +25,8 @@ from gearrattle.model import load
 from gearrattle.model.file import read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place, printable
 from gearrattle.model.quantity import is_newer_schema
-from gearrattle.model.table import Location, did_you_mean, listed, shown
-from gearrattle.studies.kinds import KINDS, Study, StudySpec
+from gearrattle.model.table import Location, shown
+from gearrattle.studies.kinds import Study, StudySpec, kind_named
 
 _DEFAULT = "grid"
 
@@ -74,7 +73,7 @@ def read_study(path: str | os.PathLike[str]) -> StudyFile:
     """
     name = os.fspath(path)
     tables, positions = read_tables(read_text(name, "study file"), name, "study file")
-    kind = _kind(tables, positions)
+    kind = kind_named(tables.get("kind", _DEFAULT), place(("kind",), {}, positions))
     try:
         spec = kind.model_validate(tables, context={"dimensionless": True})  # numbers here have no unit
     except ValidationError as error:
@@ -120,13 +119,3 @@ def _model_file(path: str, where: str) -> str:
     if Path(path).suffix.lower() != ".toml" or Path(path).resolve().suffix.lower() != ".toml":
         raise ModelError(Problem(where, shown(path), "a study's model is a file that ends in .toml"))
     return path
-
-
-def _kind(tables: Mapping[str, Any], positions: Positions) -> type[StudySpec]:
-    """The kind a file asks for; what else is wrong with a file of no kind cannot be told."""
-    asked = tables.get("kind", _DEFAULT)
-    if not isinstance(asked, str) or asked not in KINDS:
-        rule = f"there is no such kind of study; there are {listed(list(KINDS))}"
-        remedy = did_you_mean(asked, tuple(KINDS)) if isinstance(asked, str) else ""
-        raise ModelError(Problem(place(("kind",), {}, positions), shown(asked), rule, remedy))
-    return KINDS[asked]

@@ -5,6 +5,8 @@ Takes the word of a file; gives the class that reads it.
 
 from __future__ import annotations
 
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.studies.kinds.base import Study, StudySpec
 from gearrattle.studies.kinds.basins import BasinsSpec
 from gearrattle.studies.kinds.bifurcation import BifurcationSpec
@@ -19,4 +21,21 @@ KINDS: dict[str, type[StudySpec]] = {
 }
 """Kind in the file -> what it may hold."""
 
-__all__ = ["KINDS", "Study", "StudySpec"]
+__all__ = ["KINDS", "Study", "StudySpec", "kind_named"]
+
+
+def kind_named(name: object, place: str) -> type[StudySpec]:
+    """Return a kind by its name.
+
+    Args:
+        name: as the user wrote it.
+        place: where, for the message.
+
+    Raises:
+        ModelError: there is no such kind.
+    """
+    if not isinstance(name, str) or name not in KINDS:
+        rule = f"there is no such kind of study; there are {listed(list(KINDS))}"
+        remedy = did_you_mean(name, tuple(KINDS)) if isinstance(name, str) else ""
+        raise ModelError(Problem(place, shown(name), rule, remedy))
+    return KINDS[name]
