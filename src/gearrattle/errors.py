@@ -6,9 +6,8 @@ it breaks and the *remedy*. Takes nothing from other rooms; every room above may
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from numbers import Integral
 
 
 class GearRattleError(Exception):
@@ -44,28 +43,6 @@ class ModelError(GearRattleError):
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:
         self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
         super().__init__("\n".join(str(problem) for problem in self.problems))
-
-
-LARGEST_WHOLE = 2**63 - 1
-"""The largest whole number that an argument may be."""
-
-
-def not_whole(arguments: Mapping[str, tuple[object, int]]) -> list[Problem]:
-    """Return the problems of arguments that must be whole numbers: 3.5 is refused, and so are 3.0, True and 2**63.
-
-    Args:
-        arguments: name to value and smallest allowed.
-    """
-    problems = []
-    for name, (value, least) in arguments.items():
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            problems.append(Problem(name, f"{value}", f"must be a whole number from {least}"))
-        elif int(value) > LARGEST_WHOLE:
-            problems.append(Problem(name, "", f"must be a whole number from {least} to {LARGEST_WHOLE}"))
-        elif int(value) < least:
-            text = f"{value}" if int(value) >= -LARGEST_WHOLE else ""
-            problems.append(Problem(name, text, f"must be a whole number from {least}"))
-    return problems
 
 
 class NotInstalled(ModelError):

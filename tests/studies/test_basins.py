@@ -193,7 +193,7 @@ def test_a_state_leaves_momentum_and_the_rest_as_it_was() -> None:
         ({X: [0.0]}, {"same": 1e-7}, "above tolerance"),
         ({X: [0.0]}, {"same": 0.0}, "above 0"),
         ({X: [0.0, 0.1]}, {"most": 1}, "more than the 1 allowed"),
-        ({X: [0.0]}, {"method": "sobel"}, "must be one of"),
+        ({X: [0.0]}, {"method": "sobel"}, 'did you mean "sobol"'),
     ],
 )
 def test_wrong_arguments_are_refused(over: dict[str, Any], more: dict[str, Any], match: str) -> None:

@@ -254,7 +254,7 @@ def test_a_case_that_fails_is_told_and_passed_over(monkeypatch: pytest.MonkeyPat
         ({"values": [2.0, 1.0]}, "ascend"),
         ({"values": [2.0]}, "two values"),
         ({"path": "simulation.algorithm", "values": ["exact", "rk4"]}, "must be a number"),
-        ({"direction": "sideways"}, "both, up, down"),
+        ({"direction": "sideways"}, 'must be "both" or "up" or "down"'),
         ({"phase": 1.0}, "fraction of the period"),
         ({"phase": 0.123456}, "the nearest is"),
         ({"section": ["deflection.flank"]}, 'did you mean "deflection.flanks"'),

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from gearrattle.analysis.linear import modes as modal
 from gearrattle.assembly import Driveline, assemble, free_names, left_out, whole
 from gearrattle.engine.system import equilibrium as statics
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.result import Result
 
 Array = NDArray[np.float64]
@@ -258,7 +259,7 @@ def slopes(
     for k, (name, law) in enumerate(zip(names, system.laws, strict=True)):
         first, last = law.first_label, law.first_label + law.pieces - 1
         label = region.get(name, last)
-        if not_whole({name: (label, first)}) or label > last:
+        if argument_problems({name: (Count(first, last), label)}):
             problems.append(
                 Problem(f"region: {name}", str(label), f"must be a whole number, one of {first} ... {last}")
             )

@@ -152,13 +152,19 @@ class Count(Reader):
 
     def read(self, value: Any, _dimensionless: bool, /) -> int:
         """Return the whole number."""
-        if not isinstance(value, Integral) or isinstance(value, bool) or not self.least <= int(value) <= self.most:
+        if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < self.least:
+            raise breach(f"must be a whole number from {self.least}")
+        if int(value) > self.most:
             raise breach(f"must be a whole number from {self.least} to {self.most}")
         return int(value)
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema of the whole number."""
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
+
+
+SEED = Count(0, 2**63 - 1)
+"""Of random numbers."""
 
 
 class SchemaVersion(Reader):
@@ -267,17 +273,31 @@ class AnyTable(Reader):
         return {"type": "object"}
 
 
+def argument_problems(arguments: Mapping[str, tuple[Reader, Any]]) -> list[Problem]:
+    """Return the problems of a call's arguments; plain numbers only, without units.
+
+    Args:
+        arguments: rule and value by name.
+    """
+    problems = []
+    for name, (reader, value) in arguments.items():
+        try:
+            reader.read(value, True)
+        except PydanticCustomError as error:
+            told = error.context or {}
+            problems.append(Problem(name, shown(value), told["rule"], told["remedy"]))
+    return problems
+
+
 def checked(reader: Reader, value: Any, place: str) -> Any:
     """Return a value that obeys a rule; plain numbers only, without units.
 
     Raises:
         ModelError: it breaks the rule.
     """
-    try:
-        return reader.read(value, True)
-    except PydanticCustomError as error:
-        told = error.context or {}
-        raise ModelError(Problem(place, shown(value), told["rule"], told["remedy"])) from None
+    if problems := argument_problems({place: (reader, value)}):
+        raise ModelError(problems)
+    return reader.read(value, True)
 
 
 def two(rule: str) -> BeforeValidator:

@@ -15,8 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.quantities import Sums, Verdict, add, verdict_of
 from gearrattle.results import Run
 from gearrattle.simulation.limits import check_memory
@@ -103,7 +104,7 @@ def _length(chunk: int | None, plan: Plan) -> int:
     """
     if chunk is None:
         return max(1, min(MOST_CYCLES, MOST_SAMPLES // plan.task.samples_per_cycle))
-    if problems := not_whole({"chunk": (chunk, 1)}):
+    if problems := argument_problems({"chunk": (Count(1), chunk)}):
         raise ModelError(problems)
     return chunk
 

@@ -16,25 +16,26 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearrattle.assembly import refuse_unsteady
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.path_labels import INITIAL
+from gearrattle.model.quantity import SEED, Reader, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
-from gearrattle.studies.designs import METHODS
+from gearrattle.studies.designs import METHOD, SAMPLES
 from gearrattle.studies.distributions import Distribution, sampled
 from gearrattle.studies.outputs import check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
 from gearrattle.studies.schedulers import opened
-from gearrattle.studies.sections import Sections, is_isolated, own_units, section_of, unit_of
+from gearrattle.studies.sections import NEARNESS, Sections, is_isolated, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
-from gearrattle.studies.study import MOST, first_run
+from gearrattle.studies.study import CASES, MOST, first_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,9 +108,8 @@ def prepare(
 ) -> Basins:
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
     refuse_unsteady(model, "a map of basins")
-    _check(samples, method, tolerance, same)
-    if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
-        raise ModelError(problems)
+    _check({"samples": (SAMPLES, samples), "method": (METHOD, method), "seed": (SEED, seed), "most": (CASES, most),
+            "tolerance": (NEARNESS, tolerance), "same": (NEARNESS, same)})  # fmt: skip
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
@@ -201,22 +201,16 @@ def basins(
             ).data  # fmt: skip
 
 
-def _check(samples: Any, method: str, tolerance: Any, same: Any) -> None:
+def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:
     """Refuse what is wrong by itself."""
-    problems = not_whole({"samples": (samples, 0)})
-    if not problems and samples > 100 * MOST:
-        problems.append(Problem("samples", shown(samples), f"more than {100 * MOST} cases cannot be held"))
-    if not isinstance(method, str) or method not in METHODS:
-        problems.append(Problem("method", shown(method), f"must be one of {', '.join(METHODS)}"))
-    numbers = {"tolerance": tolerance, "same": same}
-    for name, value in numbers.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 0.1:
-            problems.append(
-                Problem(name, shown(value), "must be above 0 and below 0.1, in units of half the clearance")
-            )
-    if not problems and not tolerance < same:
-        rule = f"must be above tolerance, {tolerance:g}: a motion settles to no better than that"
-        problems.append(Problem("same", f"{same:g}", rule))
+    problems = argument_problems(arguments)
+    if not problems:
+        samples, tolerance, same = (arguments[name][1] for name in ("samples", "tolerance", "same"))
+        if samples > 100 * MOST:
+            problems.append(Problem("samples", shown(samples), f"more than {100 * MOST} cases cannot be held"))
+        if not tolerance < same:
+            rule = f"must be above tolerance, {tolerance:g}: a motion settles to no better than that"
+            problems.append(Problem("same", f"{same:g}", rule))
     if problems:
         raise ModelError(problems)
 

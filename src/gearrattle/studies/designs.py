@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, NotInstalled, Problem, not_whole
+from gearrattle.errors import ModelError, NotInstalled, Problem
+from gearrattle.model.quantity import Choice, Count, argument_problems
 from gearrattle.model.table import shown
 
 Array = NDArray[np.float64]
@@ -113,8 +114,11 @@ DESIGNS: Mapping[str, Design] = {
 """Name of a method -> design."""
 
 
+SAMPLES = Count()
+"""How many points are drawn."""
 METHODS = tuple(name for name, each in DESIGNS.items() if each.counted and not each.paired)
 """Those whose points are independent of each other."""
+METHOD = Choice(METHODS)
 
 
 def design_of(method: str, samples: int, varied: int) -> Design:
@@ -123,12 +127,11 @@ def design_of(method: str, samples: int, varied: int) -> Design:
     Raises:
         ModelError: there is no such method, or the number does not suit; all that is wrong.
     """
-    problems = not_whole({"samples": (samples, 0)})
+    problems = argument_problems({"samples": (SAMPLES, samples)})
     whole = not problems
-    design = DESIGNS.get(method) if isinstance(method, str) else None
-    if design is None:
-        problems.append(Problem("method", shown(method), f"must be one of {', '.join(DESIGNS)}"))
-        design = DESIGNS["random"]
+    unknown = argument_problems({"method": (Choice(tuple(DESIGNS)), method)})
+    problems += unknown
+    design = DESIGNS["random" if unknown else method]
     if design.counted and bool(varied) != bool(samples):
         rule = "what scatters needs a number of samples, and samples something that scatters"
         problems.append(Problem("samples", shown(samples), rule))

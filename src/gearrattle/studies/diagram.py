@@ -30,6 +30,7 @@ from gearrattle.assembly import assemble, refuse_unsteady
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.errors import Cancelled, ModelError, Problem
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import Choice, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -42,7 +43,7 @@ from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress, folder_for
 from gearrattle.studies.schedulers import opened
-from gearrattle.studies.sections import Sections, own_units, section_of, unit_of
+from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
 from gearrattle.studies.store import Store, Told
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import check_paths, first_run
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
 
 DIRECTION = "direction"
 WAYS: Mapping[str, tuple[str, ...]] = {"both": ("up", "down"), "up": ("up",), "down": ("down",)}
+DIRECTIONS = Choice(tuple(WAYS))
 DEFAULT = ("verdict", "regime")
 TOLERANCE, MOST_PERIOD, MOST_POINTS = 1e-6, 16, 128
 _KEEP_EVERY = 1.0  # seconds
@@ -128,13 +130,7 @@ def prepare(
 ) -> Diagram:
     """Look for everything that can be wrong with a diagram, and run one case. Arguments, errors as ``bifurcation``."""
     refuse_unsteady(model, "a bifurcation diagram")
-    problems = []
-    if not isinstance(direction, str) or direction not in WAYS:
-        problems.append(Problem("direction", shown(direction), f"must be one of {', '.join(WAYS)}"))
-    if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 0.0 < tolerance < 0.1:
-        rule = "must be above 0 and below 0.1: the largest difference of two points that are called the same"
-        problems.append(Problem("tolerance", shown(tolerance), rule, f"for example {TOLERANCE:g}"))
-    if problems:
+    if problems := argument_problems({"direction": (DIRECTIONS, direction), "tolerance": (NEARNESS, tolerance)}):
         raise ModelError(problems)
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.formats import format_name
 from gearrattle.model import Model, check_model
-from gearrattle.model.quantity import AnyTable, checked
+from gearrattle.model.quantity import SEED, AnyTable, Count, argument_problems, checked
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 POPULATION, GENERATIONS = 32, 20
 MOST = 1_000_000
+DESIGNS, TIMES = Count(4, MOST), Count(1, MOST)
+"""How many designs a generation has, and how many generations there are."""
 _STARTING = 3.0  # seconds until the fresh processes of a generation are warm
 _PAYS = 10.0  # seconds of a generation, below which starting processes for it costs more
 
@@ -365,7 +367,9 @@ def _corners(model: Model, ranges: tuple[Range, ...]) -> Plan:
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:
-    problems = not_whole({"population": (population, 4), "generations": (generations, 1), "seed": (seed, 0)})
+    problems = argument_problems(
+        {"population": (DESIGNS, population), "generations": (TIMES, generations), "seed": (SEED, seed)}
+    )
     if not problems and population * generations > MOST:
         problems.append(Problem("population", f"{population} x {generations}", f"more than {MOST} designs"))
     if problems:

@@ -38,7 +38,8 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
 from gearrattle.model.path_labels import path_label
-from gearrattle.model.table import did_you_mean, shown
+from gearrattle.model.quantity import Plain
+from gearrattle.model.table import breach, did_you_mean, shown
 from gearrattle.results import Run
 from gearrattle.signals.strobe import period_number
 from gearrattle.studies.outputs import Output, Outputs, unit_in
@@ -51,6 +52,25 @@ GROWN = 1e3
 _FINEST = 360
 _STILL = 1e-6
 EXPONENT = "largest Lyapunov exponent"
+
+
+@dataclass(frozen=True)
+class Nearness(Plain):
+    """A distance below which two points, or two motions, count as one; in units of half the clearance."""
+
+    def read(self, value: Any, dimensionless: bool, /) -> float:
+        """Return the number."""
+        number = super().read(value, dimensionless)
+        if not 0.0 < number < 0.1:
+            raise breach("must be above 0 and below 0.1, in units of half the clearance", "for example 1e-6")
+        return number
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON Schema of the number."""
+        return {"type": "number", "exclusiveMinimum": 0.0, "exclusiveMaximum": 0.1}
+
+
+NEARNESS = Nearness()
 
 
 @dataclass(frozen=True)

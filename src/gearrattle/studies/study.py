@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from gearrattle.errors import ConvergenceError, ModelError, Problem, not_whole
+from gearrattle.errors import ConvergenceError, ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.paths import value_at
+from gearrattle.model.quantity import SEED, Count, argument_problems
 from gearrattle.model.table import shown
 from gearrattle.results import Run
 from gearrattle.simulation.settings import settled
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 MOST = 1_000_000
+CASES = Count(1)
+"""How many cases are allowed."""
 
 
 class _Refused:
@@ -70,7 +73,7 @@ def prepare(
     most: int = MOST,
 ) -> Prepared:
     """Look for everything that can be wrong with a study, and run one case of it. Arguments and errors as ``study``."""
-    if problems := not_whole({"seed": (seed, 0), "most": (most, 1)}):
+    if problems := argument_problems({"seed": (SEED, seed), "most": (CASES, most)}):
         raise ModelError(problems)
     refused = _Refused()
     base = refused.by(lambda: settled(model.with_(fixed) if fixed else model, {}), settled(model, {}))

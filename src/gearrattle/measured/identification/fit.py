@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.assembly import left_out, refuse_motions
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.data_file import Data, read_data
 from gearrattle.measured.identification.fitted import RIVAL, Fit, FittedParameter, LocalMinimum
 from gearrattle.measured.identification.identifiability import Combination, covariance, null_space, split, undetermined
@@ -25,6 +25,7 @@ from gearrattle.measured.identification.problem import FitProblem, check_modes
 from gearrattle.measured.identification.profile import profile as profile_of
 from gearrattle.measured.identification.search import Minimum, search
 from gearrattle.model import Model, check_model
+from gearrattle.model.quantity import SEED, Count, argument_problems
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -95,7 +96,7 @@ def fit(
 
 
 def _check_settings(starts: int, seed: int, prior: float | None) -> None:
-    problems = not_whole({"starts": (starts, 1), "seed": (seed, 0)})
+    problems = argument_problems({"starts": (Count(1), starts), "seed": (SEED, seed)})
     if prior is not None and not (prior > 0.0 and math.isfinite(prior)):
         problems.append(Problem("prior", f"{prior:g}", "must be a finite number greater than zero"))
     if problems:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.measured.identification.loop_data import Loop, read_loop
 from gearrattle.measured.identification.loop_errors import resampled, rubbing, spread
 from gearrattle.measured.identification.loop_intervals import NORMAL, intervals, places, smaller
@@ -28,6 +28,7 @@ from gearrattle.measured.identification.loop_result import FittedStage, LoopFit
 from gearrattle.measured.identification.loop_search import MOST, REACH, idle, select
 from gearrattle.measured.identification.loop_settle import STICK, settle, with_defaults
 from gearrattle.measured.identification.loop_values import derivatives, values_of
+from gearrattle.model.quantity import SEED, argument_problems
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,7 @@ def fit_loop(
     """
     if not isinstance(bootstrap, int) or bootstrap < 0 or bootstrap == 1:
         raise ModelError(Problem("bootstrap", repr(bootstrap), "must be 0, or a whole number from 2", "such as 200"))
-    if problems := not_whole({"seed": (seed, 0)}):
+    if problems := argument_problems({"seed": (SEED, seed)}):
         raise ModelError(problems)
     loop = read_loop(data, angle, torque)
     low, high = loop.ends

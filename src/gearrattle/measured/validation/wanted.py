@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from gearrattle.errors import Problem, not_whole
+from gearrattle.errors import Problem
 from gearrattle.measured.identification.fitted import Fit
+from gearrattle.model.quantity import SEED, Count, argument_problems
 from gearrattle.model.table import listed, shown
 
 TRENDS = ("none", "mean", "linear")
@@ -47,7 +48,7 @@ def problems_of(wanted: Wanted) -> list[Problem]:
         found.append(Problem("band", f"{low} to {high} Hz", "must ascend from 0 or more"))
     if wanted.start is not None and wanted.end is not None and not wanted.start < wanted.end:
         found.append(Problem("start, end", f"{wanted.start} s, {wanted.end} s", "must ascend"))
-    found += not_whole({"draws": (wanted.draws, 2), "seed": (wanted.seed, 0)})
+    found += argument_problems({"draws": (Count(2), wanted.draws), "seed": (SEED, wanted.seed)})
     stated = dict(wanted.noise)
     if isinstance(wanted.calibration, Mapping):
         stated |= {f"calibration of {name}": value for name, value in wanted.calibration.items()}

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
 from gearrattle.model import units
+from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.model.table import did_you_mean, listed, shown
 from gearrattle.result import KIND
 from gearrattle.signals.conditioning import PASSED
@@ -69,7 +70,7 @@ def order_map(
     signal = sampled(source, channel)
     shaft = required(source, signal, speed)
     _choices(over, window, overlap)
-    if problems := not_whole({"turns": (turns, 1)}):
+    if problems := argument_problems({"turns": (Count(1), turns)}):
         raise ModelError(problems)
     _long_enough(signal, shaft, turns)
     shown_orders = _highest(signal, shaft, highest)

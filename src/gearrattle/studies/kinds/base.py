@@ -17,9 +17,9 @@ from typing import Annotated, Any, ClassVar, Protocol
 
 from pydantic import Field
 
-from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import AnyTable, Count, SchemaVersion, Text, Texts
+from gearrattle.model.quantity import SEED, AnyTable, SchemaVersion, Text, Texts
 from gearrattle.model.table import Table
+from gearrattle.studies.designs import SAMPLES
 from gearrattle.studies.pace import Cost
 from gearrattle.studies.places import Address
 from gearrattle.studies.prepared import Done, Progress
@@ -66,7 +66,7 @@ class Study(Protocol):
 
 AnyValues = Annotated[Mapping[str, Any], AnyTable()]
 """A table by paths of the model, or by outputs; what may stand in it depends on the model."""
-Seed = Annotated[int, Count(0, LARGEST_WHOLE)]
+Seed = Annotated[int, SEED]
 Names = Annotated[Sequence[str], Texts('["verdict"]')]
 
 
@@ -100,7 +100,7 @@ class StudySpec(Table):
 class Sample(Table):
     """How values are drawn."""
 
-    count: Annotated[int, Count()] = 0
+    count: Annotated[int, SAMPLES] = 0
     """How many."""
     method: Annotated[str, Text()] = "sobol"
     """How they are spread."""

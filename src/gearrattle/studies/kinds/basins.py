@@ -29,10 +29,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
-from gearrattle.errors import LARGEST_WHOLE
 from gearrattle.model.quantity import Choice, Count, Plain, Texts
 from gearrattle.studies.attraction import prepare
 from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
+from gearrattle.studies.sections import NEARNESS
+from gearrattle.studies.study import CASES, MOST
 
 
 class BasinsSpec(StudySpec):
@@ -49,13 +50,13 @@ class BasinsSpec(StudySpec):
     """Of the period, at which the motion is seen."""
     section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
     """What is kept; deflection and rate of every clearance without."""
-    tolerance: Annotated[float, Plain("positive")] | None = None
+    tolerance: Annotated[float, NEARNESS] | None = None
     """A motion that repeats this well is settled."""
-    same: Annotated[float, Plain("positive")] | None = None
+    same: Annotated[float, NEARNESS] | None = None
     """Settled motions nearer than this are one."""
     outputs: Names = ()
     """What is kept of every settled motion."""
-    most: Annotated[int, Count(1, LARGEST_WHOLE)] = 1_000_000
+    most: Annotated[int, CASES] = MOST
     """Initial states allowed."""
     over: AnyValues
     """Initial values: a grid, all combinations; or a box."""

@@ -27,10 +27,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gearrattle.model.quantity import Choice, Count, Plain, Text, Texts
+from gearrattle.model.quantity import Choice, Count, Plain, Texts
 from gearrattle.model.table import Breach, listed
-from gearrattle.studies.diagram import prepare
+from gearrattle.studies.diagram import DIRECTIONS, prepare
 from gearrattle.studies.kinds.base import AnyValues, Names, Study, StudySpec
+from gearrattle.studies.sections import NEARNESS
 
 
 class BifurcationSpec(StudySpec):
@@ -39,7 +40,7 @@ class BifurcationSpec(StudySpec):
     prepare: ClassVar[Callable[..., Study]] = staticmethod(prepare)
     kind: Annotated[str, Choice(("bifurcation",))]
     """Kind of study."""
-    direction: Annotated[str, Text()] = "both"
+    direction: Annotated[str, DIRECTIONS] = "both"
     """"both", "up" or "down"."""
     cycles: Annotated[int, Count(1)] | None = None
     """At every value; the model's without."""
@@ -49,7 +50,7 @@ class BifurcationSpec(StudySpec):
     """Of the period, at which the motion is seen."""
     section: Annotated[list[str], Texts('["deflection.gear"]')] | None = None
     """What is kept; deflection and rate of every clearance without."""
-    tolerance: Annotated[float, Plain("positive")] | None = None
+    tolerance: Annotated[float, NEARNESS] | None = None
     """A motion that repeats this well is settled."""
     outputs: Names = ()
     """What is kept at every value."""

@@ -28,12 +28,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gearrattle.errors import LARGEST_WHOLE
-from gearrattle.model.quantity import Choice, Count, Plain
+from gearrattle.model.quantity import Choice, Plain
 from gearrattle.model.table import Breach
 from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
 from gearrattle.studies.probability import samples_needed
-from gearrattle.studies.study import prepare
+from gearrattle.studies.study import CASES, MOST, prepare
 
 
 class GridSample(Sample):
@@ -59,7 +58,7 @@ class GridSpec(StudySpec):
     options: ClassVar[frozenset[str]] = frozenset({"function"})
     outputs: Names = ()
     """What is kept of every case."""
-    most: Annotated[int, Count(1, LARGEST_WHOLE)] = 1_000_000
+    most: Annotated[int, CASES] = MOST
     """Cases allowed."""
     axis: AnyValues = Field(default_factory=dict)
     """What is varied in order, all combinations."""

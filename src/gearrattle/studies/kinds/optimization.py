@@ -27,9 +27,9 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gearrattle.model.quantity import Choice, Count
+from gearrattle.model.quantity import Choice
 from gearrattle.studies.kinds.base import AnyValues, Names, Seed, Study, StudySpec
-from gearrattle.studies.optimization import MOST, prepare
+from gearrattle.studies.optimization import DESIGNS, TIMES, prepare
 
 
 class OptimizationSpec(StudySpec):
@@ -39,9 +39,9 @@ class OptimizationSpec(StudySpec):
     kind: Annotated[str, Choice(("optimization",))]
     """Kind of study."""
     options: ClassVar[frozenset[str]] = frozenset({"function"})
-    population: Annotated[int, Count(4, MOST)] | None = None
+    population: Annotated[int, DESIGNS] | None = None
     """Designs of a generation."""
-    generations: Annotated[int, Count(1, MOST)] | None = None
+    generations: Annotated[int, TIMES] | None = None
     """How many generations."""
     seed: Seed = 0
     """Of the random numbers."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import Any
 
-from gearrattle.errors import ModelError, Problem, not_whole
+from gearrattle.errors import ModelError, Problem
+from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.studies.schedulers.base import Opening, Scheduler, Wanted
 from gearrattle.studies.schedulers.cluster import cluster
 from gearrattle.studies.schedulers.local import leave_if_imported, local, unreachable
@@ -58,7 +59,7 @@ def check_scheduler(address: Any, workers: int | None) -> None:
     Raises:
         ModelError: see above; nothing is opened.
     """
-    if workers is not None and (problems := not_whole({"workers": (workers, 1)})):
+    if workers is not None and (problems := argument_problems({"workers": (Count(1), workers)})):
         raise ModelError(problems)
     if not isinstance(address, str):
         return
