@@ -165,7 +165,7 @@ def test_one_value_at_a_time_tells_both_ends() -> None:
         ({"samples": 48, "method": "saltelli"}, "power of two, so that .* balanced .32 or 64"),
         ({"samples": 0, "method": "saltelli"}, "needs a number"),
         ({"samples": 4, "method": "one-at-a-time"}, "takes no number"),
-        ({"samples": 4, "method": "saltelly"}, "one of latin-hypercube, sobol"),
+        ({"samples": 4, "method": "saltelly"}, 'must be "latin-hypercube" or "sobol" or .*did you mean "saltelli"'),
         ({"method": "one-at-a-time", "vary": {}}, "let values scatter"),
         ({"method": "one-at-a-time", "vary": {"coupling.joint.preload": VARY[STIFFNESS]}}, "no number there"),
     ],

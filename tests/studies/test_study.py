@@ -122,7 +122,7 @@ def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
         ({"axes": AXES, "samples": 3}, "something that scatters"),
         ({"axes": AXES, "vary": SCATTER, "samples": 2}, "twice"),
         ({"axes": AXES, "fixed": {"coupling.joint.stifness": 1.0}}, "did you mean"),
-        ({"vary": SCATTER, "samples": 2, "method": "grid"}, "one of"),
+        ({"vary": SCATTER, "samples": 2, "method": "grid"}, 'method: found "grid"; must be "latin-hypercube" or'),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_refused_before_anything_runs(arguments: dict[str, Any], match: str, tmp_path: Path) -> None:
