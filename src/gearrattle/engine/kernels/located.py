@@ -8,20 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from gearrattle.engine.kernels._jit import is_compiling
 from gearrattle.engine.kernels._llvm import group_reader
-from gearrattle.engine.kernels.workspace import Sizes, Workspace, workspace_for
+from gearrattle.engine.kernels.workspace import Sizes, workspace_for
 
-_SAMPLE = workspace_for(Sizes(*len(Sizes._fields) * [1]))
-
-
-def described(workspace: Workspace) -> Any:
-    """(words,) address and shape of all arrays, to hold on to; with numba switched off the workspace itself."""
-    if not is_compiling():
-        return workspace
-    return np.array([word for group in workspace for array in group for word in (array.ctypes.data, *array.shape)])
+_SAMPLE, _ = workspace_for(Sizes(*len(Sizes._fields) * [1]))
 
 
 def _readers() -> list[Any]:

@@ -11,9 +11,14 @@ over J a region uses. They come in groups so that a stage is handed what it need
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+from itertools import islice
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.packed import ORDER
@@ -187,24 +192,59 @@ BUILT, NOT_FINITE, NO_SCHUR_FORM = range(3)
 REASONS = {NOT_FINITE: "its rates are not finite", NO_SCHUR_FORM: "its eigenvalues are not found"}
 POWERS = 4
 """Of the generator, for the Taylor window."""
+_LINE = 8  # numbers in a cache line
 _LAPACK = 34  # complex numbers a row that zgees works with
 
 
-def workspace_for(sizes: Sizes) -> Workspace:
-    """All arrays, zero but for what zgees is handed."""
+def workspace_for(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64]]:
+    """All arrays, zero but for what zgees is handed; and address and shape of each in turn, (words,)."""
+    plan, words, addresses, count = _laid_out(sizes)
+    block = np.zeros(count)
+    arrays = iter([np.ndarray(shape, kind, block, begin) for group in plan for shape, kind, begin in group])
+    groups: tuple[Any, ...] = plan
+    workspace = Workspace(*(type(group)(*islice(arrays, len(group))) for group in groups))
+    _prepare_lapack(workspace)
+    return workspace, words + block.ctypes.data * addresses
+
+
+@cache
+def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.int64], int]:
+    """Where every array stands in one block of numbers.
+
+    Returns:
+        Shape, kind and first byte of every array; the words of a block at address 0; which of these are addresses, 1
+        or 0; how many numbers the block holds.
+    """
+    count = 0
+    words: list[int] = []
+    addresses: list[int] = []
+
+    def place(shape: tuple[int, ...], kind: Any) -> Any:
+        nonlocal count
+        begin, count = 8 * count, count + _LINE * -(-prod(shape) * np.dtype(kind).itemsize // (8 * _LINE))
+        words.extend((begin, *shape))
+        addresses.extend((1, *(0 for _ in shape)))
+        return shape, kind, begin
+
+    plan = _shapes(sizes, place)
+    return plan, np.array(words), np.array(addresses), count
+
+
+def _shapes(sizes: Sizes, place: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
+    """What ``place`` makes of the shape and kind of every array."""
     m, n, r, states, harmonics, chain, references, clearances, companions, pieces = sizes
     inputs, watched, carried = 1 + 2 * harmonics, clearances + companions, references + clearances
     members, z = m + companions, states + inputs + chain
     rows = max(carried + z, ORDER + 1)
 
     def floats(*shape: int) -> Any:
-        return np.zeros(shape)
+        return place(shape, np.float64)
 
     def integers(*shape: int) -> Any:
-        return np.zeros(shape, np.int64)
+        return place(shape, np.int64)
 
     def waves(*shape: int) -> Any:
-        return np.zeros(shape, complex)
+        return place(shape, np.complex128)
 
     common = Common(
         motion=floats(r, z), balance=floats(n, z), rows=floats(m, n), deflection=floats(m, z), rate=floats(m, z),
@@ -242,20 +282,20 @@ def workspace_for(sizes: Sizes) -> Workspace:
         common, laws, beside, region, free, modes, bounds,
         Scratch(floats(rows, z), floats(rows, z), floats(rows, z), floats(rows, z), floats(ORDER + 1)),
         Solver(waves(states, states), waves(states), waves(states), waves(states), integers(states)),
-        _lapack_for(modes),
+        Lapack(place((2,), np.uint8), place((5,), np.int32), waves((_LAPACK + 2) * states), integers(15)),
     )  # fmt: skip
 
 
-def _lapack_for(modes: Modes) -> Lapack:
+def _prepare_lapack(workspace: Workspace) -> None:
     """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
+    modes, lapack = workspace.modes, workspace.lapack
     states = len(modes.schur)
-    letters, room = np.frombuffer(b"VN", np.uint8).copy(), np.zeros((_LAPACK + 2) * states, complex)
-    integers = np.array([states, states, 0, _LAPACK * states, 0], np.int32)
-    n, letter, begin = integers.ctypes.data, letters.ctypes.data, room.ctypes.data
+    lapack.letters[:] = b"V"[0], b"N"[0]
+    lapack.integers[:] = states, states, 0, _LAPACK * states, 0
+    n, letter, begin = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
     size, count, length, answer = (n + 4 * i for i in range(1, 5))
     values, reals = begin + 16 * _LAPACK * states, begin + 16 * (_LAPACK + 1) * states
-    arguments = (
+    lapack.arguments[:] = (
         letter, letter + 1, 0, n, modes.schur.ctypes.data, size, count, values, modes.basis.ctypes.data, size, begin,
         length, reals, 0, answer,
     )  # fmt: skip
-    return Lapack(letters, integers, room, np.array(arguments, np.int64))

@@ -5,6 +5,8 @@ Takes a ``Flow`` and pieces; writes slots of ``kernels.packed.Regions``. The wor
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,30 +39,29 @@ class RegionBuilder:
 
     Attributes:
         workspace: the arrays.
-        words: the same as kernels take them, see ``kernels.located``.
+        words: what kernels take for it, see ``kernels.located``; with numba switched off the workspace itself.
         typical: size of the scaled states in an ordinary motion: what fills a clearance, and what the inputs make at
             most.
     """
 
     def __init__(self, flow: Flow) -> None:
         from gearrattle.engine.kernels import building
-        from gearrattle.engine.kernels._jit import compact
+        from gearrattle.engine.kernels._jit import compact, is_compiling
         from gearrattle.engine.kernels._llvm import lapack_address
         from gearrattle.engine.kernels.laid_out import lay_out
-        from gearrattle.engine.kernels.located import described
 
         self._stages, self._zgees = building.stages(), lapack_address("zgees")
         self._work_out, self._pack = compact(building.work_out), compact(building.pack)
-        self.workspace = workspace = workspace_for(_sizes(flow))
-        self.words = described(workspace)
+        self.workspace, words = workspace_for(_sizes(flow))
+        self.words: Any = words if is_compiling() else self.workspace
         system = flow.system
-        _write_limits(flow, workspace.common)
+        _write_limits(flow, self.workspace.common)
         if system.is_plain:
             frame, scaling = frame_of(system, flow.coordinates), flow.scaling
             scales = Scales(scaling.deflection, scaling.velocity, scaling.inputs, np.empty(len(system.clearances)))
             compact(lay_out)(self.words, coefficients_of(system), frame, scales)
         else:
-            _lay_out(flow, workspace)
+            _lay_out(flow, self.workspace)
         self.typical = float(compact(building.settle)(self._stages, self.words))
         if flow.chain.size:
             self._settle_chains(flow)

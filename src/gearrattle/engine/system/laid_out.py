@@ -17,8 +17,10 @@ from gearrattle.engine.system.companion import Companion
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
+from gearrattle.remember import kept
 
 
+@kept
 def coefficients_of(system: PiecewiseSystem) -> Coefficients:
     """The numbers of one system."""
     inputs = system.inputs
