@@ -21,6 +21,7 @@ from gearrattle.errors import Cancelled, ConvergenceError
 from gearrattle.quantities.criteria import criteria as judged
 from gearrattle.writing import Staging
 from tests import synthetic
+from tests.architecture.places import EXAMPLES
 
 SHORT = ("--cycles", "4", "--samples-per-cycle", "64")
 
@@ -145,6 +146,16 @@ def test_check_says_ok_and_what_is_there(model: Path, capsys: pytest.CaptureFixt
     content = json.loads(capsys.readouterr().out)
     assert content["ok"] is True
     assert content["clearances"] == ["clutch", "spline", "gear"]
+
+
+def test_columns_of_check_stand_apart_for_every_example(capsys: pytest.CaptureFixture[str]) -> None:
+    """A key, two blanks at least, and what it has: also where a kind of component has a long name."""
+    for file in (EXAMPLES / "planetary_set.toml", EXAMPLES / "run_up.toml", EXAMPLES / "paper" / "case3.toml"):
+        assert main(["check", str(file)]) == 0
+        lines = capsys.readouterr().out.splitlines()[1:]
+        values = [re.match(r"[a-z]+( [a-z]+)* {2,}(?=\S)", line) for line in lines]
+        assert len({match.end() for match in values if match}) == 1
+        assert all(values), lines
 
 
 def test_check_tells_every_problem(model: Path, capsys: pytest.CaptureFixture[str]) -> None:

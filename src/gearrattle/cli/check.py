@@ -38,9 +38,11 @@ def check(model: Path, /, *, json: Json = False) -> None:
         print(json_text({"ok": True, **_content(driveline), "notes": list(rest.notes)}))
         return
     print("ok")
-    for key, value in _content(driveline).items():
+    content = {key: value for key, value in _content(driveline).items() if value != [] or key == "clearances"}
+    width = 2 + max(map(len, content))
+    for key, value in content.items():
         unit = _UNITS.get(key, "") if driveline.units == "SI" else ""
-        print(f"{key.replace('_', ' '):<12}{_words(value)}{unit}")
+        print(f"{key.replace('_', ' '):<{width}}{_words(value)}{unit}")
     for note in rest.notes:
         print(f"note: {note}", file=sys.stderr)
 
