@@ -202,7 +202,7 @@ def test_killed_between_two_chunks_it_goes_on_from_an_address(tmp_path: Path) ->
 def test_addresses_that_lead_nowhere_are_refused_before_anything_runs(
     address: Any, error: type[Exception], match: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["gearrattle.studies.study"], "prepare", None)
+    monkeypatch.setattr(sys.modules["gearrattle.studies.study"], "prepare", lambda *_, **__: pytest.fail("prepared"))
     with pytest.raises(error, match=match):
         gr.study(model(), AXES, OUTPUTS, output=address)
 

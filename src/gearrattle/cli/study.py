@@ -13,7 +13,8 @@ from gearrattle.cli.options import Json, Whole
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.report.study import StudyReport
-    from gearrattle.studies.kinds import Study, StudySpec
+    from gearrattle.studies.conduct import Study
+    from gearrattle.studies.kinds import StudySpec
     from gearrattle.studies.places import Place
     from gearrattle.studies.prepared import Done
 

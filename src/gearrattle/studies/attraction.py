@@ -25,13 +25,13 @@ from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.attractors import attractors_of
 from gearrattle.studies.axes import Axis, values_of
+from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import METHOD, SAMPLES
 from gearrattle.studies.distributions import Distribution, sampled
 from gearrattle.studies.outputs import check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for
-from gearrattle.studies.schedulers import opened
+from gearrattle.studies.prepared import Prepared, Progress, fit_size
 from gearrattle.studies.sections import NEARNESS, Sections, is_isolated, own_units, section_of, unit_of
 from gearrattle.studies.starts import Starts, read_value, starts_of
 from gearrattle.studies.store import Store
@@ -189,16 +189,13 @@ def basins(
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
     check_model(model)
-    with folder_for(output, scheduler, workers, resume=resume) as folder:
-        found = prepare(
-            model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
-            section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
-        )  # fmt: skip
-        with opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            return found.carry_out(
-                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
-                workers=workers or found.sensible(),
-            ).data  # fmt: skip
+    begin = partial(
+        prepare, model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
+        section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
+    )  # fmt: skip
+    return conduct(
+        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
+    )
 
 
 def _check(arguments: Mapping[str, tuple[Reader, Any]]) -> None:

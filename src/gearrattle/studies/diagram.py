@@ -21,7 +21,7 @@ import time
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -37,12 +37,12 @@ from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.branches import hysteresis
 from gearrattle.studies.cases import DONE, Computed, code_of, empty
+from gearrattle.studies.conduct import conduct
 from gearrattle.studies.outputs import along_all, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
 from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
-from gearrattle.studies.prepared import Prepared, Progress, folder_for
-from gearrattle.studies.schedulers import opened
+from gearrattle.studies.prepared import Prepared, Progress
 from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
 from gearrattle.studies.store import Store, Told
 from gearrattle.studies.structures import structures_of
@@ -214,16 +214,13 @@ def bifurcation(
         ConvergenceError, NotInstalled, SchedulerLost: as in ``study``.
     """
     check_model(model)
-    with folder_for(output, scheduler, workers, resume=resume) as folder:
-        found = prepare(
-            model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
-            section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
-        )  # fmt: skip
-        with opened(scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            return found.carry_out(
-                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
-                workers=workers or found.sensible(),
-            ).data  # fmt: skip
+    begin = partial(
+        prepare, model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
+        section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
+    )  # fmt: skip
+    return conduct(
+        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
+    )
 
 
 def _check_order(axis: Axis) -> None:

@@ -26,7 +26,8 @@ from gearrattle.model.file import read_tables, read_text
 from gearrattle.model.problems import Positions, model_error, place, printable
 from gearrattle.model.quantity import is_newer_schema
 from gearrattle.model.table import Location, shown
-from gearrattle.studies.kinds import Study, StudySpec, kind_named
+from gearrattle.studies.conduct import Study
+from gearrattle.studies.kinds import StudySpec, kind_named
 
 _DEFAULT = "grid"
 

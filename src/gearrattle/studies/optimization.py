@@ -14,6 +14,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.claims import ABOUT, Claim, check_owner
+from gearrattle.studies.conduct import conduct
 from gearrattle.studies.evolution import Evolution
 from gearrattle.studies.fronts import VARIABLES, finished, told_of, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
@@ -37,9 +39,9 @@ from gearrattle.studies.outputs import Function, Outputs, check_list, check_name
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
 from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, folder_for, pays, span, workers_said
+from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
-from gearrattle.studies.schedulers import Scheduler, opened, unreachable
+from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.store import Store, check_array_names
 from gearrattle.studies.structures import structures_of
 from gearrattle.wording import counted
@@ -311,16 +313,11 @@ def optimize(
         SchedulerLost: as in ``study``.
     """
     check_model(model)
-    with folder_for(output, scheduler, workers, resume=resume) as folder:
-        found = prepare(
-            model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
-            generations=generations, seed=seed, fixed=fixed, function=function,
-        )  # fmt: skip
-        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            done = found.carry_out(
-                folder, compute, resume=resume, progress=progress, workers=workers or found.sensible()
-            )
-            return done.data
+    begin = partial(
+        prepare, model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
+        generations=generations, seed=seed, fixed=fixed, function=function,
+    )  # fmt: skip
+    return conduct(begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume)
 
 
 def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequence[Model]) -> None:

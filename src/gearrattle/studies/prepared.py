@@ -10,25 +10,23 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.studies.batch import can_batch
 from gearrattle.studies.cases import OUTCOMES
-from gearrattle.studies.claims import check_place
 from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.kept import kept_in
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
-from gearrattle.studies.places import Address, Place, place_of
+from gearrattle.studies.places import Address
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
-from gearrattle.studies.schedulers import Scheduler, check_scheduler, unreachable
+from gearrattle.studies.schedulers import Scheduler, unreachable
 from gearrattle.studies.store import Store, Work, case_by_case, check_array_names
 from gearrattle.wording import counted
-from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -234,23 +232,6 @@ def carry_out(
             if found.reached == len(left):
                 tick()
     return damaged
-
-
-@contextmanager
-def folder_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Place]:
-    """Give the place that was asked for, or one that does not outlive the study.
-
-    Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``place_of`` and
-    ``check_place``.
-    """
-    check_scheduler(scheduler, workers)
-    if output is not None:
-        place = place_of(output)
-        check_place(place, resume=resume)
-        yield place
-        return
-    with temporary_folder() as home:
-        yield place_of(home / "study")
 
 
 def fit_size(seconds: float, count: int) -> int:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -25,13 +26,13 @@ from gearrattle.simulation.settings import settled
 from gearrattle.simulation.simulate import simulate
 from gearrattle.studies.axes import Axis, axes_of
 from gearrattle.studies.batch import can_batch
+from gearrattle.studies.conduct import conduct
 from gearrattle.studies.designs import design_of
 from gearrattle.studies.distributions import distributions_of, sampled
 from gearrattle.studies.outputs import DEFAULT, Function, check_list, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone, seconds_together
 from gearrattle.studies.plan import Plan, Samples
-from gearrattle.studies.prepared import Prepared, Progress, fit_size, folder_for, span
-from gearrattle.studies.schedulers import opened
+from gearrattle.studies.prepared import Prepared, Progress, fit_size, span
 from gearrattle.studies.structures import structures_of
 from gearrattle.wording import counted
 
@@ -154,17 +155,13 @@ def study(
         SchedulerLost: the cluster has gone; ``resume`` goes on with what is kept.
     """
     check_model(model)
-    with folder_for(output, scheduler, workers, resume=resume) as folder:
-        found = prepare(
-            model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed, function=function,
-            most=most,
-        )  # fmt: skip
-        with opened(scheduler or found.scheduler, workers, found.sensible(), shared=folder.shared) as compute:
-            done = found.carry_out(
-                folder, compute, resume=resume, retry_failed=retry_failed, progress=progress,
-                workers=workers or found.sensible(),
-            )  # fmt: skip
-    return done.data
+    begin = partial(
+        prepare, model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed,
+        function=function, most=most,
+    )  # fmt: skip
+    return conduct(
+        begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
+    )
 
 
 def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model: Model) -> Samples | None:

@@ -290,12 +290,14 @@ def _prepare_lapack(workspace: Workspace) -> None:
     """Write the addresses of zgees' fifteen arguments down; the function that would sort is none."""
     modes, lapack = workspace.modes, workspace.lapack
     states = len(modes.schur)
-    lapack.letters[:] = b"V"[0], b"N"[0]
-    lapack.integers[:] = states, states, 0, _LAPACK * states, 0
     n, letter, begin = lapack.integers.ctypes.data, lapack.letters.ctypes.data, lapack.room.ctypes.data
     size, count, length, answer = (n + 4 * i for i in range(1, 5))
     values, reals = begin + 16 * _LAPACK * states, begin + 16 * (_LAPACK + 1) * states
-    lapack.arguments[:] = (
+    arguments = (
         letter, letter + 1, 0, n, modes.schur.ctypes.data, size, count, values, modes.basis.ctypes.data, size, begin,
         length, reals, 0, answer,
     )  # fmt: skip
+    integers = states, states, 0, _LAPACK * states, 0
+    for array, numbers in ((lapack.letters, b"VN"), (lapack.integers, integers), (lapack.arguments, arguments)):
+        for i, number in enumerate(numbers):
+            array[i] = number

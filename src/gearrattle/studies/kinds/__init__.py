@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model.table import did_you_mean, listed, shown
-from gearrattle.studies.kinds.base import Study, StudySpec
+from gearrattle.studies.kinds.base import StudySpec
 from gearrattle.studies.kinds.basins import BasinsSpec
 from gearrattle.studies.kinds.bifurcation import BifurcationSpec
 from gearrattle.studies.kinds.grid import GridSpec
@@ -21,7 +21,7 @@ KINDS: dict[str, type[StudySpec]] = {
 }
 """Kind in the file -> what it may hold."""
 
-__all__ = ["KINDS", "Study", "StudySpec", "kind_named"]
+__all__ = ["KINDS", "StudySpec", "kind_named"]
 
 
 def kind_named(name: object, place: str) -> type[StudySpec]:

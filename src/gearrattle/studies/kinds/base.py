@@ -13,56 +13,14 @@ Takes nothing; the kinds beside it build on this, and do not see each other.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from gearrattle.model.quantity import SEED, AnyTable, SchemaVersion, Text, Texts
 from gearrattle.model.table import Table
+from gearrattle.studies.conduct import Study
 from gearrattle.studies.designs import SAMPLES
-from gearrattle.studies.pace import Cost
-from gearrattle.studies.places import Address
-from gearrattle.studies.prepared import Done, Progress
-from gearrattle.studies.schedulers import Scheduler
-
-
-class Study(Protocol):
-    """A study about to begin."""
-
-    def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
-        """Return what it will cost on as many workers as are asked for, or pay."""
-
-    @property
-    def scheduler(self) -> str:
-        """Return the scheduler to use on this machine where none is asked for."""
-
-    def sensible(self) -> int:
-        """Return how many workers pay on this machine."""
-
-    def kept(self, folder: Address) -> str:
-        """Return in words how much of it a folder holds; empty if it holds none."""
-
-    def carry_out(
-        self,
-        folder: Address,
-        compute: Scheduler,
-        *,
-        resume: bool = False,
-        retry_failed: bool = False,
-        progress: Progress | None = None,
-        workers: int = 1,
-    ) -> Done:
-        """Compute what a folder does not hold yet, and return the whole.
-
-        ``done.data.attrs["kind"]`` is the kind's name. What ``progress`` raises ends the work; what is kept by then a
-        later call with ``resume`` goes on from, to the same bits.
-
-        Raises:
-            ModelError: the folder holds something else.
-            SchedulerLost: whoever computed has gone.
-            OSError: the folder cannot be written.
-        """
-
 
 AnyValues = Annotated[Mapping[str, Any], AnyTable()]
 """A table by paths of the model, or by outputs; what may stand in it depends on the model."""

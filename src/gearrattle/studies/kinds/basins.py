@@ -31,7 +31,8 @@ from typing import Annotated, Any, ClassVar
 
 from gearrattle.model.quantity import Choice, Count, Plain, Texts
 from gearrattle.studies.attraction import prepare
-from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
+from gearrattle.studies.conduct import Study
+from gearrattle.studies.kinds.base import AnyValues, Names, Sample, StudySpec
 from gearrattle.studies.sections import NEARNESS
 from gearrattle.studies.study import CASES, MOST
 

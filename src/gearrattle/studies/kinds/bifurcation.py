@@ -29,8 +29,9 @@ from pydantic import Field
 
 from gearrattle.model.quantity import Choice, Count, Plain, Texts
 from gearrattle.model.table import Breach, listed
+from gearrattle.studies.conduct import Study
 from gearrattle.studies.diagram import DIRECTIONS, prepare
-from gearrattle.studies.kinds.base import AnyValues, Names, Study, StudySpec
+from gearrattle.studies.kinds.base import AnyValues, Names, StudySpec
 from gearrattle.studies.sections import NEARNESS
 
 

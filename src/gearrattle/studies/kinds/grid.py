@@ -30,7 +30,8 @@ from pydantic import Field
 
 from gearrattle.model.quantity import Choice, Plain
 from gearrattle.model.table import Breach
-from gearrattle.studies.kinds.base import AnyValues, Names, Sample, Study, StudySpec
+from gearrattle.studies.conduct import Study
+from gearrattle.studies.kinds.base import AnyValues, Names, Sample, StudySpec
 from gearrattle.studies.probability import samples_needed
 from gearrattle.studies.study import CASES, MOST, prepare
 

@@ -28,7 +28,8 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from gearrattle.model.quantity import Choice
-from gearrattle.studies.kinds.base import AnyValues, Names, Seed, Study, StudySpec
+from gearrattle.studies.conduct import Study
+from gearrattle.studies.kinds.base import AnyValues, Names, Seed, StudySpec
 from gearrattle.studies.optimization import DESIGNS, TIMES, prepare
 
 

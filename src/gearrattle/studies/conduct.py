@@ -1,0 +1,96 @@
+"""How a call carries a study of any kind out: what a study is, where it is kept, who computes.
+
+Takes what prepares a study, and the options that all calls share; gives its Dataset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol
+
+from gearrattle.studies.claims import check_place
+from gearrattle.studies.pace import Cost
+from gearrattle.studies.places import Address, Place, place_of
+from gearrattle.studies.prepared import Done, Progress
+from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
+from gearrattle.writing import temporary_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Study(Protocol):
+    """A study about to begin."""
+
+    def estimate(self, workers: int | None = None, scheduler: str | None = None) -> Cost:
+        """Return what it will cost on as many workers as are asked for, or pay."""
+
+    @property
+    def scheduler(self) -> str:
+        """Return the scheduler to use on this machine where none is asked for."""
+
+    def sensible(self) -> int:
+        """Return how many workers pay on this machine."""
+
+    def kept(self, folder: Address) -> str:
+        """Return in words how much of it a folder holds; empty if it holds none."""
+
+    def carry_out(
+        self,
+        folder: Address,
+        compute: Scheduler,
+        *,
+        resume: bool = False,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+        workers: int = 1,
+    ) -> Done:
+        """Compute what a folder does not hold yet, and return the whole.
+
+        ``done.data.attrs["kind"]`` is the kind's name. What ``progress`` raises ends the work; what is kept by then a
+        later call with ``resume`` goes on from, to the same bits.
+
+        Raises:
+            ModelError: the folder holds something else.
+            SchedulerLost: whoever computed has gone.
+            OSError: the folder cannot be written.
+        """
+
+
+def conduct(
+    prepare: Callable[[], Study],
+    output: Address | None,
+    *,
+    scheduler: Any,
+    workers: int | None,
+    progress: Progress | None,
+    resume: bool,
+    retry_failed: bool = False,
+) -> xr.Dataset:
+    """Prepare a study and carry it out; options and errors as of ``study``."""
+    with _place_for(output, scheduler, workers, resume=resume) as place:
+        study = prepare()
+        count = workers or study.sensible()
+        with opened(scheduler or study.scheduler, workers, study.sensible(), shared=place.shared) as compute:
+            done = study.carry_out(
+                place, compute, resume=resume, retry_failed=retry_failed, progress=progress, workers=count
+            )
+    return done.data
+
+
+@contextmanager
+def _place_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Place]:
+    """Give the place that was asked for, or one that does not outlive the study.
+
+    Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``place_of`` and
+    ``check_place``.
+    """
+    check_scheduler(scheduler, workers)
+    if output is not None:
+        place = place_of(output)
+        check_place(place, resume=resume)
+        yield place
+        return
+    with temporary_folder() as home:
+        yield place_of(home / "study")
