@@ -11,7 +11,7 @@ import pytest
 import gearrattle as gr
 from gearrattle.cli import COMMANDS, main
 from gearrattle.model import json_schema
-from tests.architecture.places import DOCS, EXAMPLES, ROOT, document_files
+from tests.architecture.places import DOCS, EXAMPLES, ROOT, SOURCE, document_files, source_files
 from tests.architecture.public import PUBLIC
 
 
@@ -27,6 +27,17 @@ def _targets() -> set[str]:
 def test_make_commands_named_in_a_page_exist(path: Path) -> None:
     named = set(re.findall(r"(?:^|`)make ([a-z][a-z-]*)", _read(path), flags=re.MULTILINE))
     assert named <= _targets()
+
+
+@pytest.mark.parametrize("path", [*document_files(), *source_files()], ids=lambda path: str(path.relative_to(ROOT)))
+def test_files_that_are_named_exist(path: Path) -> None:
+    """From the root, or in a page from the package: `engine/kernels/building.py`."""
+    text = _read(path)
+    named = re.findall(r"\b(?:tests|docs|benchmarks|examples)/[\w/]+\.(?:py|md|toml|json)\b", text)
+    assert [name for name in named if not (ROOT / name).exists()] == []
+    if path.suffix == ".md":
+        named = re.findall(r"`([a-z_]+/[\w/]+\.py)`", text)
+        assert [name for name in named if not any((root / name).exists() for root in (ROOT, SOURCE, EXAMPLES))] == []
 
 
 def test_readme_opens_with_the_two_commands() -> None:
