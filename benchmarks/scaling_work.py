@@ -27,4 +27,4 @@ def noted(store: Store, chunk: int, told: Told | None) -> Computed:
 
 def folder_of(store: Store) -> Path:
     """Where the notes of a study are."""
-    return Path(store.place.address).with_suffix(".notes")
+    return Path(store.storage.address).with_suffix(".notes")

@@ -32,9 +32,9 @@ class Problem:
 
     def __str__(self) -> str:
         """Return the problem as one line."""
-        found = f"found {self.value}; " if self.value else ""
+        value_words = f"found {self.value}; " if self.value else ""
         advice = f" ({self.remedy})" if self.remedy else ""
-        return f"{self.place}: {found}{self.rule}{advice}"
+        return f"{self.place}: {value_words}{self.rule}{advice}"
 
 
 class ModelError(GearRattleError):

@@ -240,8 +240,8 @@ def _places(content: mmap.mmap, what: bytes, insides: list[tuple[int, int]]) -> 
 
 def _insides(file: Any) -> list[tuple[int, int]]:
     """Where the insides of large datasets lie in an HDF5 file, ascending: begins and ends [bytes]."""
-    found = [(item.id.get_offset() or 0, item.id.get_storage_size()) for _, item in datasets(file)]
-    return sorted((at + _EDGE, at + size - _EDGE) for at, size in found if at and size > 4 * _EDGE)
+    extents = [(item.id.get_offset() or 0, item.id.get_storage_size()) for _, item in datasets(file)]
+    return sorted((at + _EDGE, at + size - _EDGE) for at, size in extents if at and size > 4 * _EDGE)
 
 
 def _numbers(file: Any) -> list[tuple[int, int]]:

@@ -50,7 +50,7 @@ def format_name(kind: str) -> str:
     return f"gearrattle {kind} {FORMATS[kind].version}"
 
 
-def check_format(name: object, place: object, *kinds: str) -> None:
+def check_format(name: object, source: object, *kinds: str) -> None:
     """Refuse a file whose format cannot be read.
 
     Args:
@@ -67,14 +67,14 @@ def check_format(name: object, place: object, *kinds: str) -> None:
     parts = re.fullmatch(r"gearrattle ([a-z -]+) (\d{1,9})", text)
     kind = parts[1] if parts else ""
     if parts is None or kind not in kinds:
-        wanted = " or ".join(f'"gearrattle {each}"' for each in kinds)
-        found = f'"{text[:60]}"' if text.isprintable() and text else "no format of gearrattle"
+        wanted = " or ".join(f'"gearrattle {kind}"' for kind in kinds)
+        value = f'"{text[:60]}"' if text.isprintable() and text else "no format of gearrattle"
         rule = f"a file of the format {wanted} is needed"
-        raise ModelError(Problem(f"{place}", found, rule, FORMATS[kinds[0]].again))
+        raise ModelError(Problem(f"{source}", value, rule, FORMATS[kinds[0]].again))
     version, known = int(parts[2]), FORMATS[kind]
     if version > known.version:
         rule = f'was written by a later version of gearrattle; this one reads "{format_name(kind)}"'
-        raise ModelError(Problem(f"{place}", f'"{text}"', rule, f"upgrade gearrattle, or {known.again}"))
+        raise ModelError(Problem(f"{source}", f'"{text}"', rule, f"upgrade gearrattle, or {known.again}"))
     if version < known.oldest:
         rule = f'was written by an earlier version of gearrattle; this one reads "{format_name(kind)}"'
-        raise ModelError(Problem(f"{place}", f'"{text}"', rule, known.again))
+        raise ModelError(Problem(f"{source}", f'"{text}"', rule, known.again))

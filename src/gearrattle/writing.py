@@ -332,9 +332,9 @@ def put(path: Path, content: bytes, *, new: bool = False) -> None:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     while True:
-        beside = path.with_name(f"{PREFIX}{uuid4().hex}{_PART}")
-        handle = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
-        if _locked(handle) is not False and beside.exists():
+        temporary = path.with_name(f"{PREFIX}{uuid4().hex}{_PART}")
+        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        if _locked(handle) is not False and temporary.exists():
             break
         os.close(handle)  # another program has taken it for one that was left
     try:
@@ -344,20 +344,20 @@ def put(path: Path, content: bytes, *, new: bool = False) -> None:
             os.fsync(stream.fileno())
             if sys.platform == "win32":
                 stream.close()  # an open file keeps its name there
-            if new and _linked(beside, path):
-                os.unlink(beside)
+            if new and _linked(temporary, path):
+                os.unlink(temporary)
             else:
-                os.replace(beside, path)
+                os.replace(temporary, path)
         _flush_folder(path.parent)
     except BaseException:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
-def _linked(beside: Path, path: Path) -> bool:
+def _linked(temporary: Path, path: Path) -> bool:
     """Give a file its name unless the name is taken; False on file systems without links."""
     try:
-        os.link(beside, path)
+        os.link(temporary, path)
     except FileExistsError:
         raise
     except OSError:

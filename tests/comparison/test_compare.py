@@ -161,9 +161,9 @@ def test_statistics_that_were_not_compared_are_not_said_to_agree(monkeypatch: py
     assert found.row("rkf").statistics.motions == 12
     assert found.row("rkf").statistics.decided == 0
     assert math.isnan(table.loc["rkf", "statistics_different"])
-    assert on_statistics(found, found=False).startswith("Nothing can be said of statistics: time allowed for 12 exact")
+    assert on_statistics(found, differ=False).startswith("Nothing can be said of statistics: time allowed for 12 exact")
     brief = gr.compare(model, ["rkf"], cycles=1, samples_per_cycle=2).attrs["comparison"]
-    assert "the runs are too short" in on_statistics(brief, found=False)
+    assert "the runs are too short" in on_statistics(brief, differ=False)
 
 
 def test_a_failure_is_a_row_with_time_and_remedy() -> None:

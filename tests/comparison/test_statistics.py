@@ -79,7 +79,7 @@ def test_values_are_those_put_in(others):
     assert found.of("rms acceleration", "loose").value == pytest.approx(2.0, rel=0.05)
     assert found.of("PSD distance", "driver").value == pytest.approx(20 * np.log10(2.0), rel=0.1)
     assert found.of("impact rate", "gear").reference == pytest.approx(1.0, abs=0.05)
-    assert found.of("contact impulse distribution", "gear").given == pytest.approx(10.0, rel=0.1)
+    assert found.of("contact impulse distribution", "gear").candidate == pytest.approx(10.0, rel=0.1)
     assert found.of("contact impulse distribution", "gear").value > 0.95
     assert found.of("PSD outside bands", "driver").value > 0.9
     assert found.of("TR rms", "loose").value == pytest.approx(1.0, rel=0.1)

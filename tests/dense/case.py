@@ -124,7 +124,7 @@ def run(case: Case) -> Motion:
     while (outcome := march.advance()) is not Outcome.DONE:
         began = began or time.process_time()  # the first slice may have been compiled
         if outcome is not Outcome.SLICE_SPENT:
-            raise Stalled(f"{case.name}: {outcome.name} at t = {march.place().time:.9g}")
+            raise Stalled(f"{case.name}: {outcome.name} at t = {march.position().time:.9g}")
         if time.process_time() - began > MOST_SECONDS:
-            raise Stalled(f"{case.name}: still under way at t = {march.place().time:.9g}")
+            raise Stalled(f"{case.name}: still under way at t = {march.position().time:.9g}")
     return march.motion()

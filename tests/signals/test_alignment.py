@@ -26,14 +26,14 @@ def cheapest(given: np.ndarray, reference: np.ndarray, reach: float) -> float:
 def price(given: np.ndarray, reference: np.ndarray, reach: float) -> float:
     found = align(given, reference, reach)
     alone = found.missed.size + found.invented.size
-    return float(np.abs(given[found.given] - reference[found.reference]).sum() + alone * reach / 2)
+    return float(np.abs(given[found.candidate] - reference[found.reference]).sum() + alone * reach / 2)
 
 
 def test_a_shifted_list_pairs_one_by_one() -> None:
     times = np.arange(1.0, 50.0)
     found = align(times + 0.03, times, 0.25)
-    np.testing.assert_array_equal(found.given, found.reference)
-    assert found.given.size == times.size
+    np.testing.assert_array_equal(found.candidate, found.reference)
+    assert found.candidate.size == times.size
     assert found.missed.size == found.invented.size == 0
 
 
@@ -47,7 +47,7 @@ def test_a_lost_double_crossing_is_missed_and_shifts_nothing() -> None:
 
 def test_pairs_are_never_further_apart_than_the_reach() -> None:
     found = align(np.array([1.0, 2.3]), np.array([1.19, 2.0]), 0.2)
-    assert (found.given.tolist(), found.reference.tolist()) == ([0], [0])
+    assert (found.candidate.tolist(), found.reference.tolist()) == ([0], [0])
     assert (found.missed.tolist(), found.invented.tolist()) == ([1], [1])
 
 
@@ -55,7 +55,7 @@ def test_empty_lists() -> None:
     none = np.empty(0)
     assert align(none, np.array([1.0, 2.0]), 1.0).missed.tolist() == [0, 1]
     assert align(np.array([1.0]), none, 1.0).invented.tolist() == [0]
-    assert align(none, none, 1.0).given.size == 0
+    assert align(none, none, 1.0).candidate.size == 0
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -69,7 +69,7 @@ def test_cost_is_the_least_of_all_alignments(seed: int) -> None:
 def test_greedy_pairing_would_pay_more() -> None:
     """The nearest pair first costs 0.1 and leaves two events alone; both pairs together cost 1.6."""
     given, reference = np.array([0.0, 0.9]), np.array([0.8, 1.7])
-    assert align(given, reference, 2.0).given.tolist() == [0, 1]
+    assert align(given, reference, 2.0).candidate.tolist() == [0, 1]
     assert price(given, reference, 2.0) == pytest.approx(1.6)
 
 
@@ -77,4 +77,4 @@ def test_a_large_cluster_is_split_by_halving_the_reach(monkeypatch: pytest.Monke
     monkeypatch.setattr(alignment, "_LARGEST_TABLE", 100)
     times = np.arange(0.0, 200.0)
     found = align(times + 0.01, times, 1.5)
-    assert found.given.size == times.size
+    assert found.candidate.size == times.size

@@ -17,9 +17,9 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.errors import Cancelled, ModelError, SchedulerLost
 from gearrattle.studies.cases import OUTCOMES
-from gearrattle.studies.places import Folder, Place
 from gearrattle.studies.schedulers import hand_over
 from gearrattle.studies.schedulers.hand_over import Handed
+from gearrattle.studies.storage import Folder, Storage
 from tests.studies import clusters
 from tests.studies.clusters import deadly, slow
 from tests.studies.drivelines import model
@@ -124,7 +124,7 @@ def test_a_folder_that_workers_do_not_see_is_told(client: Any, tmp_path: Path) -
             gr.study(model(), {TORQUE: [0.4, 0.8]}, ["verdict"], scheduler=client, output=tmp_path / "s")
 
 
-def _moved(_place: Place, name: str, digest: str) -> Handed:
+def _moved(_storage: Storage, name: str, digest: str) -> Handed:
     return Handed(Folder(Path("/nowhere/at/all")), name, digest)
 
 

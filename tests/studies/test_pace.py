@@ -9,7 +9,7 @@ import pytest
 
 from gearrattle.studies import pace
 from gearrattle.studies.file import read_study
-from gearrattle.studies.pace import Pace, rounds, spread, spread_places
+from gearrattle.studies.pace import Pace, rounds, spread, spread_indices
 from gearrattle.studies.schedulers import opened
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
@@ -28,7 +28,7 @@ def test_every_beginning_of_the_order_is_spread_over_the_range(count: int) -> No
 
 
 def test_cases_that_are_tried_fall_on_every_value_of_every_axis() -> None:
-    places = spread_places((64, 8), 32)
+    places = spread_indices((64, 8), 32)
     assert sorted({j for _, j in places}) == list(range(8))
     assert len({i for i, _ in places}) >= 28
 

@@ -20,15 +20,15 @@ from gearrattle.trajectory import Layout
 LINEAR = "linear response"
 
 
-def linear_forecasts(layout: Layout, found: Excursions) -> list[Forecast]:
+def linear_forecasts(layout: Layout, excursions: Excursions) -> list[Forecast]:
     """Whether the linear response crosses any corner of a clearance; on which sides, it knows badly."""
     return [
         Forecast("corners", name, LINEAR, CROSSED[used >= 1.0])
-        for name, used in zip(layout.clearance_names, found.used.tolist(), strict=True)
+        for name, used in zip(layout.clearance_names, excursions.used.tolist(), strict=True)
     ]
 
 
-def clearances_line(layout: Layout, found: Excursions, pilot: Pilot, beside: tuple[str, ...] = ()) -> Line:
+def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes: tuple[str, ...] = ()) -> Line:
     """Regimes as the pilot has them; the linear response beside, and what that leaves out."""
     names, shown = layout.clearance_names, pilot.of("regime")
     if not names:
@@ -41,18 +41,18 @@ def clearances_line(layout: Layout, found: Excursions, pilot: Pilot, beside: tup
     else:
         words = "No clearance opens."
     evidence = [f"{pilot.name}, its second half: {', '.join(f'{n} {r}' for n, r in shown.items())}"]
-    if found.inside and not beside:
-        least = int(np.argmax(found.used))
+    if excursions.inside and not notes:
+        least = int(np.argmax(excursions.used))
         evidence.append(
             "the steady linear response about rest reaches no corner, so it is an exact motion of the driveline; "
-            f"nearest to one: {names[least]}, whose oscillation takes {100.0 * found.used[least]:.3g} % of its room"
+            f"nearest to one: {names[least]}, whose oscillation takes {100.0 * excursions.used[least]:.3g} % of its room"
         )
         if moving:
             evidence.append("the pilot moves otherwise: there is more than one motion, or it has not settled yet")
     else:
-        over = [name for name, used in zip(names, found.used, strict=True) if used >= 1.0]
+        over = [name for name, used in zip(names, excursions.used, strict=True) if used >= 1.0]
         evidence.append(f"the steady linear response about rest crosses {_corners(over)}")
-    return Line("clearances", words, (*evidence, *beside))
+    return Line("clearances", words, (*evidence, *notes))
 
 
 def _corners(over: list[str]) -> str:
@@ -71,9 +71,9 @@ def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
         linearised = forecast_ratios(model, "mean-slope", thorough=False)
         count = len(linearised.attrs["fixed_points"])
         points = f", the most visited of {count} fixed points" if count > 1 else ""
-        told = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)
+        ratios_text = ", ".join(f"{name} {linearised[name]:.3g}" for name in slopes)
         off = max((abs(linearised[n] - v) for n, v in slopes.items() if not math.isnan(v)), default=0.0)
-        second = f"equivalent linearisation, without simulating{points}: {told}; up to {off:.2g} apart"
+        second = f"equivalent linearisation, without simulating{points}: {ratios_text}; up to {off:.2g} apart"
     except ConvergenceError as error:
         second = f"equivalent linearisation: {error}"
     return Line("contact ratios", f"Mean slopes: {words}.", (f"of the {pilot.name}", second))

@@ -26,7 +26,7 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     where = "the regions visited" if len(visited.regions) == visited.count else visited.words
     limits = step_limits(model, visited.regions, model.simulation.step)
     unit = " s" if model.units == "SI" else ""
-    evidence = [f"{each.algorithm}: stable steps end at {each.largest_step:.4g}{unit} in {where}" for each in limits]
+    evidence = [f"{limit.algorithm}: stable steps end at {limit.largest_step:.4g}{unit} in {where}" for limit in limits]
     calm = quiet and not len(pilot.run.trajectory.events)
     other = (
         "any algorithm with an error test will do beside it: no corner is crossed."
@@ -34,10 +34,10 @@ def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
         else "if it must be another one, rkv-events, which restarts at every corner."
     )
     planned = model.simulation.algorithm
-    for each in limits:
-        if each.algorithm == planned and each.growth > 1.0 + 1e-9:
-            evidence.insert(0, _unstable(planned, each.step, each.growth, each.labels))
-            step = f"Not {planned} with the step of {each.step:.4g} s that is planned: it is unstable. "
+    for limit in limits:
+        if limit.algorithm == planned and limit.growth > 1.0 + 1e-9:
+            evidence.insert(0, _unstable(planned, limit.step, limit.growth, limit.labels))
+            step = f"Not {planned} with the step of {limit.step:.4g} s that is planned: it is unstable. "
             return Line("algorithm", f"{step}Use exact: it has no step; {other}", tuple(evidence))
     return Line("algorithm", f"Use exact: it has no step to choose; {other}", tuple(evidence))
 

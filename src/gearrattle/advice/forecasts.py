@@ -68,8 +68,8 @@ def _crossed(run: Run) -> dict[str, float | str]:
 
 
 def _ratios(run: Run) -> dict[str, float | str]:
-    found = ROUTES["mean-slope"](run.trajectory).value
-    return dict(zip(run.trajectory.layout.clearance_names, found.tolist(), strict=True))
+    ratios = ROUTES["mean-slope"](run.trajectory).value
+    return dict(zip(run.trajectory.layout.clearance_names, ratios.tolist(), strict=True))
 
 
 def _crossings(run: Run) -> dict[str, float | str]:
@@ -92,18 +92,18 @@ def _horizon(run: Run) -> dict[str, float | str]:
     return {"": until / t.layout.period if until < t.end else math.inf}
 
 
-def _same(told: Any, happened: Any) -> bool:
-    return bool(told == happened)
+def _same(predicted: Any, happened: Any) -> bool:
+    return bool(predicted == happened)
 
 
-def _near(told: Any, happened: Any) -> bool:
-    return abs(told - happened) <= RATIO_WITHIN or (math.isnan(told) and math.isnan(happened))
+def _near(predicted: Any, happened: Any) -> bool:
+    return abs(predicted - happened) <= RATIO_WITHIN or (math.isnan(predicted) and math.isnan(happened))
 
 
-def _within_factor(told: Any, happened: Any) -> bool:
-    if told == happened:
+def _within_factor(predicted: Any, happened: Any) -> bool:
+    if predicted == happened:
         return True
-    least, most = sorted((float(told), float(happened)))
+    least, most = sorted((float(predicted), float(happened)))
     return least > 0.0 and most <= FACTOR * least
 
 
@@ -133,12 +133,12 @@ def scored(forecasts: Iterable[Forecast], run: Run) -> tuple[Score, ...]:
         ModelError: no cycle left after the discarded ones.
     """
     happened: dict[str, Mapping[str, float | str]] = {}
-    found = []
-    for each in forecasts:
-        tell, right, rule = QUANTITIES[each.quantity]
-        if each.quantity not in happened:
-            happened[each.quantity] = tell(run)
-        if each.subject in happened[each.quantity]:
-            value = happened[each.quantity][each.subject]
-            found.append(Score(each, value, right(each.value, value), rule))
-    return tuple(found)
+    scores = []
+    for forecast in forecasts:
+        tell, right, rule = QUANTITIES[forecast.quantity]
+        if forecast.quantity not in happened:
+            happened[forecast.quantity] = tell(run)
+        if forecast.subject in happened[forecast.quantity]:
+            value = happened[forecast.quantity][forecast.subject]
+            scores.append(Score(forecast, value, right(forecast.value, value), rule))
+    return tuple(scores)

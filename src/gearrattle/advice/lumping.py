@@ -29,20 +29,20 @@ def lumping_line(
     why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
     try:
-        found = reduce(model, end)
+        reduction = reduce(model, end)
     except ModelError as error:
         return Line(TOPIC, "Keep every body: none can be lumped within the error allowed.", (*why, str(error)))
-    if not found.groups:
+    if not reduction.groups:
         return Line(TOPIC, "Keep every body: all of them move against their neighbours in the band.", why)
-    merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in found.groups.items())
-    bodies = f"{counted(len(layout.inertia_names), 'body', 'bodies')} become {len(found.model.inertias)}"
-    off = found.error
+    merged = "; ".join(f"{', '.join(members)} into {kept}" for kept, members in reduction.groups.items())
+    bodies = f"{counted(len(layout.inertia_names), 'body', 'bodies')} become {len(reduction.model.inertias)}"
+    off = reduction.error
     why = (
         *why,
         f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
         f"({100.0 * off.limit:g} % allowed)",
     )
-    apart = _apart(found, pilot, progress)
+    apart = _apart(reduction, pilot, progress)
     if apart:
         words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
         return Line(TOPIC, words, (*why, *apart))
@@ -68,16 +68,16 @@ def _told(end: float, model: Model) -> str:
     return f"{end:.4g} Hz" if model.units == "SI" else f"{end:.4g}"
 
 
-def _apart(found: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
+def _apart(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
     """How the lumped model's pilot differs; empty where it does not."""
     t = pilot.run.trajectory
-    other = fly(found.model, pilot.planned, progress, cycles=t.cycles)
-    told = []
+    other = fly(reduction.model, pilot.planned, progress, cycles=t.cycles)
+    differences = []
     regimes, slopes = other.of("regime"), other.of("mean slope")
     for name, regime in pilot.of("regime").items():
         if name in regimes and regimes[name] != regime:
-            told.append(f"{name}: {regime}, but {regimes[name]} in the lumped model's pilot")
+            differences.append(f"{name}: {regime}, but {regimes[name]} in the lumped model's pilot")
     for name, slope in pilot.of("mean slope").items():
         if name in slopes and abs(float(slopes[name]) - float(slope)) > _COMPARED:
-            told.append(f"{name}: mean slope {slope:.3g}, but {slopes[name]:.3g} in the lumped model's pilot")
-    return tuple(told)
+            differences.append(f"{name}: mean slope {slope:.3g}, but {slopes[name]:.3g} in the lumped model's pilot")
+    return tuple(differences)

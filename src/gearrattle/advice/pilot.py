@@ -90,7 +90,7 @@ class Pilot:
 
     def forecasts(self) -> list[Forecast]:
         """Everything the pilot foretells of the planned run."""
-        found = [
+        forecasts = [
             Forecast(quantity, subject, self.name, value, "1" if quantity == "mean slope" else "")
             for quantity in ("regime", "mean slope")
             for subject, value in self.of(quantity).items()
@@ -98,10 +98,10 @@ class Pilot:
         for quantity, unit in (("function calls", "1"), ("computing time", "s")):
             value = self.of(quantity)[""]
             assert isinstance(value, float)
-            found.append(Forecast(quantity, "", self.name, value * self.stretched, unit))
-        found.append(Forecast("crossings a cycle", "", self.name, self.of("crossings a cycle")[""], "1"))
-        found.append(Forecast("predictable cycles", "", self.name, self.predictable_cycles, "1"))
-        return found
+            forecasts.append(Forecast(quantity, "", self.name, value * self.stretched, unit))
+        forecasts.append(Forecast("crossings a cycle", "", self.name, self.of("crossings a cycle")[""], "1"))
+        forecasts.append(Forecast("predictable cycles", "", self.name, self.predictable_cycles, "1"))
+        return forecasts
 
 
 def fly(model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES) -> Pilot:

@@ -18,15 +18,15 @@ _SHOWN = 3
 
 def scaling_line(model: Model) -> Line:
     """Condition numbers of the Jacobian by formulation."""
-    found = stiffness(model).condition
-    best = min(("torsional", "mixed", "translational"), key=lambda name: found[name])
-    told = ", ".join(f"{name} {value:.2g}" for name, value in found.items())
+    conditions = stiffness(model).condition
+    best = min(("torsional", "mixed", "translational"), key=lambda name: conditions[name])
+    conditions_text = ", ".join(f"{name} {value:.2g}" for name, value in conditions.items())
     return Line(
         "scaling",
         "Nothing to do: exact scales for itself. For an integrator of your own use "
         f"the {best} non-dimensional form (gearrattle scale).",
         (
-            f"condition number of the Jacobian: {told}",
+            f"condition number of the Jacobian: {conditions_text}",
             "no scaling changes the eigenvalues' ratio R_lambda: it is a similarity transform",
         ),
     )
@@ -35,12 +35,12 @@ def scaling_line(model: Model) -> Line:
 def stiffness_line(model: Model, pilot: Pilot) -> Line:
     """R_lambda and class over the regions the pilot visits, those it stays in longest told one by one."""
     visited = pilot.visited
-    known = [each for each in visited.regions if each.eigenvalues.elastic.size]
+    known = [region for region in visited.regions if region.eigenvalues.elastic.size]
     per_second = " 1/s" if model.units == "SI" else ""
     shown = [
-        f"{_region(each.labels)}, {100.0 * each.share:.3g} % of the time: "
-        f"{_ratio(each.eigenvalues.r_lambda)}, largest |lambda| {each.eigenvalues.fastest:.4g}{per_second}"
-        for each in visited.regions[:_SHOWN]
+        f"{_region(region.labels)}, {100.0 * region.share:.3g} % of the time: "
+        f"{_ratio(region.eigenvalues.r_lambda)}, largest |lambda| {region.eigenvalues.fastest:.4g}{per_second}"
+        for region in visited.regions[:_SHOWN]
     ]
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     ratios = {name: slope for name, slope in slopes.items() if not math.isnan(slope)}
@@ -48,7 +48,7 @@ def stiffness_line(model: Model, pilot: Pilot) -> Line:
     shown.append(f"with the pilot's mean slopes: {_ratio(linear.r_lambda)} ({linear.stiffness_class})")
     if not known:
         return Line("stiffness", "No elastic motion in any region visited.", tuple(shown))
-    worst = max(known, key=lambda each: each.eigenvalues.r_lambda).eigenvalues
+    worst = max(known, key=lambda region: region.eigenvalues.r_lambda).eigenvalues
     words = f"{worst.stiffness_class.capitalize()}: R_lambda up to {worst.r_lambda:.4g} in {visited.words}."
     return Line("stiffness", words, tuple(shown))
 

@@ -143,19 +143,19 @@ def campbell(
     fastest = model.excitation.omega if sweep is None else max(sweep.begin, sweep.end)
     low, high = (0.0, 2.0 * fastest) if speeds is None else _range(model, speeds)
     states = _states(contact_ratio or {})
-    found = tuple(modes(model, contact_ratio=state, region=region) for state in states)
+    modes_of_states = tuple(modes(model, contact_ratio=state, region=region) for state in states)
     orders = _orders(model)
     crossings = [
-        Crossing(float(frequency) / line.order, line.order, mode, float(frequency), j, *_strongest(each, line, mode))
-        for j, each in enumerate(found)
+        Crossing(float(frequency) / line.order, line.order, mode, float(frequency), j, *_strongest(state_modes, line, mode))
+        for j, state_modes in enumerate(modes_of_states)
         for line in orders
-        for mode, frequency in enumerate(each.frequencies.tolist())
+        for mode, frequency in enumerate(state_modes.frequencies.tolist())
         if frequency > 0.0 and low <= frequency / line.order <= high
     ]
     crossings.sort(key=lambda c: (c.speed, c.state, c.order, c.mode))
-    frequencies = np.array([each.frequencies for each in found])
+    frequencies = np.array([state_modes.frequencies for state_modes in modes_of_states])
     return Campbell(
-        (low, high), model.excitation.omega, states, frequencies, orders, tuple(crossings), found, model.units
+        (low, high), model.excitation.omega, states, frequencies, orders, tuple(crossings), modes_of_states, model.units
     )
 
 
@@ -171,22 +171,22 @@ def _range(model: Model, speeds: str | Sequence[float | str]) -> tuple[float, fl
     return low, high
 
 
-def _speed(model: Model, given: float | str) -> float:
+def _speed(model: Model, speed: float | str) -> float:
     """Read one speed; a text without a unit is a plain number."""
-    value: float | str = given.strip() if isinstance(given, str) else given
+    value: float | str = speed.strip() if isinstance(speed, str) else speed
     with suppress(ValueError):
         value = float(value)
     try:
         return float(Quantity(units.ANGULAR_VELOCITY, "non-negative").read(value, model.units == "dimensionless"))
     except PydanticCustomError as error:
         context = error.context or {}
-        raise ModelError(Problem("speeds", shown(given), context["rule"], context["remedy"])) from None
+        raise ModelError(Problem("speeds", shown(speed), context["rule"], context["remedy"])) from None
 
 
 def _states(contact_ratio: Ratios) -> tuple[dict[str, float], ...]:
     """Every combination of the ratios given."""
     grid = {
-        name: [float(ratio)] if isinstance(ratio, int | float) else [float(each) for each in ratio]
+        name: [float(ratio)] if isinstance(ratio, int | float) else [float(share) for share in ratio]
         for name, ratio in contact_ratio.items()
     }
     empty = [name for name, ratios in grid.items() if not ratios]
@@ -214,8 +214,8 @@ def _orders(model: Model) -> tuple[OrderLine, ...]:
     return tuple(OrderLine(order, tuple(sources[order])) for order in sorted(sources))
 
 
-def _strongest(found: Modes, line: OrderLine, mode: int) -> tuple[str, float]:
+def _strongest(linear_modes: Modes, line: OrderLine, mode: int) -> tuple[str, float]:
     """The source of an order that excites a mode most, and its share."""
-    shares = {source: float(found.excitation[found.sources.index(source), mode]) for source in line.sources}
+    shares = {source: float(linear_modes.excitation[linear_modes.sources.index(source), mode]) for source in line.sources}
     source = max(shares, key=lambda name: shares[name])
     return source, shares[source]

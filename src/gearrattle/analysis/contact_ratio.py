@@ -57,11 +57,11 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
     if isinstance(run_or_model, Model):
         return forecast_ratios(run_or_model, method)
     check_run(run_or_model, (Model,))
-    found, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
-    beside = () if method == "spectral" else left_out(run_or_model.model)
-    interval = {"low": _by_name(names, found.low), "high": _by_name(names, found.high)}
-    told = {"quantity": found.quantity, **interval, "notes": [*found.notes, *beside]}
-    return _series(names, found.value, method, told)
+    estimate, names = ROUTES[method](run_or_model.trajectory), run_or_model.trajectory.layout.clearance_names
+    left_out_notes = () if method == "spectral" else left_out(run_or_model.model)
+    interval = {"low": _by_name(names, estimate.low), "high": _by_name(names, estimate.high)}
+    attributes = {"quantity": estimate.quantity, **interval, "notes": [*estimate.notes, *left_out_notes]}
+    return _series(names, estimate.value, method, attributes)
 
 
 def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.Series[float]:
@@ -74,24 +74,24 @@ def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.S
     left, model = unsteady(model), steady(model)
     driveline = assemble(model)
     named_equilibrium(driveline)
-    found, names = forecast(driveline.system, thorough=thorough), driveline.layout.clearance_names
-    if not found.points:
+    prediction, names = forecast(driveline.system, thorough=thorough), driveline.layout.clearance_names
+    if not prediction.points:
         raise ConvergenceError(
-            f"equivalent linearisation found no fixed point in {found.searches} searches",
+            f"equivalent linearisation found no fixed point in {prediction.searches} searches",
             remedy="simulate the model and give the run",
         )
-    points = [_described(names, point) for point in found.points]
-    first = found.points[0]
-    told = dict(zip(("gain", "mean_slope"), first.ratios, strict=True))[_LINEARISED[method]]
-    notes = [f"forecast by equivalent linearisation: {first.starts} of {found.searches} searches end here"]
+    points = [_described(names, point) for point in prediction.points]
+    first = prediction.points[0]
+    ratios = dict(zip(("gain", "mean_slope"), first.ratios, strict=True))[_LINEARISED[method]]
+    notes = [f"forecast by equivalent linearisation: {first.starts} of {prediction.searches} searches end here"]
     if len(points) > 1:
         notes.append(f"there are {len(points)} fixed points; which one is nearest to the motion only a run tells")
     notes.append(_MEANING[points[0]["motion"]])
     notes += left
-    if found.failed:
-        notes.append(f"{found.failed} searches found none")
+    if prediction.failed:
+        notes.append(f"{prediction.failed} searches found none")
     notes += left_out(model)
-    return _series(names, told, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
+    return _series(names, ratios, method, {"quantity": _QUANTITY[method], "fixed_points": points, "notes": notes})
 
 
 def _described(names: tuple[str, ...], point: FixedPoint) -> dict[str, Any]:

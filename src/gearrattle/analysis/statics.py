@@ -246,8 +246,8 @@ def slopes(
     contact_ratio, region = dict(contact_ratio or {}), dict(region or {})
     problems = [
         Problem(f"{kind}: {name}", name, f"there is no such element; there are {', '.join(names)}")
-        for kind, given in (("contact_ratio", contact_ratio), ("region", region))
-        for name in given
+        for kind, named in (("contact_ratio", contact_ratio), ("region", region))
+        for name in named
         if name not in names
     ]
     problems += [

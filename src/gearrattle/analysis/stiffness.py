@@ -76,10 +76,10 @@ def stiffness(
     check_model(model)
     driveline = assemble(model)
     slope, damping = slopes(driveline, contact_ratio, region, with_damping=with_damping)
-    found = eigenvalues_of(driveline.system, slope, damping)
+    eigenvalues = eigenvalues_of(driveline.system, slope, damping)
     condition = conditions(driveline.system, slope, damping, _formulations(driveline))
     return Stiffness(
-        model, found.r_lambda, found.stiffness_class, found.elastic, found.rigid, condition, left_out(model)
+        model, eigenvalues.r_lambda, eigenvalues.stiffness_class, eigenvalues.elastic, eigenvalues.rigid, condition, left_out(model)
     )
 
 

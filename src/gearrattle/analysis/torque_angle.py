@@ -80,11 +80,11 @@ def torque_angle(
         raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, torsional)))
     k, system = names.index(element), assemble(model).system
     law = system.laws[k]
-    sliders = [each for each in system.companions if each.element == k and each.remembers]
+    sliders = [companion for companion in system.companions if companion.element == k and companion.remembers]
     ends = _ends(law, sliders)
     chosen = [
-        end if given is None else _angle(model, name, given)
-        for name, given, end in zip(("low", "high"), (low, high), ends, strict=True)
+        end if asked is None else _angle(model, name, asked)
+        for name, asked, end in zip(("low", "high"), (low, high), ends, strict=True)
     ]
     if not chosen[0] < chosen[1]:
         rule = f"must lie below high, {chosen[1]:.6g} rad"
@@ -98,15 +98,15 @@ def torque_angle(
 
 def _ends(law: PiecewiseLaw, sliders: list[Companion]) -> tuple[float, float]:
     """A range that shows everything; one to either side where there is nothing to see."""
-    stick = _REACHES * max((each.scale for each in sliders), default=0.0)
+    stick = _REACHES * max((slider.scale for slider in sliders), default=0.0)
     low = _BEYOND * float(law.corners.min(initial=0.0)) - stick
     high = _BEYOND * float(law.corners.max(initial=0.0)) + stick
     return low or -1.0, high or 1.0
 
 
-def _angle(model: Model, key: str, given: float | str) -> float:
+def _angle(model: Model, key: str, angle: float | str) -> float:
     try:
-        return float(Quantity(units.ANGLE).read(given, model.units == "dimensionless"))
+        return float(Quantity(units.ANGLE).read(angle, model.units == "dimensionless"))
     except PydanticCustomError as error:
         context = error.context or {}
-        raise ModelError(Problem(key, shown(given), context["rule"], context["remedy"])) from None
+        raise ModelError(Problem(key, shown(angle), context["rule"], context["remedy"])) from None

@@ -31,10 +31,10 @@ _MOST = 1_000_000
 """Cycles of a mesh whose changes are listed: those of a common period, or of a sweep."""
 
 
-def alternating(index: int, mesh: Element, given: Alternation, law: PiecewiseLaw) -> Named:
+def alternating(index: int, mesh: Element, table: Alternation, law: PiecewiseLaw) -> Named:
     """The part of a mesh's stiffness that is lacking while a pair less is in contact."""
-    begins = turn_at_start(given) >= given.share
-    made = alternation(index, law, 1.0 - given.fewer, begins_lacking=begins)
+    begins = turn_at_start(table) >= table.share
+    made = alternation(index, law, 1.0 - table.fewer, begins_lacking=begins)
     words = WORDS[:-3:-1] if begins else WORDS[-2:]
     return Named(made, pairs_name(mesh), tuple(word for word in words for _ in range(law.pieces)))
 
@@ -44,9 +44,9 @@ def pairs_name(mesh: Element) -> str:
     return f"{mesh.name}.pairs"
 
 
-def turn_at_start(given: Alternation) -> float:
+def turn_at_start(table: Alternation) -> float:
     """The fraction of a mesh cycle that has passed at t = 0."""
-    return float(given.phase / (2.0 * pi) % 1.0)
+    return float(table.phase / (2.0 * pi) % 1.0)
 
 
 def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Clock | None:
@@ -63,47 +63,47 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
         return None
     ramp, signals = ramp_of(model), signals_of(model)
     times, which = [], []
-    for companion, mesh, given in of:
+    for companion, mesh, table in of:
         if ramp is not None:
             if signals is None:
                 rule = "a stiffness that alternates along a sweep needs a harmonic or a record beside it"
                 raise ModelError(Problem("excitation.sweep", "", rule, "it says how long the run may be"))
-            found = _along(ramp, mesh, given, float(signals.knots[-1]))
+            instants = _along(ramp, mesh, table, float(signals.knots[-1]))
         else:
-            found = _repeating(period_of(model), mesh, given, model.excitation.omega)
-        times.append(found)
-        which.append(np.full(found.size, companion))
+            instants = _repeating(period_of(model), mesh, table, model.excitation.omega)
+        times.append(instants)
+        which.append(np.full(instants.size, companion))
     time, companions = np.concatenate(times), np.concatenate(which)
     order = np.argsort(time, kind="stable")
     return Clock(time[order], companions[order], repeats=ramp is None)
 
 
-def _begins(given: Alternation) -> Array:
+def _begins(table: Alternation) -> Array:
     """(2,) turns of the mesh from t = 0 to its first two changes, both in (0, 1]."""
-    turns = np.array([1.0, 1.0 + given.share]) - turn_at_start(given)
+    turns = np.array([1.0, 1.0 + table.share]) - turn_at_start(table)
     return np.sort(np.where(turns > 1.0, turns - 1.0, turns))
 
 
-def _repeating(common: CommonPeriod, mesh: Element, given: Alternation, omega: float) -> Array:
+def _repeating(common: CommonPeriod, mesh: Element, table: Alternation, omega: float) -> Array:
     """Changes in one common period [s]."""
-    cycle = 2.0 * pi / (given.order * omega)
+    cycle = 2.0 * pi / (table.order * omega)
     count = common.period / cycle
-    _check_count(mesh, given.order, count, "a common period")
+    _check_count(mesh, table.order, count, "a common period")
     if abs(count - round(count)) > _WHOLE * count:
         rule = "the mesh must turn through whole cycles in the common period of all orders"
-        place = f"{mesh.path}.alternation.order"
-        raise ModelError(Problem(place, f"{given.order:g}", rule, "choose an order p/q with a small q"))
-    return np.asarray((np.add.outer(np.arange(round(count)), _begins(given)) * cycle).ravel())
+        location = f"{mesh.path}.alternation.order"
+        raise ModelError(Problem(location, f"{table.order:g}", rule, "choose an order p/q with a small q"))
+    return np.asarray((np.add.outer(np.arange(round(count)), _begins(table)) * cycle).ravel())
 
 
-def _along(ramp: Ramp, mesh: Element, given: Alternation, until: float) -> Array:
+def _along(ramp: Ramp, mesh: Element, table: Alternation, until: float) -> Array:
     """Changes along a sweep [s]: phi(t) = Omega_0 t + rate t^2 / 2 solved for t, Omega_1 behind the ramp."""
     turned = 0.5 * (ramp.begin + ramp.end) * ramp.over
     whole = turned + max(0.0, until - ramp.over) * ramp.end
-    count = given.order * whole / (2.0 * pi)
-    _check_count(mesh, given.order, count, "the sweep")
-    turns = np.add.outer(np.arange(int(count) + 2), _begins(given)).ravel()
-    angle = turns * 2.0 * pi / given.order
+    count = table.order * whole / (2.0 * pi)
+    _check_count(mesh, table.order, count, "the sweep")
+    turns = np.add.outer(np.arange(int(count) + 2), _begins(table)).ravel()
+    angle = turns * 2.0 * pi / table.order
     within = np.minimum(angle, turned)
     rising = 2.0 * within / (ramp.begin + np.sqrt(ramp.begin**2 + 2.0 * ramp.rate * within))
     time = np.where(angle <= turned, rising, ramp.over + (angle - turned) / ramp.end)

@@ -41,10 +41,10 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
     if companions is None:
         return
     pieces, first, count = [0] * (len(system.laws) + len(system.companions)), len(layout.clearance), len(system.laws)
-    for place, piece in zip(
+    for position, piece in zip(
         system.places, (*(motion.initial_region - layout.region_of_first_piece), *companions.initial), strict=True
     ):
-        pieces[place] = int(piece)
+        pieces[position] = int(piece)
     now = tuple(pieces)
     log = companions.passages
     for time, watch, upward in zip(log.time.tolist(), log.watch.tolist(), log.upward.tolist(), strict=True):
@@ -63,16 +63,16 @@ def left_out(model: Model) -> tuple[str, ...]:
     rubbing = [element.name for element in model.elements if element.rubs]
     clipped = [element.name for element in model.elements if element.contact_damping == "clipped"]
     alternating = [element.name for element in model.elements if element.alternation is not None]
-    told = []
+    notes = []
     if alternating:
-        told.append(
+        notes.append(
             f"the stiffness of {', '.join(alternating)} counts as that with all pairs in contact in linear results."
         )
     if rubbing:
-        told.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and in linear results.")
+        notes.append(f"dry friction of {', '.join(rubbing)} counts as let go in the equilibrium and in linear results.")
     if clipped:
-        told.append(f"contact damping of {', '.join(clipped)} counts as not clipped in linear results.")
-    return tuple(told)
+        notes.append(f"contact damping of {', '.join(clipped)} counts as not clipped in linear results.")
+    return tuple(notes)
 
 
 def companions_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
@@ -88,9 +88,9 @@ def companions_of(index: int, element: Element, law: PiecewiseLaw, period: float
         ModelError: hysteresis that falls from stage to stage at the model's speed.
     """
     if element.contact_damping == "clipped":
-        for each, way in zip(limiters(index, law), ("push", "pull"), strict=True):
-            words = tuple("limits" if p > 0 and p % 2 == 0 else "idle" for p in range(each.pieces))
-            yield Named(each, f"{element.name}.{way}", words)
+        for limiter, way in zip(limiters(index, law), ("push", "pull"), strict=True):
+            words = tuple("limits" if p > 0 and p % 2 == 0 else "idle" for p in range(limiter.pieces))
+            yield Named(limiter, f"{element.name}.{way}", words)
     for name, reach, stick, labels in _sliders(element, law):
         made = slider(index, law, (stick, 0.5 * reach), labels, period)
         yield Named(made, f"{element.name}.{name}", WORDS[:4])

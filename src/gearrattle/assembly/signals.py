@@ -93,9 +93,9 @@ def _unit(size: int, index: int | None = None) -> Array:
     return out
 
 
-def _too_long(found: str) -> ModelError:
+def _too_long(value: str) -> ModelError:
     rule = "the inputs along the run are too many to hold"
-    return ModelError(Problem("simulation.cycles", found, rule, "simulate fewer cycles, or a shorter sweep"))
+    return ModelError(Problem("simulation.cycles", value, rule, "simulate fewer cycles, or a shorter sweep"))
 
 
 def _records(model: Model) -> Iterator[_Part]:
@@ -110,8 +110,8 @@ def _records(model: Model) -> Iterator[_Part]:
 
 def _motions(model: Model) -> Iterator[_Part]:
     rows = rows_of(model)
-    for motion, place in zip(model.motions, places(model), strict=True):
-        yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, place])
+    for motion, column in zip(model.motions, places(model), strict=True):
+        yield _Part(angle_of(motion), specified_angle(motion), _unit(len(model.inertias)), -rows[:, column])
 
 
 def check_length(model: Model, end: float) -> None:

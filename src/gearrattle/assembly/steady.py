@@ -17,11 +17,11 @@ from gearrattle.remember import kept
 
 def unsteady(model: Model) -> tuple[str, ...]:
     """What ``steady`` takes out, one phrase each; empty for a model under harmonics of one speed."""
-    told = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
-    told += [f"{motion.on} is held fast" for motion in model.motions]
+    notes = [f"the torque record on {torque.on} counts as its mean" for torque in model.torques if torque.signal]
+    notes += [f"{motion.on} is held fast" for motion in model.motions]
     if model.excitation.sweep is not None:
-        told.append("the sweep counts as its first speed")
-    return tuple(told)
+        notes.append("the sweep counts as its first speed")
+    return tuple(notes)
 
 
 @kept

@@ -30,12 +30,12 @@ from gearrattle.trajectory import Layout
 @kept
 def companions(model: Model) -> tuple[Named, ...]:
     """Everything beside the laws, in element order."""
-    period, found = period_of(model).period, list[Named]()
+    period, companions = period_of(model).period, list[Named]()
     for k, element in enumerate(model.elements):
-        found += companions_of(k, element, law_of(element), period)
+        companions += companions_of(k, element, law_of(element), period)
         if element.alternation is not None:
-            found.append(alternating(k, element, element.alternation, law_of(element)))
-    return tuple(found)
+            companions.append(alternating(k, element, element.alternation, law_of(element)))
+    return tuple(companions)
 
 
 def _clock(model: Model) -> Clock | None:

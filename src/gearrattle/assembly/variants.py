@@ -96,13 +96,13 @@ class Columns:
     """
 
     model: Model
-    given: Mapping[str, Array]
+    varied: Mapping[str, Array]
     count: int
     good: NDArray[np.bool_] = field(init=False)
 
     def __post_init__(self) -> None:
         self.good = np.ones(self.count, dtype=np.bool_)
-        for path, values in self.given.items():
+        for path, values in self.varied.items():
             bound = bound_of(self.model, path)
             fits = np.isfinite(values) if bound else np.zeros(self.count, dtype=np.bool_)
             if bound in (_POSITIVE, _NOT_NEGATIVE):
@@ -110,22 +110,22 @@ class Columns:
             elif bound == _ZERO:
                 fits &= values == 0.0
             self.good &= fits
-        if {"excitation.speed", "excitation.frequency"} <= set(self.given):
+        if {"excitation.speed", "excitation.frequency"} <= set(self.varied):
             self.good[:] = False
         self.omega = self._speed()
 
     def _speed(self) -> Number:
-        if "excitation.speed" in self.given:
-            return self.given["excitation.speed"]
-        if "excitation.frequency" in self.given:
-            frequency = self.given["excitation.frequency"]
+        if "excitation.speed" in self.varied:
+            return self.varied["excitation.speed"]
+        if "excitation.frequency" in self.varied:
+            frequency = self.varied["excitation.frequency"]
             return frequency if self.model.units == "dimensionless" else 2.0 * math.pi * frequency
         return self.model.excitation.omega
 
     def of(self, path: str, value: Any) -> Number:
         """The leaf at a path, whose value in the model is told; tables over speed are read at every speed."""
-        if path in self.given:
-            return self.given[path]
+        if path in self.varied:
+            return self.varied[path]
         if not isinstance(value, AtSpeed) or isinstance(self.omega, float):
             return float(value)
         speeds, values = np.array(value.speeds), np.array(value.values)
@@ -142,7 +142,7 @@ class Columns:
         return component.sides(lambda key, value: self.of(f"{element.path}.{key}", value), element)
 
 
-def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
+def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple[Coefficients, NDArray[np.bool_]]:
     """Assemble variants.
 
     Args:
@@ -154,7 +154,7 @@ def coefficients(model: Model, given: Mapping[str, Array], count: int) -> tuple[
         Coefficients with a leading axis (V, ...), and (V,) which of them may be used: the others must go the general
         way.
     """
-    columns = Columns(model, given, count)
+    columns = Columns(model, varied, count)
     if load_ripples(model):  # of a mean load that the columns may change
         columns.good[:] = False
     base = coefficients_of(assemble(model).system)
@@ -217,7 +217,7 @@ def _wave(columns: Columns, at: str, harmonic: Any) -> tuple[Number, Number]:
     if isinstance(phase, float):
         return amplitude * math.cos(phase), amplitude * math.sin(phase)
     safe = np.where(np.isfinite(phase), phase, 0.0).tolist()
-    cosine, sine = np.array([math.cos(each) for each in safe]), np.array([math.sin(each) for each in safe])
+    cosine, sine = np.array([math.cos(angle) for angle in safe]), np.array([math.sin(angle) for angle in safe])
     return amplitude * cosine, amplitude * sine
 
 
@@ -243,8 +243,8 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
         first += len(stages)
 
 
-def _write_offsets(columns: Columns, out: Coefficients, element: Element, place: tuple[int, int, int]) -> None:
-    first, centre, count = place
+def _write_offsets(columns: Columns, out: Coefficients, element: Element, span: tuple[int, int, int]) -> None:
+    first, centre, count = span
     pieces = slice(first, first + count)
     stiffness, offset, corners = out.laws.stiffness[:, pieces], out.laws.offset[:, pieces], out.laws.upper[:, pieces]
     offset[:, centre] = columns.of(f"{element.path}.preload", element.preload)

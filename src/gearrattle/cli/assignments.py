@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from gearrattle.errors import ModelError, Problem
 
 
-def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
+def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
     """Return the numbers by name.
 
     Args:
@@ -20,10 +20,10 @@ def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
     Raises:
         ModelError: a word of another form.
     """
-    return {name: _number(option, text) for name, text in _pairs(option, given)}
+    return {name: _number(option, text) for name, text in _pairs(option, entries)}
 
 
-def labels(option: str, given: Sequence[str]) -> dict[str, int]:
+def labels(option: str, entries: Sequence[str]) -> dict[str, int]:
     """Return whole numbers by name, such as the labels of regions.
 
     Args:
@@ -33,10 +33,10 @@ def labels(option: str, given: Sequence[str]) -> dict[str, int]:
     Raises:
         ModelError: a word of another form.
     """
-    return {name: _label(option, text) for name, text in _pairs(option, given)}
+    return {name: _label(option, text) for name, text in _pairs(option, entries)}
 
 
-def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
+def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
     """Return lists of numbers by name.
 
     Args:
@@ -46,10 +46,10 @@ def lists(option: str, given: Sequence[str]) -> dict[str, list[float]]:
     Raises:
         ModelError: a word of another form.
     """
-    return {name: [_number(option, each) for each in text.split(",")] for name, text in _pairs(option, given)}
+    return {name: [_number(option, part) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
 
-def texts(option: str, given: Sequence[str]) -> dict[str, list[float | str]]:
+def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
     """Return lists by name: numbers, and quantities with their units as text.
 
     Args:
@@ -59,10 +59,10 @@ def texts(option: str, given: Sequence[str]) -> dict[str, list[float | str]]:
     Raises:
         ModelError: a word of another form.
     """
-    return {name: [_value(each.strip()) for each in text.split(",")] for name, text in _pairs(option, given)}
+    return {name: [_value(part.strip()) for part in text.split(",")] for name, text in _pairs(option, entries)}
 
 
-def words(option: str, given: Sequence[str]) -> dict[str, str]:
+def words(option: str, entries: Sequence[str]) -> dict[str, str]:
     """Return the words by name.
 
     Args:
@@ -72,17 +72,17 @@ def words(option: str, given: Sequence[str]) -> dict[str, str]:
     Raises:
         ModelError: a word of another form.
     """
-    return dict(_pairs(option, given))
+    return dict(_pairs(option, entries))
 
 
-def _pairs(option: str, given: Sequence[str]) -> list[tuple[str, str]]:
+def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
     """Split words of the form NAME=VALUE."""
-    pairs = [text.partition("=") for text in given]
-    wrong = [text for text, (name, equals, value) in zip(given, pairs, strict=True) if not (name and equals and value)]
+    pairs = [text.partition("=") for text in entries]
+    wrong = [text for text, (name, equals, value) in zip(entries, pairs, strict=True) if not (name and equals and value)]
     if wrong:
         _refuse(option, wrong[0], "must be NAME=VALUE")
     names = [name for name, _, _ in pairs]
-    twice = next((text for index, text in enumerate(given) if names[index] in names[:index]), None)
+    twice = next((text for index, text in enumerate(entries) if names[index] in names[:index]), None)
     if twice is not None:
         _refuse(option, twice, f"{twice.partition('=')[0]} has a value already: give each name once")
     return [(name, value) for name, _, value in pairs]
@@ -111,5 +111,5 @@ def _label(option: str, text: str) -> int:
         raise
 
 
-def _refuse(option: str, found: str, rule: str) -> None:
-    raise ModelError(Problem(option, f'"{found}"', rule))
+def _refuse(option: str, text: str, rule: str) -> None:
+    raise ModelError(Problem(option, f'"{text}"', rule))

@@ -63,7 +63,7 @@ def _content(model: Model) -> dict[str, Any]:
         "clearances": list(assemble(model).layout.clearance_names),
         "torques_on": [torque.on for torque in model.torques],
         **({"motions_of": [motion.on for motion in model.motions]} if model.motions else {}),
-        **({"records": found} if (found := _records(model)) else {}),
+        **({"records": records} if (records := _records(model)) else {}),
         "speed": model.excitation.omega,
         **({"sweep_to": sweep.end, "sweep_over": sweep.over} if (sweep := model.excitation.sweep) else {}),
     }

@@ -19,7 +19,7 @@ from gearrattle.cli.background import watched
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.report.presentation import Presentation
-    from gearrattle.studies.places import File
+    from gearrattle.studies.storage import File
 
 
 def emit(

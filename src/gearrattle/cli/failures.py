@@ -140,9 +140,9 @@ def _reason(error: BaseException) -> str:
     if disk_is_full(error):
         return "the disk is full; nothing was written. Free some space, or choose another place with -o"
     if isinstance(error, OSError):
-        place = error.filename or "the machine refused"
+        cause = error.filename or "the machine refused"
         remedy = "; choose another place with -o" if number in (errno.EACCES, errno.EPERM, errno.EROFS) else ""
-        return f"{place}: {(error.strerror or str(error)).lower()}{remedy}"
+        return f"{cause}: {(error.strerror or str(error)).lower()}{remedy}"
     if isinstance(error, MemoryError):
         return "out of memory; ask for fewer cycles or fewer samples_per_cycle"
     if isinstance(error, GearRattleError):

@@ -76,18 +76,18 @@ def figures(
         from gearrattle.report.figures import Figures
 
         watch.enter("drawing")
-        found = Figures(charts_of(source), how["style"])
+        drawings = Figures(charts_of(source), how["style"])
         with _as_options():
-            names = found.named(only or None)
+            names = drawings.named(only or None)
         for done, name in enumerate(names):
-            found.save(staging.path, how["kinds"], dpi=how["dpi"], only=[name])
+            drawings.save(staging.path, how["kinds"], dpi=how["dpi"], only=[name])
             watch((done + 1) / len(names))
-        return found
+        return drawings
 
     with Staging(folder) as staging:
-        found = watched(work)
+        drawings = watched(work)
         staging.commit()
-    _tell(found, found.named(only or None), (folder, how["kinds"]), json=json)
+    _tell(drawings, drawings.named(only or None), (folder, how["kinds"]), json=json)
 
 
 def look_of(look: Look) -> Any:
@@ -112,11 +112,11 @@ def _as_options() -> Iterator[None]:
         yield
     except ModelError as error:
         names = {"format": "--as"}
-        renamed = [replace(each, place=names.get(each.place, f"--{each.place}")) for each in error.problems]
+        renamed = [replace(problem, place=names.get(problem.place, f"--{problem.place}")) for problem in error.problems]
         raise ModelError(renamed) from None
 
 
-def _tell(found: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
+def _tell(drawings: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
     """Print what was drawn."""
     from gearrattle.json_types import json_text
     from gearrattle.wording import columns
@@ -124,13 +124,13 @@ def _tell(found: Figures, names: list[str], where: tuple[Path, list[str]], *, js
     folder, kinds = where
     rows = []
     for name in names:
-        width, height = (25.4 * float(length) for length in found[name].get_size_inches())
+        width, height = (25.4 * float(length) for length in drawings[name].get_size_inches())
         files = [str(folder / f"{name}.{kind}") for kind in kinds]
-        rows.append({"name": name, "title": found.titles[name], "caption": found.captions[name], "width": width,
+        rows.append({"name": name, "title": drawings.titles[name], "caption": drawings.captions[name], "width": width,
                      "height": height, "files": files})  # fmt: skip
     if json:
         print(json_text({"output": str(folder), "figures": rows}))
         return
-    told = [(str(row["name"]), str(row["title"]), f"{row['width']:.0f} x {row['height']:.0f}") for row in rows]
-    print(columns(("figure", "shows", "mm"), told))
+    cells = [(str(row["name"]), str(row["title"]), f"{row['width']:.0f} x {row['height']:.0f}") for row in rows]
+    print(columns(("figure", "shows", "mm"), cells))
     print(f"figures: {folder}", file=sys.stdout)

@@ -89,17 +89,17 @@ def fit(
     emit("fit", work, output, json=json, inputs=[model, data])
 
 
-def _bounds(given: Sequence[str]) -> dict[str, tuple[Any, Any]]:
+def _bounds(entries: Sequence[str]) -> dict[str, tuple[Any, Any]]:
     """Split words of the form PATH=LOW..HIGH."""
     from gearrattle.errors import ModelError, Problem
 
-    found: dict[str, tuple[Any, Any]] = {}
-    for text in given:
+    bounds: dict[str, tuple[Any, Any]] = {}
+    for text in entries:
         path, _, ends = text.partition("=")
         low, dots, high = ends.partition("..")
         if not (path and low.strip() and dots and high.strip()):
             raise ModelError(
                 Problem("--bounds", f'"{text}"', "must be PATH=LOW..HIGH", 'such as "inertia.hub.J=1e-4..1e-3"')
             )
-        found[path] = number_or_text(low.strip()), number_or_text(high.strip())
-    return found
+        bounds[path] = number_or_text(low.strip()), number_or_text(high.strip())
+    return bounds

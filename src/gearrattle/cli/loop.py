@@ -67,10 +67,10 @@ def loop(
     _check_figure(figure)
 
     def work(_watch: Watch) -> LoopFit:
-        found = gearrattle.identification.fit_loop(data, **reading.arguments())
+        fit = gearrattle.identification.fit_loop(data, **reading.arguments())
         if figure is not None:
-            found.save(figure)
-        return found
+            fit.save(figure)
+        return fit
 
     emit("loop fit", work, output, json=json, inputs=[data])
     if figure is not None:

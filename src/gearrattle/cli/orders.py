@@ -68,7 +68,7 @@ def orders(
     from gearrattle.cli.emit import emit
 
     unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
-    _check({name for name, given in unfit.items() if given}, spectra)
+    _check({name for name, is_set in unfit.items() if is_set}, spectra)
     signal, lines = heard(source), {}
     if not order:
         lines = _lines(signal, model)
@@ -86,12 +86,12 @@ def orders(
     emit(kind, work, output, json=json, inputs=[source])
 
 
-def _check(given: set[str], spectra: bool) -> None:
+def _check(options: set[str], spectra: bool) -> None:
     """Refuse options that do not go together."""
     from gearrattle.errors import ModelError, Problem
 
-    first = "--spectra" if spectra else "--order" if "--order" in given else ""
-    clash = sorted(given & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set()))
+    first = "--spectra" if spectra else "--order" if "--order" in options else ""
+    clash = sorted(options & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set()))
     if clash:
         raise ModelError(Problem(first, ", ".join(clash), "belongs to maps of orders", "leave one of them out"))
 

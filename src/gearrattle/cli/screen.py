@@ -65,8 +65,8 @@ def screen(
 
     def work(watch: Watch) -> ScreeningPage:
         watch.enter("screening")
-        found = gearrattle.screen(model, *asked, simulate=simulate, workers=workers, progress=watch)
-        return ScreeningPage(found, title)
+        screening = gearrattle.screen(model, *asked, simulate=simulate, workers=workers, progress=watch)
+        return ScreeningPage(screening, title)
 
     emit("screening", work, output, json=json, inputs=[source])
 
@@ -84,14 +84,14 @@ def _asked(
         from gearrattle.studies.file import read_study
         from gearrattle.studies.screening_study import screening_of
 
-        given = {"--speeds": speeds, "--count": count, "--loads": loads, "--load": load or None}
-        clash = [name for name, value in given.items() if value is not None]
+        options = {"--speeds": speeds, "--count": count, "--loads": loads, "--load": load or None}
+        clash = [name for name, value in options.items() if value is not None]
         if clash:
             rule = "a study file says its speeds and loads itself"
             raise ModelError(Problem(", ".join(clash), str(source), rule, "leave them out, or give the model file"))
         study = read_study(source)
-        model, found, by_path = screening_of(study, str(source))
-        return model, (found, by_path), study.name
+        model, axes, by_path = screening_of(study, str(source))
+        return model, (axes, by_path), study.name
     if loads is not None and load:
         rule = "loads are factors, or values by path"
         raise ModelError(Problem("--loads, --load", "both", rule, "leave one of them out"))
@@ -110,7 +110,7 @@ def _speeds(model: Model, speeds: str | None, count: int | None) -> Any:
         if count is not None:
             rule = "is the number of speeds of a range, and --speeds is a list"
             raise ModelError(Problem("--count", f"{count}", rule, 'leave it out, or give "LOW:HIGH"'))
-        return [number_or_text(each) for each in with_last_unit(speeds.split(","))]
+        return [number_or_text(speed) for speed in with_last_unit(speeds.split(","))]
     ends: list[Any] = [0.5 * model.excitation.omega, 2.0 * model.excitation.omega]
     if speeds is not None:
         ends = [number_or_text(end) for end in with_last_unit(speeds.split(":"))]
@@ -124,7 +124,7 @@ def _factors(loads: str) -> list[float]:
     from gearrattle.errors import ModelError, Problem
 
     try:
-        return [float(each) for each in loads.split(",")]
+        return [float(factor) for factor in loads.split(",")]
     except ValueError:
         rule = "must be factors parted by commas"
         raise ModelError(Problem("--loads", f'"{loads}"', rule, '"0.5,1,2"; --load takes values by path')) from None
@@ -138,9 +138,9 @@ def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int |
     """
     from gearrattle.errors import ModelError, Problem
 
-    given = {key: value for key, value in settings.arguments().items() if value is not None}
-    if not simulate and (given or workers is not None):
-        names = ", ".join(f"--{key.replace('_', '-')}" for key in (*given, *(("workers",) if workers else ())))
+    options = {key: value for key, value in settings.arguments().items() if value is not None}
+    if not simulate and (options or workers is not None):
+        names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))
         rule = "is of simulations, and nothing is simulated"
         raise ModelError(Problem(names or "--workers", "given", rule, "add --simulate, or leave it out"))
-    return model.with_({f"simulation.{key}": value for key, value in given.items()}) if given else model
+    return model.with_({f"simulation.{key}": value for key, value in options.items()}) if options else model

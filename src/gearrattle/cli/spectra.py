@@ -72,10 +72,10 @@ def spectra(
     signal = _signal(source, settings, [channel] if against is None else [channel, against])
 
     def work(watch: Watch) -> xr.Dataset:
-        heard = signal(watch)
-        found = gearrattle.spectra(heard, channel, against, **asdict(how))
-        natural = _natural(heard, driveline)
-        return found.assign_attrs(natural_frequencies=natural) if natural else found
+        source = signal(watch)
+        result = gearrattle.spectra(source, channel, against, **asdict(how))
+        natural = _natural(source, driveline)
+        return result.assign_attrs(natural_frequencies=natural) if natural else result
 
     emit("spectra", work, output, json=json, inputs=[source])
 
@@ -99,10 +99,10 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
         for channel in channels:
             column_of(layout, channel)
         return lambda watch: gearrattle.simulate(driveline, **arguments, progress=watch)
-    given = [f"--{key.replace('_', '-')}" for key, value in arguments.items() if value is not None]
-    if given:
+    options = [f"--{key.replace('_', '-')}" for key, value in arguments.items() if value is not None]
+    if options:
         rule = "is of a simulation, and this has been simulated or measured"
-        raise ModelError(Problem(", ".join(given), str(source), rule, "leave it out, or give a model file"))
+        raise ModelError(Problem(", ".join(options), str(source), rule, "leave it out, or give a model file"))
     signal = heard(source)
     return lambda _: signal
 
@@ -116,5 +116,5 @@ def _natural(signal: Run | Recording, driveline: Model | None) -> list[float]:
         if isinstance(signal, Recording):
             return []
         driveline = signal.model
-    found = gearrattle.modes(driveline).frequencies
-    return [float(value) for value in found if value > 0.0]
+    frequencies = gearrattle.modes(driveline).frequencies
+    return [float(value) for value in frequencies if value > 0.0]

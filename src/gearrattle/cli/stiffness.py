@@ -63,13 +63,13 @@ def stiffness(
     ratios = numbers("--contact-ratio", contact_ratio)
 
     def work(watch: Watch) -> StiffnessPage:
-        found = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
+        result = gearrattle.stiffness(driveline, contact_ratio=ratios, with_damping=with_damping)
         met, note = _visited(driveline, watch) if visited else regions(driveline)
         moving = [name for name in assembled.layout.element_names if name in met[0].labels]
         grid = _over_ratios(driveline, moving, ratios, watch, with_damping=with_damping)
         limits = step_limits(driveline, met, number_or_text(step))
         fixed = "" if limits else f"no fixed step is judged: {needs_exact(assembled)}"
-        return StiffnessPage(found, OverRatios(RATIOS, grid), met, limits, [*filter(None, (note, fixed))])
+        return StiffnessPage(result, OverRatios(RATIOS, grid), met, limits, [*filter(None, (note, fixed))])
 
     emit("stiffness", work, output, json=json, inputs=[model])
 

@@ -59,16 +59,16 @@ def stream(
         under_way.append(motion)
         for run in motion:
             for note in run.notes:
-                told.setdefault(note)
+                notes.setdefault(note)
         return motion
 
-    told: dict[str, None] = {}
+    notes: dict[str, None] = {}
     try:
         motion = watched(work, _GRACE)
     except (KeyboardInterrupt, Exception) as error:
         raise _with_what_is_kept(error, under_way, folder) from error
     verdict = presentation_of(motion.verdict())
-    for note in told:
+    for note in notes:
         print(f"note: {note}", file=sys.stderr)
     if json:
         print(json_text({"cycles": motion.cycles, "folder": str(folder), **summary(verdict)}))

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from gearrattle.report.study import StudyReport
     from gearrattle.studies.conduct import Study
     from gearrattle.studies.kinds import StudySpec
-    from gearrattle.studies.places import Place
     from gearrattle.studies.prepared import Done
+    from gearrattle.studies.storage import Storage
 
 _GRACE = 2.0  # seconds after Ctrl-C in which workers may be told to stop
 
@@ -62,29 +62,29 @@ def study(
     """
     from gearrattle.cli.background import watched
     from gearrattle.json_types import json_text
-    from gearrattle.studies.claims import check_place
+    from gearrattle.studies.claims import check_storage
     from gearrattle.studies.file import read_study
-    from gearrattle.studies.places import place_of
     from gearrattle.studies.schedulers import check_scheduler
+    from gearrattle.studies.storage import storage_of
 
     asked = read_study(study)
     options = _options(asked.spec, function)
-    folder = _lasting(place_of(output or f"{study.stem}-study"))
+    folder = _lasting(storage_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
-        check_place(folder, resume=resume)
+        check_storage(folder, resume=resume)
     how = {"scheduler": scheduler, "workers": workers, "resume": resume, "retry_failed": retry_failed}
     under_way: list[Study] = []
 
     def work(watch: Watch) -> tuple[Done, StudyReport] | None:
         watch.enter("looking at the study")
-        found = asked.prepare(**options)
-        cost = found.estimate(workers, scheduler)
+        prepared = asked.prepare(**options)
+        cost = prepared.estimate(workers, scheduler)
         if estimate:
             print(json_text(cost.to_dict()) if json else f"{cost}{_divided(scheduler)}")
             return None
         print(f"{cost}{_divided(scheduler)}", file=sys.stderr)
-        return _carried_out(watch, found, folder, asked.name, under_way, **how)
+        return _carried_out(watch, prepared, folder, asked.name, under_way, **how)
 
     try:
         done = watched(work, _GRACE)
@@ -94,8 +94,8 @@ def study(
         _tell(*done, folder, json=json)
 
 
-def _lasting(folder: Place) -> Place:
-    """Refuse a place that is gone when the command ends."""
+def _lasting(folder: Storage) -> Storage:
+    """Refuse a storage location that is gone when the command ends."""
     from gearrattle.errors import ModelError, Problem
 
     if folder.address.startswith("memory://"):
@@ -110,23 +110,23 @@ def _divided(scheduler: str | None) -> str:
 
 
 def _carried_out(
-    watch: Watch, found: Study, folder: Place, title: str, under_way: list[Study], **how: Any
+    watch: Watch, prepared: Study, folder: Storage, title: str, under_way: list[Study], **how: Any
 ) -> tuple[Done, StudyReport]:
     """Compute what is not done, and write the page."""
     from gearrattle.studies.schedulers import opened
 
-    workers = found.estimate(how["workers"], how["scheduler"]).workers
-    with opened(how["scheduler"] or found.scheduler, how["workers"], found.sensible(), shared=folder.shared) as compute:
-        under_way.append(found)
+    workers = prepared.estimate(how["workers"], how["scheduler"]).workers
+    with opened(how["scheduler"] or prepared.scheduler, how["workers"], prepared.sensible(), shared=folder.shared) as compute:
+        under_way.append(prepared)
         watch.enter("computing cases")
-        done = found.carry_out(
+        done = prepared.carry_out(
             folder, compute, resume=how["resume"], retry_failed=how["retry_failed"], progress=watch, workers=workers
         )
     watch.enter("writing the page")
     return done, _page(done, folder, title)
 
 
-def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Place) -> BaseException:
+def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Storage) -> BaseException:
     """Say what is kept and how to go on, if anything is."""
     from gearrattle.cli.failures import disk_is_full
     from gearrattle.errors import Cancelled, GearRattleError, SchedulerLost
@@ -143,7 +143,7 @@ def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Pla
     return error
 
 
-def _page(done: Done, folder: Place, title: str) -> StudyReport:
+def _page(done: Done, folder: Storage, title: str) -> StudyReport:
     """Write page, summary and figures into the folder, whole or not at all."""
     from gearrattle.report.study import StudyReport
     from gearrattle.writing import staged
@@ -180,21 +180,21 @@ def _function(named: str) -> Any:
     if str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))  # workers need it as well: they inherit the path
     try:
-        found = getattr(import_module(module), name)
+        function = getattr(import_module(module), name)
     except (ImportError, AttributeError) as error:
         raise ModelError(Problem("--function", named, f"cannot be found: {error}")) from None
-    if not callable(found):
+    if not callable(function):
         raise ModelError(Problem("--function", named, "is no function"))
-    return found
+    return function
 
 
-def _tell(done: Done, report: StudyReport, folder: Place, *, json: bool) -> None:
+def _tell(done: Done, report: StudyReport, folder: Storage, *, json: bool) -> None:
     from gearrattle.cli.emit import print_result
     from gearrattle.report.saved import PAGE
-    from gearrattle.studies.places import File
+    from gearrattle.studies.storage import File
 
     if not json:
-        print(done.told)
+        print(done.outcome_counts)
     print_result(report, File(folder, PAGE), json=json)
     if not json:
         print(f"results: {File(folder, 'results.zarr')}")

@@ -61,9 +61,9 @@ class Comparison:
 
     def unfit(self) -> list[str]:
         """Return the options given that are of a steady motion alone."""
-        steady = (each for each in fields(self) if each.name != "match")
-        given = [each.name for each in steady if list(_listed(getattr(self, each.name))) != list(_listed(each.default))]
-        return [f"--{name.replace('_', '-')}" for name in given]
+        steady = (field for field in fields(self) if field.name != "match")
+        names = [field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))]
+        return [f"--{name.replace('_', '-')}" for name in names]
 
 
 def _listed(value: Any) -> Any:

@@ -16,7 +16,7 @@ from gearrattle.trajectory import Trajectory
 
 
 def compare_coherence(
-    given: Trajectory,
+    candidate: Trajectory,
     reference: Trajectory,
     start: float | None = None,
     *,
@@ -30,16 +30,16 @@ def compare_coherence(
     """Return the coherence of every inertia's acceleration, by name.
 
     Args:
-        given, reference: on the same output grid.
+        candidate, reference: on the same output grid.
         start: no sample before it is used [s]; None: the steady part.
         ensembles, points, harmonics, every, anti_alias, taper: see ``coherence_at_harmonics``.
 
     Raises:
         ModelError: other driveline, other grid, too few samples, or harmonics outside the band.
     """
-    same_grid(given, reference)
+    same_grid(candidate, reference)
     layout, window = reference.layout, cycles_beyond(reference, start)
-    mine, theirs = window.periodic(given.acceleration), window.periodic(reference.acceleration)
+    mine, theirs = window.periodic(candidate.acceleration), window.periodic(reference.acceleration)
     return {
         name: coherence_at_harmonics(
             mine[:, i],

@@ -107,9 +107,9 @@ def side_by_side(
     settled(model, {**shared, "tolerance": tolerance, "step": step})
     for algorithm in (reference, *(contender.algorithm for contender in everyone)):
         check_takes(assemble(model), algorithm)
-    told = _Share(progress, len(everyone) + 3)
+    share = _Share(progress, len(everyone) + 3)
     judge = Contender(reference, reference, {} if reference == "exact" else {"tolerance": tolerance, "step": step})
-    result = run_one(model, judge, shared, float("inf"), told.next())
+    result = run_one(model, judge, shared, float("inf"), share.next())
     if result.run is None:
         raise ConvergenceError(f"the reference, {reference}: {result.status}", remedy='reference = "exact"')
     truth = result.run
@@ -117,17 +117,17 @@ def side_by_side(
     window = window_of(truth, tolerance)
     start = horizon if horizon < truth.trajectory.end else None  # all is predictable: from the steady part on
     peers = _where_there_is_enough(
-        lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=told.next())
+        lambda: exact_portraits(model, truth.trajectory, shared, start, budget=budget, progress=share.next())
     )
     rows = [judged(result, truth, window, peers, start)]
     for contender in everyone:
         own = {"step": step} if has_fixed_step(contender.algorithm) else {"tolerance": tolerance}
-        result = run_one(model, contender, {**shared, **own}, budget, told.next())
+        result = run_one(model, contender, {**shared, **own}, budget, share.next())
         growths = growths_of(model, contender, {**shared, **own}, truth)
         rows.append(replace(judged(result, truth, window, peers, start), growths=growths))
     away = Contender(CEILING, "exact", {"initial": nearby(truth.trajectory, _AWAY)})
-    rows.append(judged(run_one(model, away, shared, budget, told.next()), truth, window, peers, start))
-    told.next()
+    rows.append(judged(run_one(model, away, shared, budget, share.next()), truth, window, peers, start))
+    share.next()
     t = truth.trajectory
     comparison = Comparison(
         model.name, reference, tuple(rows), tolerance, window, horizon, t.layout.period, t.cycles, t.discard,
@@ -176,26 +176,26 @@ def judged(
     label, algorithm = result.contender.label, result.contender.algorithm
     if result.run is None:
         return Row(label, algorithm, result.status)
-    given, reference = result.run.trajectory, truth.trajectory
+    candidate, reference = result.run.trajectory, truth.trajectory
     statistics = None
     if peers and len(peers) > 1:
-        floor = floor_of(given, reference, start) if reference.cost.algorithm == "exact" else None
-        statistics = compare_statistics(portrait(given, start), peers, floor, units=truth.model.units)
+        floor = floor_of(candidate, reference, start) if reference.cost.algorithm == "exact" else None
+        statistics = compare_statistics(portrait(candidate, start), peers, floor, units=truth.model.units)
     return Row(
         label,
         algorithm,
         result.status,
         cost=result.run.cost,
-        error=pointwise(given, reference, window),
-        crossings=compare_crossings(given, reference, window),
-        impacts=compare_impacts(given, reference, window),
+        error=pointwise(candidate, reference, window),
+        crossings=compare_crossings(candidate, reference, window),
+        impacts=compare_impacts(candidate, reference, window),
         statistics=statistics,
-        transmissibility=compare_transmissibility(given, reference),
-        coherence=_where_there_is_enough(lambda: compare_coherence(given, reference)),
+        transmissibility=compare_transmissibility(candidate, reference),
+        coherence=_where_there_is_enough(lambda: compare_coherence(candidate, reference)),
         history=envelope(
-            reference.time, worst_history(given, reference, reference.time.size), 2.0 * truth.predictability_horizon
+            reference.time, worst_history(candidate, reference, reference.time.size), 2.0 * truth.predictability_horizon
         ),
-        notes=given.notes,
+        notes=candidate.notes,
     )
 
 

@@ -72,36 +72,36 @@ def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
     """
     if not isinstance(algorithms, Mapping):
         names = [algorithms] if isinstance(algorithms, str) else list(algorithms)
-        found = tuple(Contender(name, name) for name in names)
+        contenders = tuple(Contender(name, name) for name in names)
     else:
-        wrong = [problem for label, given in algorithms.items() for problem in _wrong_settings(label, given)]
+        wrong = [problem for label, algorithm in algorithms.items() for problem in _wrong_settings(label, algorithm)]
         if wrong:
             raise ModelError(wrong)
-        found = tuple(
-            Contender(label, given.get("algorithm", label), {k: v for k, v in given.items() if k != "algorithm"})
-            for label, given in algorithms.items()
+        contenders = tuple(
+            Contender(label, algorithm.get("algorithm", label), {k: v for k, v in algorithm.items() if k != "algorithm"})
+            for label, algorithm in algorithms.items()
         )
-    if not found:
+    if not contenders:
         raise ModelError(Problem("algorithms", "", "must name at least one"))
-    labels = [each.label for each in found]
+    labels = [contender.label for contender in contenders]
     twice = dict.fromkeys(label for label in labels if labels.count(label) > 1)
     remedy = 'a mapping lets one algorithm take part twice, such as {"coarse": {"algorithm": "rk4", "step": 1e-4}}'
     if twice:
         raise ModelError([Problem("algorithms", f'"{label}" twice', "every label once", remedy) for label in twice])
-    return found
+    return contenders
 
 
-def _wrong_settings(label: str, given: Any) -> Iterator[Problem]:
+def _wrong_settings(label: str, settings: Any) -> Iterator[Problem]:
     """Problems of one entry of a mapping."""
-    place = f"algorithms.{label}"
+    location = f"algorithms.{label}"
     if label == CEILING:
-        yield Problem(place, "", "this label is taken by the exact motion from nearby", "choose another")
-    if not isinstance(given, Mapping):
-        yield Problem(place, repr(given), "must be a mapping of settings, {} for none")
+        yield Problem(location, "", "this label is taken by the exact motion from nearby", "choose another")
+    if not isinstance(settings, Mapping):
+        yield Problem(location, repr(settings), "must be a mapping of settings, {} for none")
         return
-    for key in given:
+    for key in settings:
         if key not in _SETTINGS:
-            yield Problem(place, f'"{key}"', f"settings are {', '.join(_SETTINGS)}", "all share the others")
+            yield Problem(location, f'"{key}"', f"settings are {', '.join(_SETTINGS)}", "all share the others")
 
 
 def run_one(

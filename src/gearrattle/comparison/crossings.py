@@ -85,19 +85,19 @@ class EventComparison(Record):
 
     def of(self, clearance: str) -> EventSummary:
         """Return the summary of one clearance, by name."""
-        return summary(tuple(each for each in self.matches if each.clearance == clearance))
+        return summary(tuple(match for match in self.matches if match.clearance == clearance))
 
 
 def summary(matches: tuple[Matches, ...]) -> EventSummary:
     """Return counts and time errors of several matches together."""
-    errors = np.abs(np.concatenate([np.empty(0), *(each.time_error for each in matches)]))
-    missed = sum(each.missed.size for each in matches)
+    errors = np.abs(np.concatenate([np.empty(0), *(match.time_error for match in matches)]))
+    missed = sum(match.missed.size for match in matches)
     some = bool(errors.size)
     return EventSummary(
         reference=errors.size + missed,
         matched=errors.size,
         missed=missed,
-        invented=sum(each.invented.size for each in matches),
+        invented=sum(match.invented.size for match in matches),
         largest=float(errors.max()) if some else float("nan"),
         median=float(np.median(errors)) if some else float("nan"),
         rms=float(np.sqrt(np.mean(errors**2))) if some else float("nan"),
@@ -105,26 +105,26 @@ def summary(matches: tuple[Matches, ...]) -> EventSummary:
 
 
 def compare_crossings(
-    given: Trajectory, reference: Trajectory, horizon: float | None = None, *, reach: float | None = None
+    candidate: Trajectory, reference: Trajectory, horizon: float | None = None, *, reach: float | None = None
 ) -> EventComparison:
     """Return how the corner crossings of two motions match inside [0, horizon].
 
     Args:
-        given, reference: of the same driveline, on the same output grid.
+        candidate, reference: of the same driveline, on the same output grid.
         horizon: end of the window [s]; None: the whole motion.
         reach: largest distance of a pair [s]; None: ``default_reach``.
 
     Raises:
         ModelError: other driveline or other grid.
     """
-    return _compare("crossing", given, reference, horizon, reach)
+    return _compare("crossing", candidate, reference, horizon, reach)
 
 
 def compare_impacts(
-    given: Trajectory, reference: Trajectory, horizon: float | None = None, *, reach: float | None = None
+    candidate: Trajectory, reference: Trajectory, horizon: float | None = None, *, reach: float | None = None
 ) -> EventComparison:
     """Return how the impacts of two motions match inside [0, horizon]; arguments as ``compare_crossings``."""
-    return _compare("impact", given, reference, horizon, reach)
+    return _compare("impact", candidate, reference, horizon, reach)
 
 
 def default_reach(reference: Trajectory) -> float:
@@ -134,12 +134,12 @@ def default_reach(reference: Trajectory) -> float:
 
 
 def _compare(
-    kind: Kind, given: Trajectory, reference: Trajectory, horizon: float | None, reach: float | None
+    kind: Kind, candidate: Trajectory, reference: Trajectory, horizon: float | None, reach: float | None
 ) -> EventComparison:
-    same_grid(given, reference)
+    same_grid(candidate, reference)
     end = reference.end if horizon is None else min(horizon, reference.end)
     reach = default_reach(reference) if reach is None else reach
-    mine, theirs = _events(kind, given), _events(kind, reference)
+    mine, theirs = _events(kind, candidate), _events(kind, reference)
     matches = tuple(_matched(reference, mine, theirs, end, reach))
     return EventComparison(kind, end, reach, matches, summary(matches))
 
@@ -162,15 +162,15 @@ def _matched(owner: Trajectory, mine: _Events, theirs: _Events, end: float, reac
     layout = owner.layout
     for clearance, corner, direction in np.unique(np.concatenate([mine.key, theirs.key]), axis=0).tolist():
         key = (clearance, corner, direction)
-        a, b = (each.time[np.all(each.key == key, axis=1) & (each.time <= end + reach)] for each in (mine, theirs))
-        found = align(a, b, reach)
-        counted = b[found.reference] <= end
-        missed, invented = b[found.missed], a[found.invented]
+        a, b = (events.time[np.all(events.key == key, axis=1) & (events.time <= end + reach)] for events in (mine, theirs))
+        alignment = align(a, b, reach)
+        counted = b[alignment.reference] <= end
+        missed, invented = b[alignment.missed], a[alignment.invented]
         match = Matches(
             clearance=layout.clearance_names[clearance],
             corner=float(layout.corners[clearance][corner]),
             direction=direction,
-            time_error=(a[found.given] - b[found.reference])[counted],
+            time_error=(a[alignment.candidate] - b[alignment.reference])[counted],
             missed=missed[missed <= end],
             invented=invented[invented <= end],
         )

@@ -62,21 +62,21 @@ class Floor:
     tr_peak: Array
 
 
-def floor_of(given: Trajectory, reference: Trajectory, start: float | None = None) -> Floor:
+def floor_of(candidate: Trajectory, reference: Trajectory, start: float | None = None) -> Floor:
     """Return what the error of a motion explains of the differences in its statistics.
 
     Args:
-        given, reference: on the same output grid.
+        candidate, reference: on the same output grid.
         start: as in ``portrait``, whose statistics are compared.
 
     Raises:
         ModelError: other driveline, other grid, no whole cycle left, or too few samples in one for a spectrum.
     """
-    same_grid(given, reference)
+    same_grid(candidate, reference)
     statistics = portrait(reference, start)
     window = cycles_beyond(reference, start)
-    deflection = given.deflection - reference.deflection
-    acceleration = given.acceleration - reference.acceleration
+    deflection = candidate.deflection - reference.deflection
+    acceleration = candidate.acceleration - reference.acceleration
     counted = _counted(window.closed(acceleration), window.closed(reference.acceleration))
     own = _counted(window.closed(deflection), window.closed(reference.deflection))
     spectrum = psd(window.periodic(acceleration), reference.layout.period, reference.samples_per_cycle)
@@ -84,7 +84,7 @@ def floor_of(given: Trajectory, reference: Trajectory, start: float | None = Non
     tr_rms, tr_peak = _ratios(
         last.closed(acceleration), last.closed(reference.acceleration), reference.layout.reference
     )
-    squares = [float(np.sqrt(np.mean(each**2))) if each.size else 0.0 for each in statistics.impulses]
+    squares = [float(np.sqrt(np.mean(impulse**2))) if impulse.size else 0.0 for impulse in statistics.impulses]
     return Floor(
         reference=statistics,
         deflection=own * rms(window.closed(deflection)),

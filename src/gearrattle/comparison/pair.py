@@ -13,26 +13,26 @@ from gearrattle.trajectory import Trajectory
 from gearrattle.wording import counted
 
 
-def same_grid(given: Trajectory, reference: Trajectory) -> None:
+def same_grid(candidate: Trajectory, reference: Trajectory) -> None:
     """Check that two motions are of one driveline and sampled at the same times.
 
     Raises:
         ModelError: they are not.
     """
-    mine, theirs = given.layout, reference.layout
+    mine, theirs = candidate.layout, reference.layout
     if mine.inertia_names != theirs.inertia_names or mine.element_names != theirs.element_names:
-        found = ", ".join(mine.inertia_names + mine.element_names)
+        value = ", ".join(mine.inertia_names + mine.element_names)
         rule = f"both motions must be of the driveline {', '.join(theirs.inertia_names + theirs.element_names)}"
-        raise ModelError(Problem("comparison", found, rule, "simulate the same model with both algorithms"))
+        raise ModelError(Problem("comparison", value, rule, "simulate the same model with both algorithms"))
     if any(a.size != b.size for a, b in zip(mine.corners, theirs.corners, strict=True)):
         rule = "both motions must have the same corners in every clearance"
         raise ModelError(Problem("comparison", "other corners", rule, "simulate the same model with both algorithms"))
     spacing = reference.layout.period / reference.samples_per_cycle
-    if given.time.size != reference.time.size or np.max(np.abs(given.time - reference.time)) > 1e-6 * spacing:
-        found = f"{counted(given.time.size, 'sample')} from {given.time[0]:g} s to {given.end:g} s"
+    if candidate.time.size != reference.time.size or np.max(np.abs(candidate.time - reference.time)) > 1e-6 * spacing:
+        value = f"{counted(candidate.time.size, 'sample')} from {candidate.time[0]:g} s to {candidate.end:g} s"
         rule = f"the reference has {reference.time.size} from {reference.time[0]:g} s to {reference.end:g} s"
         remedy = "simulate both with the same cycles and samples_per_cycle"
-        raise ModelError(Problem("comparison", found, rule, remedy))
+        raise ModelError(Problem("comparison", value, rule, remedy))
 
 
 def samples_until(reference: Trajectory, horizon: float | None) -> int:

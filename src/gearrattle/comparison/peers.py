@@ -83,14 +83,14 @@ def exact_portraits(
     from gearrattle.simulation.simulate import simulate
 
     begun, random = time.perf_counter(), np.random.default_rng(_SEED)
-    found: list[Portrait] = []
+    portraits: list[Portrait] = []
     shared = {**settings, "algorithm": "exact", "audit": False}
     for i in range(MANY):
         direction = np.asarray(random.standard_normal(motion.angle.shape[1]))
         away = nearby(motion, AWAY * random.random() if i else 0.0, direction)
-        found.append(portrait(simulate(model, **{**shared, "initial": away}).trajectory, start))
+        portraits.append(portrait(simulate(model, **{**shared, "initial": away}).trajectory, start))
         if progress is not None:
             progress((i + 1) / MANY)
         if time.perf_counter() - begun > budget:
             break
-    return tuple(found)
+    return tuple(portraits)

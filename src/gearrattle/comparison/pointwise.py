@@ -62,7 +62,7 @@ class PointwiseError(Record):
 
 
 def pointwise(
-    given: Trajectory,
+    candidate: Trajectory,
     reference: Trajectory,
     horizon: float | None = None,
     *,
@@ -71,21 +71,21 @@ def pointwise(
     """Return the error of one motion against another inside [0, horizon].
 
     Args:
-        given, reference: on the same output grid.
+        candidate, reference: on the same output grid.
         horizon: end of the window [s], such as the reference's predictability horizon; None: the whole motion.
         thresholds: errors of which the first passing is told [scales], ascending.
 
     Raises:
         ModelError: other driveline or other grid.
     """
-    same_grid(given, reference)
+    same_grid(candidate, reference)
     samples = samples_until(reference, horizon)
     scale = deflection_scale(reference, samples)
-    history = error_history(given, reference, scale)
+    history = error_history(candidate, reference, scale)
     velocity = reference.velocity[:samples]
     level = np.std(velocity, axis=0)
     level = np.where(level > 1e-14 * np.max(np.abs(velocity), axis=0), level, 0.0)  # a constant is rounded, not moving
-    worst = worst_history(given, reference, samples)
+    worst = worst_history(candidate, reference, samples)
     return PointwiseError(
         horizon=float(reference.time[samples - 1]),
         samples=samples,
@@ -94,29 +94,29 @@ def pointwise(
         deflection_scale=scale,
         deflection=np.max(history[:samples], axis=0),
         velocity_scale=level,
-        velocity=np.max(_relative(given.velocity[:samples] - velocity, level), axis=0),
+        velocity=np.max(_relative(candidate.velocity[:samples] - velocity, level), axis=0),
         thresholds=thresholds,
-        passed=np.array([_first(reference.time, worst > each) for each in thresholds]),
+        passed=np.array([_first(reference.time, worst > threshold) for threshold in thresholds]),
         worst=float(np.max(worst[:samples])),
         unit="half-gaps" if reference.layout.clearance.size else "of the rms velocity",
     )
 
 
-def worst_history(given: Trajectory, reference: Trajectory, samples: int) -> Array:
+def worst_history(candidate: Trajectory, reference: Trajectory, samples: int) -> Array:
     """Return (Nt,) the worst error at every sample, of deflections or, without clearances, of velocities.
 
     Args:
-        given, reference: on the same output grid.
+        candidate, reference: on the same output grid.
         samples: of how many samples of the reference the scales are.
     """
     if reference.layout.clearance.size:
-        history = error_history(given, reference, deflection_scale(reference, samples))
+        history = error_history(candidate, reference, deflection_scale(reference, samples))
     else:
         velocity = reference.velocity[:samples]
         level = float(np.max(np.std(velocity, axis=0)))
         steady = float(np.max(np.abs(velocity)))
         scale = level if level > 1e-14 * steady else steady
-        history = _relative(given.velocity - reference.velocity, np.full(velocity.shape[1], scale))
+        history = _relative(candidate.velocity - reference.velocity, np.full(velocity.shape[1], scale))
     return np.asarray(np.max(history, axis=1))
 
 
@@ -127,14 +127,14 @@ def deflection_scale(reference: Trajectory, samples: int) -> Array:
         reference: the motion.
         samples: how many of its samples to look at.
     """
-    corners = np.array([np.max(np.abs(each)) for each in reference.layout.corners])
+    corners = np.array([np.max(np.abs(corner)) for corner in reference.layout.corners])
     largest = np.max(np.abs(reference.deflection[:samples]), axis=0)
     return np.asarray(np.where(corners > 0.0, corners, largest), dtype=np.float64)
 
 
-def error_history(given: Trajectory, reference: Trajectory, scale: Array) -> Array:
+def error_history(candidate: Trajectory, reference: Trajectory, scale: Array) -> Array:
     """Return (Nt, K) the error of every deflection at every sample, in units of ``scale`` (K,)."""
-    return _relative(given.deflection - reference.deflection, scale)
+    return _relative(candidate.deflection - reference.deflection, scale)
 
 
 def envelope(time: Array, worst: Array, dense: float = math.inf, points: int = 400) -> tuple[Array, Array]:

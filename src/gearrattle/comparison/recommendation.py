@@ -125,5 +125,5 @@ def _limits(comparison: Comparison) -> str:
         later, unit = float(away.error.passed[-1]) / comparison.period, away.error.unit
         own = f" Two exact motions that begin 1e-12 {unit} apart are {away.error.thresholds[-1]:g} {unit} apart after "
         own += f"{later:.3g} {noun_of(later, 'cycle')}."
-    told = f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}"
-    return f"{told}; after that only statistics can be compared.{own}"
+    sentence = f"The motion is predictable for {cycles:.3g} {noun_of(cycles, 'cycle')}"
+    return f"{sentence}; after that only statistics can be compared.{own}"

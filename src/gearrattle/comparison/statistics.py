@@ -51,7 +51,7 @@ class Item(Record):
     Attributes:
         quantity: which, in words.
         subject: of which inertia or clearance.
-        given, reference: its value, and the mean of the exact motions' [unit]; NaN where it has no value of its own.
+        candidate, reference: its value, and the mean of the exact motions' [unit]; NaN where it has no value of its own.
         unit: of these two.
         measure: what is tested, in words with its unit.
         value: that measure.
@@ -65,7 +65,7 @@ class Item(Record):
 
     quantity: str
     subject: str
-    given: float
+    candidate: float
     reference: float
     unit: str
     measure: str
@@ -103,45 +103,45 @@ class StatisticalComparison(Record):
 
     def of(self, quantity: str, subject: str) -> Item:
         """Return one item, by quantity and name of the inertia or clearance."""
-        return next(each for each in self.items if (each.quantity, each.subject) == (quantity, subject))
+        return next(item for item in self.items if (item.quantity, item.subject) == (quantity, subject))
 
 
 def compare_statistics(
-    given: Portrait, exact: Sequence[Portrait], floor: Floor | None = None, *, units: str = "SI"
+    candidate: Portrait, exact: Sequence[Portrait], floor: Floor | None = None, *, units: str = "SI"
 ) -> StatisticalComparison:
     """Return the statistics of a motion beside those of exact ones, and which of them differ.
 
     Args:
-        given: the motion in question.
+        candidate: the motion in question.
         exact: exact motions of the same driveline over the same cycles, two or more; fewer than twenty decide nothing.
         floor: what the motion's error against one of them explains; None where that is not known.
         units: "SI", or "dimensionless" for a model without units: then units of SI read "1".
     """
-    everyone = (given, *exact)
-    layout = given.layout
+    everyone = (candidate, *exact)
+    layout = candidate.layout
     clearances, inertias = layout.clearance_names, layout.inertia_names
     metres = [layout.is_mesh[element] for element in layout.clearance]
-    rad, impulse = (["m" if each else "rad" for each in metres], ["N s" if each else "N m s" for each in metres])
+    rad, impulse = (["m" if is_length else "rad" for is_length in metres], ["N s" if is_length else "N m s" for is_length in metres])
     ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
     if units != "SI":
         rad, impulse, shaking = ["1"] * len(metres), ["1"] * len(metres), ones
-    moved = NEGLIGIBLE * np.max([each.largest_deflection for each in exact], axis=0)
-    shaken = NEGLIGIBLE * np.max([each.largest_acceleration for each in exact], axis=0)
+    moved = NEGLIGIBLE * np.max([motion.largest_deflection for motion in exact], axis=0)
+    shaken = NEGLIGIBLE * np.max([motion.largest_acceleration for motion in exact], axis=0)
     tr_rms, tr_peak = _referred(shaken, exact, layout.reference)
 
     def numbers(quantity: str, field: str, names: Sequence[str], units: Sequence[str], least: Array) -> Iterator[Item]:
         for i, name in enumerate(names):
             if quantity.startswith("TR") and i == layout.reference:
                 continue  # its own is 1
-            values = np.array([getattr(each, field)[i] for each in everyone])
+            values = np.array([getattr(motion, field)[i] for motion in everyone])
             explained = None if floor is None else (getattr(floor.reference, field)[i], getattr(floor, field)[i])
             yield _number(quantity, (name, units[i]), values, float(least[i]), explained)
 
-    densities = np.array([each.density for each in everyone])
+    densities = np.array([motion.density for motion in everyone])
     items = (
         *numbers("rms deflection", "deflection", clearances, rad, moved),
         *numbers("rms acceleration", "acceleration", inertias, shaking, shaken),
-        *_densities(inertias, densities, shaken / np.sqrt(given.resolution), floor),
+        *_densities(inertias, densities, shaken / np.sqrt(candidate.resolution), floor),
         *numbers("impact rate", "rate", clearances, ["1/cycle"] * len(clearances), np.zeros(len(clearances))),
         *_impulses(clearances, impulse, everyone, floor),
         *numbers("TR rms", "tr_rms", inertias, ones, tr_rms),
@@ -150,7 +150,7 @@ def compare_statistics(
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = sum(item.by_chance for item in items)
-    return StatisticalComparison(given.start, given.end, given.cycles, len(exact), items, decided, different, by_chance)
+    return StatisticalComparison(candidate.start, candidate.end, candidate.cycles, len(exact), items, decided, different, by_chance)
 
 
 def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[Array, Array]:
@@ -158,8 +158,8 @@ def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[
 
     Infinite where that one rests: a ratio to rest says nothing.
     """
-    with_mean = float(np.mean([each.acceleration[reference] for each in exact]))
-    power = float(np.mean([np.sum(each.density[reference]) * each.resolution for each in exact]))
+    with_mean = float(np.mean([motion.acceleration[reference] for motion in exact]))
+    power = float(np.mean([np.sum(motion.density[reference]) * motion.resolution for motion in exact]))
     bases = with_mean, float(np.sqrt(power))
     rms, swing = (least / base if base > least[reference] else np.full(least.size, np.inf) for base in bases)
     return rms, swing
@@ -237,7 +237,7 @@ def _impulses(
     names: Sequence[str], units: Sequence[str], everyone: Sequence[Portrait], floor: Floor | None
 ) -> Iterator[Item]:
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
-        samples = [each.impulses[k] for each in everyone]
+        samples = [motion.impulses[k] for motion in everyone]
         medians = [float(np.median(sample)) if sample.size else float("nan") for sample in samples]
         distances, shift = np.full(len(samples), np.nan), float("nan")
         if min(sample.size for sample in samples) >= FEWEST_IMPULSES:
@@ -248,7 +248,7 @@ def _impulses(
         yield Item(
             quantity="contact impulse distribution",
             subject=name,
-            given=medians[0],
+            candidate=medians[0],
             reference=float(np.mean(medians[1:])),
             unit=unit,
             measure=f"largest distance of the distributions beyond a shift of {shift:.3g} {unit} [1]",

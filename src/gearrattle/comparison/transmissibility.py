@@ -48,7 +48,7 @@ class TransmissibilityComparison(Record):
         distance: (n,) number of elements between the inertia and the reference inertia, on the shortest way that does
             not lead through ground; -1 where there is none.
         frequency: (h,) harmonics of the lowest excited order, the middles of the bands [Hz].
-        given, reference: the transmissibilities.
+        candidate, reference: the transmissibilities.
         rms_error, peak_error: (n,) relative differences.
         band_error: (h, n) relative differences.
     """
@@ -56,7 +56,7 @@ class TransmissibilityComparison(Record):
     inertias: tuple[str, ...]
     distance: IntArray
     frequency: Array
-    given: Ratios
+    candidate: Ratios
     reference: Ratios
     rms_error: Array
     peak_error: Array
@@ -76,28 +76,28 @@ class TransmissibilityComparison(Record):
 
 
 def compare_transmissibility(
-    given: Trajectory, reference: Trajectory, *, cycles: int = CYCLES, harmonics: int = HARMONICS
+    candidate: Trajectory, reference: Trajectory, *, cycles: int = CYCLES, harmonics: int = HARMONICS
 ) -> TransmissibilityComparison:
     """Return the transmissibilities of two motions side by side.
 
     Args:
-        given, reference: on the same output grid.
+        candidate, reference: on the same output grid.
         cycles: periods T at the end of the motion, fewer where fewer remain after the discarded ones.
         harmonics: number of bands.
 
     Raises:
         ModelError: other driveline, other grid, or no cycle left.
     """
-    same_grid(given, reference)
+    same_grid(candidate, reference)
     layout = reference.layout
-    mine, theirs = (ratios(each, cycles, harmonics) for each in (given, reference))
+    mine, theirs = (ratios(trajectory, cycles, harmonics) for trajectory in (candidate, reference))
     fundamental = fundamental_order(reference) * layout.omega / (2.0 * np.pi)
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     return TransmissibilityComparison(
         inertias=layout.inertia_names,
         distance=elements_from(layout, layout.reference),
         frequency=frequency,
-        given=mine,
+        candidate=mine,
         reference=theirs,
         rms_error=_relative(mine.rms, theirs.rms),
         peak_error=_relative(mine.peak, theirs.peak),
@@ -146,9 +146,9 @@ def _over(level: Array, reference: int) -> Array:
         return np.asarray(np.where(base > 0.0, level / base, np.nan))
 
 
-def _relative(given: Array, reference: Array) -> Array:
+def _relative(candidate: Array, reference: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(given / reference - 1.0, dtype=np.float64)
+        return np.asarray(candidate / reference - 1.0, dtype=np.float64)
 
 
 def _largest(errors: Array) -> float:

@@ -68,11 +68,11 @@ def _whole(channel: Mapped) -> tuple[Mapped, list[str]]:
     if not bad.any():
         return channel, []
     at, count = int(np.argmax(bad)), int(bad.sum())
-    found = f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at}; {count} in all)"
+    value = f"{channel.values[at]} at {channel.time[at]:.9g} s (sample {at}; {count} in all)"
     if channel.table.gaps != "bridge":
-        raise channel.wrong("", found, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
+        raise channel.wrong("", value, "samples must be finite numbers", 'cut with start and end, or gaps = "bridge"')
     if bad[0] or bad[-1] or count > bad.size - _FEWEST:
-        raise channel.wrong("gaps", found, "only what lies between numbers can be bridged", "cut with start and end")
+        raise channel.wrong("gaps", value, "only what lies between numbers can be bridged", "cut with start and end")
     values, longest = bridged(channel.time, channel.values)
     missing = f"{channel.table.name}: {counted(count, 'sample')} without a number"
     note = f"{missing}; straight lines bridge what is missing, {longest:.6g} s at most"
@@ -142,8 +142,8 @@ def finished(channel: Mapped, time: Array, values: Array, interval: float | None
         raise channel.wrong("filter", "", rule, 'resample: rate = "10 kHz" at the top of the mapping')
     half = 0.5 / interval
     if row.filter.cutoff[-1] >= half:
-        found, rule = f"{row.filter.cutoff[-1]:.6g} Hz", f"must lie below half the sampling rate, {half:.6g} Hz"
-        raise channel.wrong("filter.cutoff", found, rule, "lower it, or raise rate")
+        value, rule = f"{row.filter.cutoff[-1]:.6g} Hz", f"must lie below half the sampling rate, {half:.6g} Hz"
+        raise channel.wrong("filter.cutoff", value, rule, "lower it, or raise rate")
     try:
         return filtered(values, 1.0 / interval, row.filter.kind, row.filter.cutoff, row.filter.order)
     except ValueError as error:

@@ -42,23 +42,23 @@ def drive(
         ModelError: no such channel or inertia, a quantity that drives nothing, a dimensionless model.
     """
     check_model(model)
-    found = recording[channel] if channel else _only(recording)
-    if found.quantity not in _KEYS:
-        rule = f"{found.quantity or 'a channel without a quantity'} drives nothing; {listed(_KEYS)} do"
-        raise ModelError(Problem(recording.source, shown(found.name), rule, "a mapping can make one of another"))
+    chosen = recording[channel] if channel else _only(recording)
+    if chosen.quantity not in _KEYS:
+        rule = f"{chosen.quantity or 'a channel without a quantity'} drives nothing; {listed(_KEYS)} do"
+        raise ModelError(Problem(recording.source, shown(chosen.name), rule, "a mapping can make one of another"))
     if model.units == "dimensionless":
         raise ModelError(Problem("model.units", "dimensionless", "a recording is in SI", "load the model in SI"))
-    where, names = on or found.subject, [inertia.name for inertia in model.inertias]
+    where, names = on or chosen.subject, [inertia.name for inertia in model.inertias]
     if where not in names:
         rule = f"no inertia has this name; there are {listed(names)}"
         raise ModelError(Problem("on", shown(where), rule, did_you_mean(where, names) or "name the inertia: on=..."))
     tables = model.to_tables()
-    key = _KEYS[found.quantity]
+    key = _KEYS[chosen.quantity]
     signal: dict[str, Any] = {
         "time": recording.time.tolist(),
-        "value": found.values.tolist(),
+        "value": chosen.values.tolist(),
         "start": float(recording.time[0]) if start is None else start,
-        "source": f"{recording.source}: {found.name}",
+        "source": f"{recording.source}: {chosen.name}",
     }
     if key == "signal":
         if about is not None:
@@ -69,7 +69,7 @@ def drive(
         if static is not None:
             raise ModelError(
                 Problem(
-                    "static", str(static), f"belongs to a torque, and the channel is {with_article(found.quantity)}"
+                    "static", str(static), f"belongs to a torque, and the channel is {with_article(chosen.quantity)}"
                 )
             )
         motion = {"on": where, key: signal} if about is None else {"on": where, key: signal, "about": about}

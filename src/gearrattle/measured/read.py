@@ -137,7 +137,7 @@ def _cut(channel: Mapped, start: float | None, end: float | None) -> Mapped:
 
 def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[tuple[str, float, str]]:
     """Return for every second file that is aligned what is added to its times [s], and a note."""
-    found = []
+    notes = []
     for channel in channels:
         row = channel.table
         if row.align is None or row.file is None:
@@ -159,8 +159,8 @@ def _shifts(channels: Sequence[Mapped], own: Mapping[str, Conditioned]) -> list[
         note += f" ({what} {delay.agreement:.4g})"
         if delay.rival > _RIVAL * delay.agreement:
             note += f"; a delay elsewhere agrees nearly as well ({delay.rival:.4g}): the signal repeats itself"
-        found.append((row.file, delay.value, note))
-    return found
+        notes.append((row.file, delay.value, note))
+    return notes
 
 
 def _correlated(first: Conditioned, second: Conditioned, most: float) -> Delay:
@@ -190,12 +190,12 @@ def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple
         try:
             within_limit(8.0 * count * (1 + len(parts)))
         except Refused as error:
-            found = f"{rate:.6g} Hz over {end - begin:.6g} s"
-            raise ModelError(Problem(f"{measurement.place}: rate", found, error.rule, error.remedy)) from None
+            value = f"{rate:.6g} Hz over {end - begin:.6g} s"
+            raise ModelError(Problem(f"{measurement.place}: rate", value, error.rule, error.remedy)) from None
         grid = begin + np.arange(int(count)) / rate
         if grid.size < 2:
-            found, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
-            raise ModelError(Problem(f"{measurement.place}: rate", found, rule))
+            value, rule = f"{rate:.6g} Hz", f"leaves one sample of {end - begin:.6g} s"
+            raise ModelError(Problem(f"{measurement.place}: rate", value, rule))
         done = []
         for channel, part in zip(measurement.channels, parts, strict=True):
             values, said = brought(channel, part, grid, rate)
@@ -206,7 +206,7 @@ def _one_axis(measurement: Measurement, own: Mapping[str, Conditioned]) -> tuple
     time = parts[0].time[inside[0]]
     for part, mask, channel in zip(parts, inside, measurement.channels, strict=True):
         if not np.array_equal(part.time[mask], time):
-            found = f"{measurement.channels[0].table.name} and {channel.table.name}"
+            value = f"{measurement.channels[0].table.name} and {channel.table.name}"
             rule = "have different times; a recording has one time axis"
-            raise ModelError(Problem(measurement.place, found, rule, 'resample: rate = "10 kHz" at the top'))
+            raise ModelError(Problem(measurement.place, value, rule, 'resample: rate = "10 kHz" at the top'))
     return time, [part.values[mask] for part, mask in zip(parts, inside, strict=True)], notes

@@ -110,14 +110,14 @@ def _guarded(path: Path, read: Callable[[Layout], T]) -> T:
 def _read(path: Path, layout: Layout, wanted: Mapping[str, Dimension], dimensionless: bool) -> Columns:
     import numpy as np
 
-    place = f"{path}:{layout.names_line}"
+    location = f"{path}:{layout.names_line}"
     example = "such as: " + ", ".join(f"{name} [{d.si}]" for name, d in wanted.items())
     columns = {head.name: (index, head.unit) for index, head in enumerate(layout.heads)}
     missing = [name for name in wanted if name not in columns]
     if missing:
         rule = f"no column has this name; there are {listed(shown(name) for name in columns)}"
-        raise RecordError(place, shown(missing[0]), rule, did_you_mean(missing[0], columns) or example)
-    factors = [_factor(place, name, columns[name][1], d, dimensionless) for name, d in wanted.items()]
+        raise RecordError(location, shown(missing[0]), rule, did_you_mean(missing[0], columns) or example)
+    factors = [_factor(location, name, columns[name][1], d, dimensionless) for name, d in wanted.items()]
     use = {name: columns[name][0] for name in wanted}
     table = _numbers(path, layout, use)
     if table.size and not np.isfinite(table).all():
@@ -172,29 +172,29 @@ def _rows(path: Path, layout: Layout) -> Iterator[str]:
         yield layout.with_points(line)
 
 
-def _wrong_count(place: str, line: str, layout: Layout) -> RecordError | None:
+def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None:
     """Return the error of a row that has not as many entries as there are names."""
     separator, count = layout.separator, len(layout.heads)
     if line.count(separator) == count - 1:
         return None
     several = separator == "," and line.count(separator) >= count
     remedy = "decimals need a point where commas part columns" if several else ""
-    return RecordError(place, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy)
+    return RecordError(location, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy)
 
 
-def _factor(place: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
+def _factor(location: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:
     """Return the factor of a column to SI."""
     if dimensionless:
         if unit:
-            raise RecordError(place, f"{name} [{unit}]", "must have no unit: this model is dimensionless")
+            raise RecordError(location, f"{name} [{unit}]", "must have no unit: this model is dimensionless")
         return 1.0
     if not unit:
         rule = f"must name its unit of {dimension.name} in brackets"
-        raise RecordError(place, name, rule, f"such as: {name} [{dimension.si}]")
+        raise RecordError(location, name, rule, f"such as: {name} [{dimension.si}]")
     try:
         return units.convert(f"1 {unit}", dimension)
     except UnitError as error:
-        raise RecordError(place, f"{name} [{unit}]", error.rule, error.remedy) from None
+        raise RecordError(location, f"{name} [{unit}]", error.rule, error.remedy) from None
 
 
 def _first_wrong(path: Path, layout: Layout, columns: Mapping[str, int], *, gaps: bool = False) -> RecordError:

@@ -40,13 +40,13 @@ class RecordError(ValueError):
 
     Attributes:
         place: file, line and column.
-        found: what stands there.
+        value: what stands there.
         rule, remedy: as in ``errors.Problem``.
     """
 
-    def __init__(self, place: str, found: str, rule: str, remedy: str = "") -> None:
+    def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
-        self.place, self.found, self.rule, self.remedy = place, found, rule, remedy
+        self.place, self.value, self.rule, self.remedy = place, value, rule, remedy
 
 
 class Head(NamedTuple):

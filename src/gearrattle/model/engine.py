@@ -149,7 +149,7 @@ class Engine(Table):
         import numpy as np
 
         angle = np.linspace(0.0, CYCLE, _POINTS, endpoint=False, dtype=float)
-        found = []
+        series = []
         for torque in (self.gas_torque(angle), self.mass_torque(angle)):
             lines = np.fft.rfft(torque) * (2.0 / _POINTS)
             largest, waves = float(np.abs(lines).max()), []
@@ -158,5 +158,5 @@ class Engine(Table):
                 line = lines[k] * turned
                 if abs(turned) > _NOTHING * self.cylinders and abs(lines[k]) > 1e-12 * largest:
                     waves.append(Wave(0.5 * k, float(abs(line)), float(np.angle(line) + 0.5 * np.pi)))
-            found.append(tuple(waves))
-        return found[0], found[1]
+            series.append(tuple(waves))
+        return series[0], series[1]

@@ -108,17 +108,17 @@ class Motion(Table):
     @property
     def signal(self) -> Signal:
         """The record, of the speed or of the angle."""
-        found = self.angle if self.speed is None else self.speed
-        assert found is not None
-        return found
+        signal = self.angle if self.speed is None else self.speed
+        assert signal is not None
+        return signal
 
     @classmethod
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: both or none of speed and angle."""
-        given = [key for key in ("speed", "angle") if table.get(key) is not None]
-        if len(given) != 1:
-            found = table[given[1]] if given else ...
-            yield Breach(tuple(given[1:]), found, "a motion needs either a speed or an angle", "give one of them")
+        keys_set = [key for key in ("speed", "angle") if table.get(key) is not None]
+        if len(keys_set) != 1:
+            value = table[keys_set[1]] if keys_set else ...
+            yield Breach(tuple(keys_set[1:]), value, "a motion needs either a speed or an angle", "give one of them")
 
 
 class Sweep(Table):
@@ -163,9 +163,9 @@ class Excitation(Table):
     def rules(cls, table: Mapping[str, Any], _dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: more than one or none of speed, frequency and sweep."""
         keys = ("speed", "frequency", "sweep")
-        given = [key for key in keys if table.get(key) is not None]
-        if len(given) > 1:
-            rule = f"{' and '.join(given)} exclude each other: give one of them"
-            yield Breach((given[-1],), table[given[-1]], rule, "remove one")
-        if not given and not set(keys) & set(table):
+        keys_set = [key for key in keys if table.get(key) is not None]
+        if len(keys_set) > 1:
+            rule = f"{' and '.join(keys_set)} exclude each other: give one of them"
+            yield Breach((keys_set[-1],), table[keys_set[-1]], rule, "remove one")
+        if not keys_set and not set(keys) & set(table):
             yield Breach((), ..., "needs speed or frequency: it fixes the period", 'such as speed = "1500 rpm"')

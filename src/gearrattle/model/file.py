@@ -222,7 +222,7 @@ def _neighbour(name: str) -> str:
 def _models_in(folder: str) -> str:
     """Name a TOML file inside a folder."""
     try:
-        found = sorted(entry.name for entry in Path(folder).iterdir() if entry.suffix == ".toml")
+        names = sorted(entry.name for entry in Path(folder).iterdir() if entry.suffix == ".toml")
     except OSError:
         return ""
-    return f'such as "{Path(folder) / found[0]}"' if found else ""
+    return f'such as "{Path(folder) / names[0]}"' if names else ""

@@ -200,11 +200,11 @@ def _elements(model: Model) -> tuple[Element, ...]:
 def _speeds(table: object, dimensionless: bool) -> tuple[float | None, float | None]:
     """Return the speed that an excitation says, and that at the end of a sweep; None where nothing is understood."""
     try:
-        found = Excitation.model_validate(table, context={"dimensionless": dimensionless})
+        excitation = Excitation.model_validate(table, context={"dimensionless": dimensionless})
     except ValidationError:
         return None, None
-    omega = (found.without_units() if dimensionless else found).omega
-    return omega, None if found.sweep is None else found.sweep.end
+    omega = (excitation.without_units() if dimensionless else excitation).omega
+    return omega, None if excitation.sweep is None else excitation.sweep.end
 
 
 def _rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:

@@ -85,14 +85,14 @@ class OverSpeed(Quantity):
             raise breach(rule, did_you_mean(unknown[0], _KEYS) if unknown else "")
         lists = [table[key] for key in _KEYS]
         if (
-            not all(isinstance(each, list | tuple) for each in lists)
+            not all(isinstance(entry, list | tuple) for entry in lists)
             or len(lists[0]) != len(lists[1])
             or len(lists[0]) < 2
         ):
             raise breach("speed and value must be lists of equal length, of two points or more")
         speed = Quantity(units.ANGULAR_VELOCITY, "non-negative")
-        speeds = tuple(speed.read(each, dimensionless) for each in lists[0])
-        values = tuple(self.read(each, dimensionless) for each in lists[1])
+        speeds = tuple(speed.read(entry, dimensionless) for entry in lists[0])
+        values = tuple(self.read(entry, dimensionless) for entry in lists[1])
         if any(later <= sooner for sooner, later in pairwise(speeds)):
             raise breach("speeds must ascend")
         if omega is None:  # the speed itself is wrong, and said to be

@@ -171,8 +171,8 @@ def _row(tables: Mapping[str, Any], room: str, name: str) -> Mapping[str, Any]:
     """The table of a part by its name, of a torque or motion by its index; empty if there is none."""
     rows = list(tables.get(room, ()))
     if name.isdigit() and int(name) < len(rows) and room in ("torque", "motion"):
-        found: Mapping[str, Any] = rows[int(name)]
-        return found
+        table_row: Mapping[str, Any] = rows[int(name)]
+        return table_row
     return next((row for row in rows if row.get("name") == name), {})
 
 
@@ -194,11 +194,11 @@ def _unit_at(parts: Sequence[str]) -> str:
     annotations: list[Any] = [Model]
     last = ""  # the key of a table over speed or time, if the path ends in one
     for part in parts:
-        found = [each for node in annotations for each in _below(node, part)]
-        annotations, last = found or annotations, "" if found else part  # not found: a name, an index, such a key
-    readers = [each for node in annotations for each in _walk(node)]
-    quantity = next((each for each in readers if isinstance(each, Quantity)), None)
-    record = next((each for each in readers if isinstance(each, OverTime)), None)
+        inner = [child for node in annotations for child in _below(node, part)]
+        annotations, last = inner or annotations, "" if inner else part  # not found: a name, an index, such a key
+    readers = [reader for node in annotations for reader in _walk(node)]
+    quantity = next((reader for reader in readers if isinstance(reader, Quantity)), None)
+    record = next((reader for reader in readers if isinstance(reader, OverTime)), None)
     if quantity is not None:
         return printed_unit((ANGULAR_VELOCITY if last == "speed" else quantity.dimension).si)
     if record is not None and last in ("value", record.key):
@@ -208,13 +208,13 @@ def _unit_at(parts: Sequence[str]) -> str:
 
 def _below(annotation: Any, key: str) -> list[Any]:
     """Annotations and metadata of a key, in every table class of an annotation."""
-    found: list[Any] = []
+    annotations: list[Any] = []
     for node in _walk(annotation):
         if isinstance(node, type) and issubclass(node, Table):
             for name, field in node.model_fields.items():
                 if key in (name, field.alias):
-                    found += [field.annotation, *field.metadata]
-    return found
+                    annotations += [field.annotation, *field.metadata]
+    return annotations
 
 
 def _walk(annotation: Any) -> Iterator[Any]:

@@ -50,9 +50,9 @@ def changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
             problems.append(Problem(f"path {path}", "", error.rule, error.remedy))
     if problems:
         raise ModelError(problems)
-    told = [key for key in _SAME_THING if changes.get(f"excitation.{key}") is not None]
+    keys_set = [key for key in _SAME_THING if changes.get(f"excitation.{key}") is not None]
     for other in _SAME_THING:
-        if told and f"excitation.{other}" not in changes:
+        if keys_set and f"excitation.{other}" not in changes:
             fresh.get("excitation", {}).pop(other, None)
     return fresh
 

@@ -198,9 +198,9 @@ class _Scanner:
 
     def _skip(self, mark: str) -> bool:
         """Walk over a mark if it is there."""
-        found = self.text.startswith(mark, self.at)
-        self.at += len(mark) if found else 0
-        return found
+        matched = self.text.startswith(mark, self.at)
+        self.at += len(mark) if matched else 0
+        return matched
 
     def _expect(self, mark: str) -> None:
         """Walk over a mark that must be there."""

@@ -31,9 +31,9 @@ class Positions:
     def line(self, location: Location) -> int | None:
         """Return the line of a key, or of the nearest table around it."""
         for length in range(len(location), 0, -1):
-            found = self.lines.get(location[:length])
-            if found is not None:
-                return found
+            line = self.lines.get(location[:length])
+            if line is not None:
+                return line
         return None
 
 
@@ -42,7 +42,7 @@ def model_error(
 ) -> ModelError:
     """Return every entry of a pydantic error as a problem, in file order; ``only`` those below one key."""
     names = _names(tables)
-    found: dict[tuple[Location, str, str], Problem] = {}
+    distinct: dict[tuple[Location, str, str], Problem] = {}
     for entry in cast(Sequence[dict[str, Any]], error.errors(include_url=False)):
         location: Location = entry["loc"]
         if location[: len(only)] != only:
@@ -51,10 +51,10 @@ def model_error(
         value = "" if entry["input"] is ... else shown(entry["input"])
         rule = context.get("rule", entry["msg"])
         where = context.get("place", "")
-        at, value = (where, context["found"]) if where else (place(location, names, positions), value)
+        at, value = (where, context["value"]) if where else (place(location, names, positions), value)
         problem = Problem(at, value, rule, context.get("remedy", ""))
-        found.setdefault((location, rule, value), problem)
-    ordered = sorted(found.items(), key=lambda item: positions.line(item[0][0]) or 0)
+        distinct.setdefault((location, rule, value), problem)
+    ordered = sorted(distinct.items(), key=lambda item: positions.line(item[0][0]) or 0)
     return ModelError(problem for _, problem in ordered)
 
 
@@ -71,19 +71,19 @@ def place(location: Location, names: Mapping[Location, str], positions: Position
 
 def _names(tables: Mapping[str, Any]) -> dict[Location, str]:
     """Return the names of the parts that have one of their own, by location; the others go by index."""
-    found: dict[Location, str] = {}
+    display_names: dict[Location, str] = {}
     for kind in ("inertia", "coupling", "mesh"):
         rows = tables.get(kind)
         if not isinstance(rows, list):
             continue
         names = [row.get("name") if isinstance(row, Mapping) else None for row in rows]
         count = Counter(name for name in names if isinstance(name, str))
-        found |= {
+        display_names |= {
             (kind, index): name
             for index, name in enumerate(names)
             if isinstance(name, str) and count[name] == 1 and 0 < len(name) <= 60
         }
-    return found
+    return display_names
 
 
 def printable(part: int | str) -> str:

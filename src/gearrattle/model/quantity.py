@@ -284,18 +284,18 @@ def argument_problems(arguments: Mapping[str, tuple[Reader, Any]]) -> list[Probl
         try:
             reader.read(value, True)
         except PydanticCustomError as error:
-            told = error.context or {}
-            problems.append(Problem(name, shown(value), told["rule"], told["remedy"]))
+            context = error.context or {}
+            problems.append(Problem(name, shown(value), context["rule"], context["remedy"]))
     return problems
 
 
-def checked(reader: Reader, value: Any, place: str) -> Any:
+def checked(reader: Reader, value: Any, name: str) -> Any:
     """Return a value that obeys a rule; plain numbers only, without units.
 
     Raises:
         ModelError: it breaks the rule.
     """
-    if problems := argument_problems({place: (reader, value)}):
+    if problems := argument_problems({name: (reader, value)}):
         raise ModelError(problems)
     return reader.read(value, True)
 

@@ -206,12 +206,12 @@ class OverTime:
             if at := _out_of_order(time):
                 unit = self.along.si
                 rule = f"{self.key}s must ascend; the one before is {time[at - 1]:.9g} {unit}"
-                place = columns.place(at, names[self.key])
-                raise RecordError(place, f"{time[at]:.9g} {unit}", rule, "sort the record")
+                location = columns.place(at, names[self.key])
+                raise RecordError(location, f"{time[at]:.9g} {unit}", rule, "sort the record")
         except Refused as error:
             raise breach(error.rule, error.remedy, place=str(path)) from None
         except RecordError as error:
-            raise breach(error.rule, error.remedy, place=error.place, found=error.found) from None
+            raise breach(error.rule, error.remedy, place=error.place, value=error.value) from None
         source = settings.pop("source") or f"{names['file']}: {names['value']} over {names[self.key]}"
         return self._checked(Signal(time, value, source=source, **settings), str(path), names[self.key])
 
@@ -225,13 +225,13 @@ class OverTime:
         if all(type(entry) is float for entry in entries):
             array = np.array(entries, dtype=float)
         else:
-            reader, found = Quantity(dimension), []
+            reader, values = Quantity(dimension), []
             for index, entry in enumerate(entries):
                 try:
-                    found.append(reader.read(entry, dimensionless))
+                    values.append(reader.read(entry, dimensionless))
                 except ValueError as error:
                     raise breach(f"entry {index} of {key}, {shown(entry)}: {error}") from None
-            array = np.array(found, dtype=float)
+            array = np.array(values, dtype=float)
         if not np.isfinite(array).all():
             at = int(np.argmin(np.isfinite(array)))
             raise breach(f"entry {at} of {key}, {array[at]}: must be a finite number")
@@ -240,14 +240,14 @@ class OverTime:
     @staticmethod
     def _checked(signal: Signal, file: str, column: str) -> Signal:
         """Refuse too few points, and a run that would begin outside of them."""
-        place = f"{file}: {column}" if file else ""
+        location = f"{file}: {column}" if file else ""
         if signal.time.size < FEWEST:
             rule = f"a signal needs {FEWEST} points or more: a cubic spline goes through them"
-            raise breach(rule, place=place, found=f"{counted(signal.time.size, 'point')}")
+            raise breach(rule, place=location, value=f"{counted(signal.time.size, 'point')}")
         first, last = float(signal.time[0]), float(signal.time[-1])
         if signal.key == "time" and not first <= signal.start < last:
             rule = f"the record goes from {first:.9g} s to {last:.9g} s, and a run begins at its {signal.start:.9g} s"
-            raise breach(rule, f"choose another start, such as start = {first!r}", place=place)
+            raise breach(rule, f"choose another start, such as start = {first!r}", place=location)
         return signal
 
     def describe(self) -> dict[str, Any]:

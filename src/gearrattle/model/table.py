@@ -28,27 +28,27 @@ _MEANT = 'did you mean "%s"?'
 
 
 class Breach(NamedTuple):
-    """A rule broken inside a table: where (relative to the table), what was found, the rule, the remedy.
+    """A rule broken inside a table: where (relative to the table), the value, the rule, the remedy.
 
-    ``place`` and ``found_there`` tell of a fault in another file that the table names.
+    ``place`` and ``value_there`` tell of a fault in another file that the table names.
     """
 
     location: Location
-    found: object
+    value: object
     rule: str
     remedy: str = ""
     place: str = ""
-    found_there: str = ""
+    value_there: str = ""
 
     def details(self) -> InitErrorDetails:
         """Return the breach in the form pydantic collects."""
-        error = breach(self.rule, self.remedy, place=self.place, found=self.found_there)
-        return InitErrorDetails(type=error, loc=self.location, input=self.found)
+        error = breach(self.rule, self.remedy, place=self.place, value=self.value_there)
+        return InitErrorDetails(type=error, loc=self.location, input=self.value)
 
 
-def breach(rule: str, remedy: str = "", *, place: str = "", found: str = "") -> PydanticCustomError:
+def breach(rule: str, remedy: str = "", *, place: str = "", value: str = "") -> PydanticCustomError:
     """Return the error a field's validator raises; with a place of its own if the fault lies in another file."""
-    elsewhere = {"place": place, "found": found} if place else {}
+    elsewhere = {"place": place, "value": value} if place else {}
     return PydanticCustomError(BREACH, "{rule}", {"rule": rule, "remedy": remedy, **elsewhere})
 
 
@@ -116,54 +116,54 @@ class Table(BaseModel):
         Args:
             at_speed: whether tables over speed are told as what they are at the model's speed.
         """
-        given = self.model_fields_set
+        keys_set = self.model_fields_set
         return {
             info.alias or name: _plain(getattr(self, name), at_speed=at_speed)
             for name, info in type(self).model_fields.items()
-            if name in given
+            if name in keys_set
         }
 
     @model_validator(mode="wrap")
     @classmethod
     def _complain_at_once(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         """Collect the breaches of fields and of rules into one error."""
-        found: list[InitErrorDetails] = []
+        errors: list[InitErrorDetails] = []
         result: Self | None = None
         try:
             result = handler(data)
         except ValidationError as error:
             entries = cast(list[dict[str, Any]], error.errors(include_url=False))
-            found = [cls._restate(entry) for entry in _without_misspelt(entries, cls.keys())]
+            errors = [cls._restate(entry) for entry in _without_misspelt(entries, cls.keys())]
         if isinstance(data, Mapping):
             context = info.context or {}
-            found += [item.details() for item in cls.rules(data, bool(context.get("dimensionless", False)))]
-        if found or result is None:
-            raise ValidationError.from_exception_data(cls.__name__, found)
+            errors += [item.details() for item in cls.rules(data, bool(context.get("dimensionless", False)))]
+        if errors or result is None:
+            raise ValidationError.from_exception_data(cls.__name__, errors)
         return result
 
     @classmethod
     def _restate(cls, entry: dict[str, Any]) -> InitErrorDetails:
         """Put one pydantic error in the words of this project."""
-        kind, location, found = entry["type"], entry["loc"], entry["input"]
+        kind, location, value = entry["type"], entry["loc"], entry["input"]
         context = entry.get("ctx", {})
         remedy = ""
         if kind == BREACH:
-            elsewhere = (context.get("place", ""), context.get("found", ""))
-            remedy = context["remedy"] or _brackets(location, found, context["rule"])
-            return Breach(location, found, context["rule"], remedy, *elsewhere).details()
+            elsewhere = (context.get("place", ""), context.get("value", ""))
+            remedy = context["remedy"] or _brackets(location, value, context["rule"])
+            return Breach(location, value, context["rule"], remedy, *elsewhere).details()
         if kind == "missing":
-            rule, found = "this key is required", ...
+            rule, value = "this key is required", ...
         elif kind == "extra_forbidden":
             rule = f"unknown key; allowed are {listed(cls.keys())}"
             remedy = did_you_mean(location[-1], cls.keys())
         elif kind in {"model_type", "dict_type", "model_attributes_type"}:
             rule = NO_TABLE
-            remedy = _brackets(location, found, rule)
+            remedy = _brackets(location, value, rule)
         elif kind in {"tuple_type", "list_type"}:
-            rule, remedy = _array_rule(location, found)
+            rule, remedy = _array_rule(location, value)
         else:
             rule = str(entry["msg"])
-        return Breach(location, found, rule, remedy).details()
+        return Breach(location, value, rule, remedy).details()
 
 
 def _without_misspelt(entries: list[dict[str, Any]], keys: Collection[str]) -> list[dict[str, Any]]:
@@ -187,14 +187,14 @@ def _plain(value: Any, *, at_speed: bool) -> Any:
     return value.to_plain() if hasattr(value, "to_plain") else value
 
 
-def _brackets(location: Location, found: object, rule: str) -> str:
+def _brackets(location: Location, value: object, rule: str) -> str:
     """Say that a table is begun with single brackets."""
-    is_array = rule == NO_TABLE and isinstance(found, (list, tuple)) and len(found) > 0
+    is_array = rule == NO_TABLE and isinstance(value, (list, tuple)) and len(value) > 0
     return f"begin it with [{location[-1]}], not [[{location[-1]}]]" if is_array and location else ""
 
 
-def _array_rule(location: Location, found: object) -> tuple[str, str]:
+def _array_rule(location: Location, value: object) -> tuple[str, str]:
     """Say that an array was expected; a single table means that double brackets were forgotten."""
-    if len(location) == 1 and isinstance(found, Mapping):
+    if len(location) == 1 and isinstance(value, Mapping):
         return "must be an array of tables", f"write [[{location[0]}]] with double brackets"
     return "must be an array", "write it in square brackets"

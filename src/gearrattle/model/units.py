@@ -206,15 +206,15 @@ def _measure(unit: str) -> _Measure:
 
 def _tokens(unit: str) -> tuple[str, ...]:
     """Cut a unit text into symbols, operators and powers."""
-    found: list[str] = []
+    tokens: list[str] = []
     position = 0
     while position < len(unit):
         match = _TOKEN.match(unit, position)
         if match is None:
             raise UnitError(f"must have a unit that can be read; {unit!r} is none", _advice(unit))
-        found.append(match.group(1))
+        tokens.append(match.group(1))
         position = match.end()
-    return tuple(found)
+    return tuple(tokens)
 
 
 def _product(tokens: tuple[str, ...]) -> tuple[_Measure, tuple[str, ...]]:

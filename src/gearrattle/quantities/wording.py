@@ -43,11 +43,11 @@ def sentence(parts: Sequence[Part], cycles: int) -> str:
 
 
 def _rattle(part: Part) -> str:
-    place = "flank" if part.kind == "mesh" else "side"
+    side = "flank" if part.kind == "mesh" else "side"
     if part.regime == "double-sided":
-        hits = f"{part.name} hits both {place}s"
+        hits = f"{part.name} hits both {side}s"
     else:
-        hits = f"{part.name} hits its {_side(part)}{place} only"
+        hits = f"{part.name} hits its {_side(part)}{side} only"
     if part.impacts_per_cycle == 0.0:
         return f"{part.name} leaves contact and does not hit again" + _margin(part)
     severity = [f"{counted(float(part.impacts_per_cycle), 'impact')} per cycle"]

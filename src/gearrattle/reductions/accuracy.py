@@ -126,7 +126,7 @@ def frequency_error(request: Request, basis: Array) -> Worst:
                 there = _worst_in(request, basis, state)
                 if there.error > best.error:
                     best, here = there, state
-        worst = max(worst, best, key=lambda found: found.error)
+        worst = max(worst, best, key=lambda candidate: candidate.error)
     return worst._replace(states=tried)
 
 
@@ -146,8 +146,8 @@ def paired(request: Request, basis: Array, state: State) -> tuple[Array, Array]:
     rigid = int(np.count_nonzero(omega == 0.0))
     inside = omega[rigid:][omega[rigid:] <= request.up_to]
     partners = np.full(inside.size, np.inf)
-    found = reduced[rigid : rigid + inside.size]
-    partners[: found.size] = found
+    matched = reduced[rigid : rigid + inside.size]
+    partners[: matched.size] = matched
     return inside, partners
 
 
@@ -176,9 +176,9 @@ def _response_errors(
             """Errors of level, of amplitude, and amplitudes, (F, p) each."""
             with np.errstate(all="ignore"):
                 exact = accelerance(linear, omega, drive, watch)
-                found = accelerance(reduced, omega, basis.T @ drive, watch @ basis)
-                levels = 20.0 * np.abs(np.log10(np.abs(found) / np.abs(exact)))
-            return levels, np.abs(found - exact), np.abs(exact)
+                response = accelerance(reduced, omega, basis.T @ drive, watch @ basis)
+                levels = 20.0 * np.abs(np.log10(np.abs(response) / np.abs(exact)))
+            return levels, np.abs(response - exact), np.abs(exact)
 
         worst.append(_refined(errors, start))
     return max(level for level, _ in worst), max(share for _, share in worst)
@@ -194,7 +194,7 @@ def _refined(errors: Callable[[Array], tuple[Array, Array, Array]], omega: Array
         levels = np.where(reached & np.isfinite(levels) & (amplitudes >= _AUDIBLE * tops), levels, 0.0)
         shares = np.where(reached, differences / np.where(reached, tops, 1.0), 0.0)
         level, share = max(level, float(levels.max())), max(share, float(shares.max()))
-        at = np.unique([np.argmax(each, axis=0) for each in (levels, shares)])
+        at = np.unique([np.argmax(curve, axis=0) for curve in (levels, shares)])
         sides = [(omega[max(i - 1, 0)], omega[min(i + 1, omega.size - 1)]) for i in at]
         omega = np.unique(np.concatenate([np.linspace(*side, _BETWEEN) for side in sides]))
     return level, share

@@ -133,9 +133,9 @@ def condense(
     if subspace.size == 0:
         rule = "leaves no coordinate: there is no clearance, no torque and no rigid motion to keep"
         raise ModelError(Problem("method", shown(method), rule, "name elements in keep, or widen the band"))
-    found = accuracy(request, subspace.basis, tuple(range(system.size)))
-    if found.frequency_error > limit:
-        rule = f"puts a frequency in the band off by {100 * found.frequency_error:.3g} %; {100 * limit:g} % is allowed"
+    achieved = accuracy(request, subspace.basis, tuple(range(system.size)))
+    if achieved.frequency_error > limit:
+        rule = f"puts a frequency in the band off by {100 * achieved.frequency_error:.3g} %; {100 * limit:g} % is allowed"
         raise ModelError(Problem("method", shown(method), rule, "craig-bampton, a larger margin, or more in keep"))
     bodies = free_names(model)
     slopes = np.array([law.stiffness[-1] for law in system.laws], dtype=float)
@@ -150,7 +150,7 @@ def condense(
         mass=small.mass,
         damping=small.damping,
         stiffness=small.stiffness,
-        error=stated(found, names, limit),
+        error=stated(achieved, names, limit),
         _request=request,
         notes=left_out(model),
         units=model.units,

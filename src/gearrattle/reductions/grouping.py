@@ -76,9 +76,9 @@ def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
         for i, o in enumerate(owner):
             if o == absorbed:
                 owner[i], ratio[i] = into, ratio[i] * scale
-    found = Grouping(tuple(owner), tuple(ratio))
-    for body in found.kept:
+    grouping = Grouping(tuple(owner), tuple(ratio))
+    for body in grouping.kept:
         first = owner.index(body)
         if first != body:
-            found = found.turned(body, first)
-    return found
+            grouping = grouping.turned(body, first)
+    return grouping

@@ -109,38 +109,38 @@ class _Rules:
 
     def grouping(self, merged: tuple[int, ...]) -> Grouping:
         """Group the bodies by a set that is known to be allowed."""
-        found = self.bodies(merged)
-        assert isinstance(found, Grouping)
-        return found
+        grouping = self.bodies(merged)
+        assert isinstance(grouping, Grouping)
+        return grouping
 
     def bodies(self, merged: tuple[int, ...]) -> Grouping | str:
         """Group the bodies, or say why not."""
         rows = self.request.system.rows
-        found = grouped(rows, merged)
-        if found is None:
+        grouping = grouped(rows, merged)
+        if grouping is None:
             return "locks"
-        found = self._settled(found)
-        reduced = rows @ found.basis
-        size = np.abs(rows) @ np.abs(found.basis)
+        grouping = self._settled(grouping)
+        reduced = rows @ grouping.basis
+        size = np.abs(rows) @ np.abs(grouping.basis)
         silent = np.all(np.abs(reduced) <= SAME * size, axis=1)
         if any(silent[k] and k not in merged for k in self.request.kept):
             return "silences"
         for row in rows[~silent]:
             ends = np.flatnonzero(row)
-            if ends.size == 2 and found.owner[ends[0]] == found.owner[ends[1]]:
+            if ends.size == 2 and grouping.owner[ends[0]] == grouping.owner[ends[1]]:
                 return "locks"
         for k in self.own:
             bodies = np.flatnonzero(rows[k]).tolist()
-            alike = all(abs(found.ratio[i] - 1.0) <= SAME for i in bodies)
-            if not alike or len({found.owner[i] for i in bodies}) < len(bodies):
+            alike = all(abs(grouping.ratio[i] - 1.0) <= SAME for i in bodies)
+            if not alike or len({grouping.owner[i] for i in bodies}) < len(bodies):
                 return "own"
         for k in self.level:
             entries = np.abs(reduced[k][np.abs(reduced[k]) > SAME * size[k]])
             if not silent[k] and np.ptp(entries) > SAME * entries.max():
                 return "speeds"
-        return found
+        return grouping
 
-    def _settled(self, found: Grouping) -> Grouping:
+    def _settled(self, grouping: Grouping) -> Grouping:
         """Keep the body of a group at whose speed most couplings are tied; of equals a driven one, then the first."""
         rows = self.request.system.rows
         weight = np.zeros(rows.shape[1])
@@ -151,22 +151,22 @@ class _Rules:
             elif (
                 ends.size == 2
                 and abs(row.sum()) <= SAME * np.abs(row).max()
-                and len({found.owner[i] for i in ends}) > 1
+                and len({grouping.owner[i] for i in ends}) > 1
             ):
                 weight[ends] += 1000.0 if k in self.level else 1.0
-        ratios = np.array(found.ratio)
+        ratios = np.array(grouping.ratio)
 
         def tied(body: int) -> float:
             """Couplings tied to the body's group at the body's speed, for they stay couplings if it is kept."""
-            same = (np.array(found.owner) == found.owner[body]) & (np.abs(ratios / ratios[body] - 1.0) <= SAME)
+            same = (np.array(grouping.owner) == grouping.owner[body]) & (np.abs(ratios / ratios[body] - 1.0) <= SAME)
             return float(weight[same].sum())
 
-        for body in found.kept:
-            members = [i for i, o in enumerate(found.owner) if o == body]
+        for body in grouping.kept:
+            members = [i for i, o in enumerate(grouping.owner) if o == body]
             best = max(members, key=lambda i: (tied(i), i in self.request.driven, -i))
             if best != body:
-                found = found.turned(body, best)
-        return found
+                grouping = grouping.turned(body, best)
+        return grouping
 
 
 def lump(
@@ -233,15 +233,15 @@ def _fate(reason: str, shares: Array, frequencies: Array) -> Fate:
 
 def _shares(request: Request) -> tuple[Array, Array]:
     """(p, m) share of every element in every elastic mode within margin x up_to of every contact state; their (p,)."""
-    found, at = [np.zeros((0, len(request.system.laws)))], [np.zeros(0)]
+    shares, at = [np.zeros((0, len(request.system.laws)))], [np.zeros(0)]
     for state in contact_states(request.system, request.clearances, request.up_to):
         linear = linearised(request.system, state.stiffness, state.damping)
         omega, shapes = linear.natural()
         inside = (omega > 0.0) & (omega <= request.margin * request.up_to)
         energy = (linear.elastic @ shapes[:, inside]).T ** 2
-        found.append(energy / energy.sum(axis=1, keepdims=True))
+        shares.append(energy / energy.sum(axis=1, keepdims=True))
         at.append(omega[inside])
-    return np.vstack(found), np.concatenate(at)
+    return np.vstack(shares), np.concatenate(at)
 
 
 def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> list[str]:
@@ -262,7 +262,7 @@ def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> l
         elif excites[k]:
             reason = "error"
         elif k in request.kept:
-            rubs = any(each.element == k for each in system.companions)
+            rubs = any(companion.element == k for companion in system.companions)
             reason = "clearance" if k in request.clearances else "friction" if rubs else "kept"
         if reason and k in forced:
             raise Refused(k, reason)

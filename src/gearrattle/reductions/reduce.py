@@ -86,10 +86,10 @@ def reduce(
     except Refused as refused:
         rule = f"cannot be merged: {REASONS[refused.reason]}"
         raise ModelError(Problem("merge", shown(names[refused.element]), rule, "take it out of merge")) from None
-    found = accuracy(request, lumps.grouping.basis, lumps.grouping.kept, lumps.error)
-    if found.frequency_error > limit:
-        raise ModelError(_too_much(found, lumps, names, limit))
-    return _reduction(model, request, lumps, found, limit=limit, check=check)
+    achieved = accuracy(request, lumps.grouping.basis, lumps.grouping.kept, lumps.error)
+    if achieved.frequency_error > limit:
+        raise ModelError(_too_much(achieved, lumps, names, limit))
+    return _reduction(model, request, lumps, achieved, limit=limit, check=check)
 
 
 def band_end(model: Model, up_to: str | float) -> float:
@@ -117,7 +117,7 @@ def requested(
 ) -> Request:
     """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
     model, system, names = driveline.model, driveline.system, driveline.layout.element_names
-    own = sorted({*system.clearances, *(each.element for each in system.companions)})
+    own = sorted({*system.clearances, *(companion.element for companion in system.companions)})
     kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)
     if system.signals is not None:
@@ -128,20 +128,20 @@ def requested(
     return Request(system, up_to, margin, tuple(sorted(names.index(name) for name in kept)), driven)
 
 
-def unknown(key: str, given: Sequence[str], names: Sequence[str]) -> list[Problem]:
+def unknown(key: str, entries: Sequence[str], names: Sequence[str]) -> list[Problem]:
     """Name what no element is called."""
     rule = f"there is no such element; there are {', '.join(names) or 'none'}"
-    return [Problem(key, shown(name), rule, did_you_mean(name, names)) for name in given if name not in names]
+    return [Problem(key, shown(name), rule, did_you_mean(name, names)) for name in entries if name not in names]
 
 
-def _too_much(found: Accuracy, lumps: Lumps, names: list[str], limit: float) -> Problem:
+def _too_much(achieved: Accuracy, lumps: Lumps, names: list[str], limit: float) -> Problem:
     """Say how much the forced merges cost."""
     asked = [(fate, names[k]) for k, fate in enumerate(lumps.fates) if fate.reason == "asked"]
     softest, name = max(asked, key=lambda pair: pair[0].share)
     return Problem(
         "merge",
-        ", ".join(each for _, each in asked),
-        f"puts a frequency in the band off by {100 * found.frequency_error:.3g} %, at {found.worst:.4g} rad/s; "
+        ", ".join(words for _, words in asked),
+        f"puts a frequency in the band off by {100 * achieved.frequency_error:.3g} %, at {achieved.worst:.4g} rad/s; "
         f"{100 * limit:g} % is allowed",
         f"take {name} out of merge (it holds {100 * softest.share:.3g} % of the strain energy), "
         "narrow the band, or raise the limit",
@@ -149,7 +149,7 @@ def _too_much(found: Accuracy, lumps: Lumps, names: list[str], limit: float) -> 
 
 
 def _reduction(
-    model: Model, request: Request, lumps: Lumps, found: Accuracy, *, limit: float, check: str | None
+    model: Model, request: Request, lumps: Lumps, achieved: Accuracy, *, limit: float, check: str | None
 ) -> Reduction:
     """Write the new model and its record."""
     names = [element.name for element in model.elements]
@@ -162,7 +162,7 @@ def _reduction(
     for i, (owner, ratio) in enumerate(zip(grouping.owner, grouping.ratio, strict=True)):
         if owner != i:
             groups.setdefault(bodies[owner], {})[bodies[i]] = ratio
-    error = stated(found, names, limit)
+    error = stated(achieved, names, limit)
     fates = {
         name: ElementFate(fate.merged, REASONS[fate.reason], fate.share, fate.at)
         for name, fate in zip(names, lumps.fates, strict=True)
@@ -182,7 +182,7 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     lost = [elements[k].name for k in merged if k in request.system.clearances]
     if lost:
         notes.append(f"clearances given up: {', '.join(lost)}; they count as closed and can no longer rattle.")
-    smooth = sorted({elements[each.element].name for each in request.system.companions if each.element in merged})
+    smooth = sorted({elements[companion.element].name for companion in request.system.companions if companion.element in merged})
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
     notes += left_out(model)
@@ -214,11 +214,11 @@ def _both(model: Model, smaller: Model) -> Simulated:
     from gearrattle.quantities.criteria import criteria
     from gearrattle.simulation.simulate import simulate
 
-    full, reduced = (criteria(simulate(each, audit=False)) for each in (model, smaller))
-    found = {(e.name, e.subject, e.quantity, e.unit): e.value for e in reduced.entries}
+    full, reduced = (criteria(simulate(variant, audit=False)) for variant in (model, smaller))
+    values = {(e.name, e.subject, e.quantity, e.unit): e.value for e in reduced.entries}
     entries = tuple(
-        Compared(*key, entry.value, found[key])
+        Compared(*key, entry.value, values[key])
         for entry in full.entries
-        if (key := (entry.name, entry.subject, entry.quantity, entry.unit)) in found
+        if (key := (entry.name, entry.subject, entry.quantity, entry.unit)) in values
     )
     return Simulated(full.sentence, reduced.sentence, entries)

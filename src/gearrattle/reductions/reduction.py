@@ -56,7 +56,7 @@ class ReductionError:
         return self.frequency
 
 
-def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
+def stated(achieved: Accuracy, names: Sequence[str], limit: float) -> ReductionError:
     """Put names to errors.
 
     Args:
@@ -65,16 +65,16 @@ def stated(found: Accuracy, names: Sequence[str], limit: float) -> ReductionErro
         limit: what was allowed.
     """
     return ReductionError(
-        frequency=found.frequency_error,
-        at=found.worst,
-        state={names[k]: factor for k, factor in found.worst_state},
-        states=found.states,
+        frequency=achieved.frequency_error,
+        at=achieved.worst,
+        state={names[k]: factor for k, factor in achieved.worst_state},
+        states=achieved.states,
         limit=limit,
-        frequencies=found.frequencies,
-        reduced_frequencies=found.reduced_frequencies,
-        mac=found.mac,
-        response_db=found.response_error_db,
-        response_peak=found.response_error_peak,
+        frequencies=achieved.frequencies,
+        reduced_frequencies=achieved.reduced_frequencies,
+        mac=achieved.mac,
+        response_db=achieved.response_error_db,
+        response_peak=achieved.response_error_peak,
     )
 
 

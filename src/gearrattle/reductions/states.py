@@ -59,8 +59,8 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
         chosen.update(dict.fromkeys(product(*factors)))
     else:
         chosen[tuple(f[0] for f in factors)] = None
-        for i, each in enumerate(factors):
-            chosen.update({(1.0,) * i + (x,) + (1.0,) * (len(varied) - i - 1): None for x in each})
+        for i, choices in enumerate(factors):
+            chosen.update({(1.0,) * i + (x,) + (1.0,) * (len(varied) - i - 1): None for x in choices})
             chosen.update({(*(f[0] for f in factors[:i]), 1.0, *(f[0] for f in factors[i + 1 :])): None})
     for rung in LADDER:
         chosen[(rung,) * len(varied)] = None
@@ -73,7 +73,7 @@ def contact_states(system: PiecewiseSystem, varied: tuple[int, ...], up_to: floa
             chosen[(*centre[:i], rung, *centre[i + 1 :])] = None
     factors_of = list(chosen)
     if (most := most_states(system)) < len(factors_of):
-        alike = [each for each in factors_of if len(set(each)) == 1]
+        alike = [choices for choices in factors_of if len(set(choices)) == 1]
         factors_of = list(dict.fromkeys([*alike, *factors_of[:: -(-len(factors_of) // most)]]))
     return [state_of(system, dict(zip(varied, factor, strict=True))) for factor in factors_of]
 
@@ -94,11 +94,11 @@ def state_of(system: PiecewiseSystem, factors: Mapping[int, float]) -> State:
 def neighbours(system: PiecewiseSystem, varied: tuple[int, ...], state: State, fine: bool) -> list[State]:
     """Return the states that differ in one clearance: over all contact ratios, or (fine) close by."""
     present = {**dict.fromkeys(varied, 1.0), **dict(state.words)}
-    found = []
+    states = []
     for k in varied:
         near = [present[k] * x for x in _NEAR] if fine and present[k] > 0.0 else [0.0, *_WIDE, 1.0]
-        found += [state_of(system, {**present, k: min(x, 1.0) if fine else x}) for x in near]
-    return found
+        states += [state_of(system, {**present, k: min(x, 1.0) if fine else x}) for x in near]
+    return states
 
 
 def _passing(system: PiecewiseSystem, element: int, up_to: float) -> list[float]:

@@ -16,11 +16,11 @@ from gearrattle.report.tables import Table
 def scores_sentence(findings: Findings) -> str:
     """Return how many forecasts came true, by route."""
     routes = dict.fromkeys(score.forecast.by for score in findings.scores)
-    told = []
+    scores = []
     for route in routes:
         mine = [score.right for score in findings.scores if score.forecast.by == route]
-        told.append(f"{sum(mine)} of {len(mine)} by {route}")
-    return f"Forecasts that came true: {', '.join(told)}." if told else ""
+        scores.append(f"{sum(mine)} of {len(mine)} by {route}")
+    return f"Forecasts that came true: {', '.join(scores)}." if scores else ""
 
 
 def scores_table(findings: Findings) -> Table:

@@ -215,18 +215,18 @@ def _setting(comparison: Comparison) -> str:
     )
 
 
-def on_statistics(comparison: Comparison, *, found: bool) -> str:
+def on_statistics(comparison: Comparison, *, differ: bool) -> str:
     """What is known of statistics, and of how many contenders; nothing is said to agree that was not compared."""
-    told = [row.statistics for row in comparison.rows[1:-1] if row.statistics is not None]
-    motions = max((each.motions for each in told), default=0)
-    if not any(each.decided for each in told):
+    statistics = [row.statistics for row in comparison.rows[1:-1] if row.statistics is not None]
+    motions = max((statistic.motions for statistic in statistics), default=0)
+    if not any(statistic.decided for statistic in statistics):
         why = (
             f"time allowed for {motions} exact motions of {MANY}"
             if motions
             else "the runs are too short, or none ended"
         )
         return f"Nothing can be said of statistics: {why}."
-    if found:
+    if differ:
         return (
             "Beyond the predictability horizon two right motions differ sample by sample, but not in their statistics. "
             f"{counted(motions, 'exact motion')} begun within a thousandth of a half-gap show what a right "
@@ -246,7 +246,7 @@ def _detail(comparison: Comparison) -> list[Section]:
         Section(
             "statistics",
             "Statistics",
-            words=(on_statistics(comparison, found=bool(different)),),
+            words=(on_statistics(comparison, differ=bool(different)),),
             tables=different,
         ),
         Section(

@@ -118,7 +118,7 @@ def statistics_tables(comparison: Comparison) -> Iterator[Table]:
         items = [] if row.statistics is None else [i for i in row.statistics.items if i.verdict == "different"]
         if items:
             rows = tuple(
-                (i.quantity, i.subject, _unit(i.reference, i.unit), _unit(i.given, i.unit), i.measure, _number(i.value),
+                (i.quantity, i.subject, _unit(i.reference, i.unit), _unit(i.candidate, i.unit), i.measure, _number(i.value),
                  f"{_number(i.low)} and {_number(i.high)}")
                 for i in items
             )  # fmt: skip
@@ -150,15 +150,15 @@ def coherence_table(comparison: Comparison) -> Table:
 
 def transmissibility_table(comparison: Comparison) -> Table:
     """Errors of rms and peak transmissibility, inertias by their distance from the driving point."""
-    found = [row for row in comparison.rows[1:] if row.transmissibility is not None]
-    if not found:
+    shown = [row for row in comparison.rows[1:] if row.transmissibility is not None]
+    if not shown:
         return Table(("algorithm",), ())
-    first = found[0].transmissibility
+    first = shown[0].transmissibility
     assert first is not None
     order = sorted(range(len(first.inertias)), key=lambda i: int(first.distance[i]))
     heads = [f"{first.inertias[i]} ({int(first.distance[i])})" for i in order]
     rows = []
-    for row in found:
+    for row in shown:
         t = row.transmissibility
         assert t is not None
         rows.append((f"{row.label}, rms", *(_percent(t.rms_error[i]) for i in order)))
@@ -169,15 +169,15 @@ def transmissibility_table(comparison: Comparison) -> Table:
 
 def stability_table(comparison: Comparison) -> Table:
     """Growth of a mode in a fixed step, region by region."""
-    found = [row for row in comparison.rows if row.growths]
+    shown = [row for row in comparison.rows if row.growths]
     largest: dict[str, float] = {}
-    for row in found:
+    for row in shown:
         for region, growth in row.growths.items():
             largest[region] = max(growth, largest.get(region, 0.0))
     worst = set(sorted(largest, key=largest.__getitem__, reverse=True)[:_MOST_REGIONS])
     regions = [region for region in largest if region in worst]
     left = len(largest) - len(regions)
-    rows = tuple((row.label, *(_number(row.growths[region]) for region in regions)) for row in found)
+    rows = tuple((row.label, *(_number(row.growths[region]) for region in regions)) for row in shown)
     note = (
         "max |R(h lambda)| over the eigenvalues of every region the true motion visits; a region is told by the labels "
         "of its clearances. Above 1 a mode grows in it that in truth dies out. A rigid motion gives exactly 1."

@@ -43,10 +43,10 @@ def charts_of(result: Any) -> list[Chart]:
     return _drawn(presentation_of(result), "figures")
 
 
-def _drawn(presentation: Presentation[Any], place: object) -> list[Chart]:
+def _drawn(presentation: Presentation[Any], location: object) -> list[Chart]:
     charts = presentation.charts()
     if not charts:
-        raise ModelError(Problem(f"{place}", presentation.kind, "has no figures", "its tables hold the numbers"))
+        raise ModelError(Problem(f"{location}", presentation.kind, "has no figures", "its tables hold the numbers"))
     return charts
 
 

@@ -27,12 +27,12 @@ class Figures(Mapping[str, "Figure"]):
         captions: how to read it, by name: a draft of the words below it.
     """
 
-    def __init__(self, found: Sequence[Chart], style: Style) -> None:
-        self._charts = {chart.key: chart for chart in found}
+    def __init__(self, charts: Sequence[Chart], style: Style) -> None:
+        self._charts = {chart.key: chart for chart in charts}
         self._style = style
         self._made: dict[str, Figure] = {}
-        self.titles = {chart.key: chart.title for chart in found}
-        self.captions = {chart.key: chart.caption for chart in found}
+        self.titles = {chart.key: chart.title for chart in charts}
+        self.captions = {chart.key: chart.caption for chart in charts}
 
     def __getitem__(self, name: str) -> Figure:
         """Return a matplotlib figure; pyplot does not know it, so it need not be closed."""
@@ -88,8 +88,8 @@ class Figures(Mapping[str, "Figure"]):
 
         wrong = [name for name in only or () if name not in self._charts]
         if wrong:
-            told = ", ".join(f'"{name}"' for name in wrong)
-            raise ModelError(Problem("only", told, "must be names of its figures", ", ".join(self)))
+            listed_names = ", ".join(f'"{name}"' for name in wrong)
+            raise ModelError(Problem("only", listed_names, "must be names of its figures", ", ".join(self)))
         return list(self) if only is None else [name for name in self if name in set(only)]
 
     def _saved(self, file: Path, dpi: float) -> bytes:

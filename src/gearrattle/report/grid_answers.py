@@ -82,11 +82,11 @@ def _is_scattered(data: xr.Dataset) -> bool:
 
 def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
     """Probability of rattle by part, with its interval."""
-    found, subject = rattle_probability(data, output), subject_of(data, output)
+    probability, subject = rattle_probability(data, output), subject_of(data, output)
     keys = ("probability", "low", "high", "rattling", "samples")
-    names = [str(name) for name in found[subject].values] if subject else [""]  # those that can separate
+    names = [str(name) for name in probability[subject].values] if subject else [""]  # those that can separate
     return {
-        name or output: {key: json_value((found[key].sel({subject: name}) if subject else found[key]).values.item())
+        name or output: {key: json_value((probability[key].sel({subject: name}) if subject else probability[key]).values.item())
                          for key in keys}
         for name in names
     }  # fmt: skip
@@ -94,12 +94,12 @@ def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
 
 def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
     """For every output and subject that vary: the values that decide it most, the strongest first."""
-    told = []
+    deciding = []
     for output in outputs_in(data):
-        found, subject = sensitivities(data, output), subject_of(data, output)
-        measure = next(name for name in _MEASURES if name in found)
+        result, subject = sensitivities(data, output), subject_of(data, output)
+        measure = next(name for name in _MEASURES if name in result)
         for name in subject_names(data, output):
-            one = found.sel({subject: name}) if subject else found
+            one = result.sel({subject: name}) if subject else result
             strengths = np.abs(one[measure].values)
             if not np.nanmax(strengths, initial=0.0) > 0.0:
                 continue
@@ -109,21 +109,21 @@ def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
                  **{key: json_value(float(one[key].values[i])) for key in _TOLD if key in one}}
                 for i in order.tolist()
             ]  # fmt: skip
-            told.append({"output": output, "subject": name, "by": measure, "values": ranked})
-    return told
+            deciding.append({"output": output, "subject": name, "by": measure, "values": ranked})
+    return deciding
 
 
-def _deciding_table(data: xr.Dataset, told: list[dict[str, Any]]) -> Table:
+def _deciding_table(data: xr.Dataset, deciding: list[dict[str, Any]]) -> Table:
     """The values that decide most, a row an output and subject."""
     rows: list[tuple[str, ...]] = []
-    for each in told:
-        unit = units_of(data, each["output"])[each["subject"]] if each["by"] == "swing" else ""
-        title = f"{each['subject']}: {each['output']}" if each["subject"] else each["output"]
-        for value in each["values"]:
-            rows.append((title, measure_of(data, value["value"]).words, _strength(value, each["by"], unit)))
+    for entry in deciding:
+        unit = units_of(data, entry["output"])[entry["subject"]] if entry["by"] == "swing" else ""
+        title = f"{entry['subject']}: {entry['output']}" if entry["subject"] else entry["output"]
+        for value in entry["values"]:
+            rows.append((title, measure_of(data, value["value"]).words, _strength(value, entry["by"], unit)))
             title = ""
     by = {"total_order": "total index", "swing": "swing", "rank_regression": "rank regression"}
-    return Table(("output", "decided by", by[told[0]["by"]] if told else ""), tuple(rows), frozenset({0, 1}))
+    return Table(("output", "decided by", by[deciding[0]["by"]] if deciding else ""), tuple(rows), frozenset({0, 1}))
 
 
 def _strength(value: dict[str, Any], by: str, unit: str) -> str:
@@ -135,8 +135,8 @@ def _strength(value: dict[str, Any], by: str, unit: str) -> str:
 
 def _boundary(data: xr.Dataset, output: str) -> list[dict[str, Any]]:
     """Every place where the regime changes."""
-    found = regime_boundary(data, output)
+    boundary = regime_boundary(data, output)
     return [
-        {str(name): json_value(found[name].values[i]) for name in found.data_vars}
-        for i in range(found.sizes.get(CROSSING, 0))
+        {str(name): json_value(boundary[name].values[i]) for name in boundary.data_vars}
+        for i in range(boundary.sizes.get(CROSSING, 0))
     ]

@@ -77,8 +77,8 @@ def presentation_of(result: Any) -> Presentation[Any]:
 def presentation_class(kind: str) -> type[Presentation[Any]]:
     """Return the class that presents a kind of result."""
     module, _, name = PRESENTATIONS[kind].partition(":")
-    found: type[Presentation[Any]] = getattr(import_module(module), name)
-    return found
+    presentation: type[Presentation[Any]] = getattr(import_module(module), name)
+    return presentation
 
 
 def kind_of(result: Any) -> str | None:

@@ -102,9 +102,9 @@ def _shape(shape: Array, names: tuple[str, ...]) -> str:
     width = step * len(names)
     most = sorted(np.argsort(-np.abs(shape), kind="stable")[:_MOST_NAMED].tolist())
     left = len(names) - len(most)
-    told = escape(", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else ""))
+    description = escape(", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else ""))
     return Markup(
-        f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" aria-label="{told}">'
-        f"<title>{told}</title>"
+        f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" aria-label="{description}">'
+        f"<title>{description}</title>"
         f'<path d="M0 13 H{width}"/><path class="bars" stroke-width="{0.6 * step:g}" d="{bars}"/></svg>'
     )

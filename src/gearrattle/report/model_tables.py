@@ -71,8 +71,8 @@ def _stages(pieces: tuple[Piece, ...], stiffness: str, deflection: str) -> str:
 
 
 def _dampings(element: Element, unit: str) -> str:
-    told = ", then ".join(quantity(piece.damping, unit) for piece in element.drive)
-    return f"{told}; clipped" if element.contact_damping == "clipped" else told
+    description = ", then ".join(quantity(piece.damping, unit) for piece in element.drive)
+    return f"{description}; clipped" if element.contact_damping == "clipped" else description
 
 
 def _excitation(findings: Findings) -> Table:

@@ -67,8 +67,8 @@ class ModesPage(Presentation[Modes]):
 
     @property
     def sentence(self) -> str:
-        found = _modes_sentence(self.result, self.si)
-        return f"{found} {_crossings_sentence(self.diagram)}" if _elastic(self.result).size else found
+        sentence = _modes_sentence(self.result, self.si)
+        return f"{sentence} {_crossings_sentence(self.diagram)}" if _elastic(self.result).size else sentence
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -163,27 +163,27 @@ class CampbellPage(Presentation[Campbell]):
         return self.result.to_dict()
 
     def numbers(self) -> Arrays:
-        found, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
+        diagram, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
         columns = {
             "speed": unit, "order": "1", "mode": "", "frequency": unit, "state": "", "source": "", "share": "1",
         }  # fmt: skip
         crossings = {
-            f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in found.crossings], {"units": of})
+            f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in diagram.crossings], {"units": of})
             for name, of in columns.items()
         }
-        names = sorted({name for state in found.states for name in state})
-        ratios = np.array([[state.get(name, math.nan) for name in names] for state in found.states])
+        names = sorted({name for state in diagram.states for name in state})
+        ratios = np.array([[state.get(name, math.nan) for name in names] for state in diagram.states])
         return Arrays(
             {
-                "frequency": (("state", "mode"), found.frequencies, {"units": unit}),
-                "contact_ratio": (("state", "element"), ratios.reshape(len(found.states), len(names)), {"units": "1"}),
+                "frequency": (("state", "mode"), diagram.frequencies, {"units": unit}),
+                "contact_ratio": (("state", "element"), ratios.reshape(len(diagram.states), len(names)), {"units": "1"}),
                 **crossings,
             },
             {
                 "element": np.array(names, dtype=np.str_),
-                "order": ("order", [line.order for line in found.orders], {"units": "1"}),
+                "order": ("order", [line.order for line in diagram.orders], {"units": "1"}),
             },
-            {"lowest_speed": found.speeds[0], "highest_speed": found.speeds[1], "model_speed": found.model_speed},
+            {"lowest_speed": diagram.speeds[0], "highest_speed": diagram.speeds[1], "model_speed": diagram.model_speed},
         )
 
 

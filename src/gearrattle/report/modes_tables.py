@@ -37,8 +37,8 @@ def percent(share: float) -> str:
 
 def listed(shares: Mapping[str, float]) -> str:
     """Write the first few shares by name in one line."""
-    told = [f"{name} {percent(share)}" for name, share in shares.items()]
-    return ", ".join((*told[:MOST_NAMES], *("…" for _ in told[MOST_NAMES : MOST_NAMES + 1]))) or "–"
+    entries = [f"{name} {percent(share)}" for name, share in shares.items()]
+    return ", ".join((*entries[:MOST_NAMES], *("…" for _ in entries[MOST_NAMES : MOST_NAMES + 1]))) or "–"
 
 
 def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
@@ -47,12 +47,12 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
     rows = []
     for mode, frequency in enumerate(modes.frequencies.tolist()):
         rigid, damping = frequency == 0.0, float(modes.damping_ratios[mode])
-        told = modes.works_in(mode), modes.moves(mode), modes.excited_by(mode)
+        lists = modes.works_in(mode), modes.moves(mode), modes.excited_by(mode)
         rows.append(
             (
                 f"{mode + 1}", "rigid" if rigid else numeral(frequency / math.tau if si else frequency, 5),
                 "–" if rigid else numeral(frequency / model_speed, 3), percent(damping),
-                *(listed(shares).replace(" %", "\u00a0%") for shares in told),
+                *(listed(shares).replace(" %", "\u00a0%") for shares in lists),
             )
         )  # fmt: skip
     note = (
@@ -128,28 +128,28 @@ def _short(value: float) -> str:
     return numeral(value, 3)
 
 
-def crossings_table(found: Campbell, *, si: bool) -> Table:
+def crossings_table(diagram: Campbell, *, si: bool) -> Table:
     """Every crossing by speed; of very many those that excite their mode most."""
-    several = len(found.states) > 1
-    strongest = set(sorted(found.crossings, key=lambda crossing: -crossing.share)[:MOST_CROSSINGS])
-    shown = [crossing for crossing in found.crossings if crossing in strongest]
+    several = len(diagram.states) > 1
+    strongest = set(sorted(diagram.crossings, key=lambda crossing: -crossing.share)[:MOST_CROSSINGS])
+    shown = [crossing for crossing in diagram.crossings if crossing in strongest]
     state = ("contact ratios",) if several else ()
     unit = ", rpm" if si else ""
     head = (f"speed{unit}", "of the model's", "order", "mode", "frequency", "excited by", "share", *state)
-    rows = tuple(_crossing(found, crossing, several=several, si=si) for crossing in shown)
+    rows = tuple(_crossing(diagram, crossing, several=several, si=si) for crossing in shown)
     note = "Share: how much of the energy of what turns with the order goes into the mode; not an amplitude."
-    if len(shown) < len(found.crossings):
+    if len(shown) < len(diagram.crossings):
         note += (
-            f" {len(shown)} of {counted(len(found.crossings), 'crossing')}, those of the largest shares; "
+            f" {len(shown)} of {counted(len(diagram.crossings), 'crossing')}, those of the largest shares; "
             "summary.json has all."
         )
     return Table(head, rows, frozenset({5, 7}), "Crossings", note)
 
 
-def _crossing(found: Campbell, crossing: Crossing, *, several: bool, si: bool) -> tuple[str, ...]:
-    ratios = ", ".join(f"{name} {ratio:g}" for name, ratio in found.states[crossing.state].items())
+def _crossing(diagram: Campbell, crossing: Crossing, *, several: bool, si: bool) -> tuple[str, ...]:
+    ratios = ", ".join(f"{name} {ratio:g}" for name, ratio in diagram.states[crossing.state].items())
     return (
-        turning(crossing.speed, si=si).removesuffix(" rpm"), percent(crossing.speed / found.model_speed),
+        turning(crossing.speed, si=si).removesuffix(" rpm"), percent(crossing.speed / diagram.model_speed),
         f"{crossing.order:g}", f"{crossing.mode + 1}", rate(crossing.frequency, si=si), crossing.source,
         percent(crossing.share), *((ratios,) if several else ()),
     )  # fmt: skip

@@ -14,13 +14,13 @@ _PACKAGES = ("gearrattle", "numpy", "scipy", "numba", "pydantic", "xarray", "h5n
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of every package that takes part in the numbers, by name."""
-    found = {"python": platform.python_version()}
+    versions = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            found[package] = version(package)
+            versions[package] = version(package)
         except PackageNotFoundError:
             continue
-    return found
+    return versions
 
 
 def now() -> str:

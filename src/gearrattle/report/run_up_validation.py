@@ -54,10 +54,10 @@ class RunUpPage(Presentation[RunUp]):
         return content
 
     def numbers(self) -> xr.Dataset:
-        found = self.result
-        speed = {"units": "rad/s" if found.units == "SI" else "1"}
+        run_up = self.result
+        speed = {"units": "rad/s" if run_up.units == "SI" else "1"}
         over_speed: dict[str, Any] = {
-            name: (("track", "point"), stacked([getattr(track, field) for track in found.tracks]))
+            name: (("track", "point"), stacked([getattr(track, field) for track in run_up.tracks]))
             for name, field in (
                 ("measured_over_speed", "measured"),
                 ("simulated_over_speed", "simulated"),
@@ -65,9 +65,9 @@ class RunUpPage(Presentation[RunUp]):
                 ("interval_half_width", "reach"),
             )
         }
-        speeds = (("track", "point"), stacked([track.speed for track in found.tracks]), speed)
-        shared = {name: getattr(found, name) for name in ("model", "algorithm", "turns", "units")}
-        return self._rows().assign(speed=speeds, **over_speed).assign_attrs({**shared, "sources": list(found.sources)})
+        speeds = (("track", "point"), stacked([track.speed for track in run_up.tracks]), speed)
+        shared = {name: getattr(run_up, name) for name in ("model", "algorithm", "turns", "units")}
+        return self._rows().assign(speed=speeds, **over_speed).assign_attrs({**shared, "sources": list(run_up.sources)})
 
     def write(self, path: Path) -> None:
         """Write all numbers, or as CSV a row for every channel and order."""
@@ -94,14 +94,14 @@ class RunUpPage(Presentation[RunUp]):
         return xr.Dataset(columns)
 
 
-def tracks_table(found: RunUp) -> Table:
+def tracks_table(run_up: RunUp) -> Table:
     """A row a channel and order."""
-    si = found.units == "SI"
+    si = run_up.units == "SI"
     turning, unit = (30.0 / np.pi, " rpm") if si else (1.0, "")
     head = ("channel", "order", "unit", "measured", "simulated", "sigma, %", "largest measured at", "simulated at",
             "speeds outside")  # fmt: skip
     rows = []
-    for track in found.tracks:
+    for track in run_up.tracks:
         first, second = (f"{numeral(turning * at, 4)}{unit}: {numeral(size)}" for at, size in track.peaks)
         outside = numeral(100.0 * track.outside, 3) + " %" if np.isfinite(track.outside) else "–"
         one, other = (numeral(level) for level in track.levels)

@@ -48,9 +48,9 @@ class ScalingPage(ModelPresentation[Nondimensional]):
         return f"One stands for {', '.join(f'{name} {value:.6g} {_UNITS[name]}' for name, value in scales)}."
 
     def answer(self) -> tuple[Table, ...]:
-        found, r_lambda = self.result, numeral(self.stiff.r_lambda)
-        scales = tuple((name, f"{value:.6g} {_UNITS[name]}") for name, value in asdict(found.scales).items())
-        coefficients = tuple((name, f"{value:.6g}") for name, value in found.coefficients.items())
+        scaling, r_lambda = self.result, numeral(self.stiff.r_lambda)
+        scales = tuple((name, f"{value:.6g} {_UNITS[name]}") for name, value in asdict(scaling.scales).items())
+        coefficients = tuple((name, f"{value:.6g}") for name, value in scaling.coefficients.items())
         conditions = tuple((name, f"{value:.4g}", r_lambda) for name, value in self.stiff.condition.items())
         note = "R_lambda is the same in all: changes of coordinates and units are similarity transforms."
         return (

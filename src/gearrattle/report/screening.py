@@ -64,8 +64,8 @@ class ScreeningPage(Presentation["xr.Dataset"]):
         """Return everything for machines: speeds in rad/s; infinite ratios become None."""
         data, gears = self.result, []
         for gear in gears_of(data):
-            place = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
-            gears.append({**asdict(gear), **place})
+            position = {"speed": float(data["speed"].values[gear.speed]), "load": float(data["load"].values[gear.load])}
+            gears.append({**asdict(gear), **position})
         names = ("separation_ratio", "margin", "lift_ratio", "inside", *(("regime",) if "regime" in data else ()))
         return {
             "units": str(data.attrs["units"]),

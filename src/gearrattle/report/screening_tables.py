@@ -61,22 +61,22 @@ class Screened:
 def gears_of(data: xr.Dataset) -> list[Screened]:
     """Return every gear, the one with the largest margin first."""
     margin = margins(data)
-    found = []
+    gears = []
     for k, gear in enumerate(data["gear"].values.tolist()):
         own = margin[:, :, k]
         at = np.unravel_index(int(np.argmax(np.nan_to_num(own, nan=-np.inf))), own.shape)
         lifts = own > 0.0
-        told: tuple[int, ...] = ()
+        counts: tuple[int, ...] = ()
         if "regime" in data:
             regime = np.asarray(data["regime"].values)[:, :, k]
             judged = regime >= 0
-            told = int((regime > 0).sum()), int(judged.sum()), int((judged & ((regime > 0) == lifts)).sum())
+            counts = int((regime > 0).sum()), int(judged.sum()), int((judged & ((regime > 0) == lifts)).sum())
         names = str(gear), str(data["loose"].values[k]), str(data["driver"].values[k])
         classical = float(np.nanmax(data["margin"].values[:, :, k]))
-        found.append(
-            Screened(*names, own.size, int(lifts.sum()), float(own[at]), int(at[0]), int(at[1]), classical, *told)
+        gears.append(
+            Screened(*names, own.size, int(lifts.sum()), float(own[at]), int(at[0]), int(at[1]), classical, *counts)
         )
-    return sorted(found, key=lambda each: -each.margin)
+    return sorted(gears, key=lambda gear: -gear.margin)
 
 
 def margins(data: xr.Dataset) -> Array:
@@ -115,27 +115,27 @@ def decibels(margin: float) -> str:
 def summary_of(data: xr.Dataset) -> str:
     """What came out, in a few sentences."""
     gears = gears_of(data)
-    told = []
-    for each in gears[:_MOST_NAMED]:
-        if each.lifts == 0:
-            told.append(f"{each.gear} holds everywhere, nearest at {place(data, each.speed, each.load)}, by "
-                        f"{decibels(each.margin)}.")  # fmt: skip
+    sentences = []
+    for gear in gears[:_MOST_NAMED]:
+        if gear.lifts == 0:
+            sentences.append(f"{gear.gear} holds everywhere, nearest at {place(data, gear.speed, gear.load)}, by "
+                        f"{decibels(gear.margin)}.")  # fmt: skip
         else:
-            where = "in all" if each.lifts == each.cases else f"in {each.lifts} of"
-            told.append(f"{each.gear} lifts off {where} {counted(each.cases, 'case')}, most at "
-                        f"{place(data, each.speed, each.load)} ({decibels(each.margin)}).")  # fmt: skip
+            where = "in all" if gear.lifts == gear.cases else f"in {gear.lifts} of"
+            sentences.append(f"{gear.gear} lifts off {where} {counted(gear.cases, 'case')}, most at "
+                        f"{place(data, gear.speed, gear.load)} ({decibels(gear.margin)}).")  # fmt: skip
     if len(gears) > _MOST_NAMED:
-        told.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
+        sentences.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
     exact = int(inside(data).sum())
-    told.append(
+    sentences.append(
         f"In {exact} of {counted(inside(data).size, 'case')} no clearance crosses a corner: there the linear motion is "
         "exact, and so are the margins. In the others the margins are estimates."
     )
     if "regime" in data:
-        judged = sum(each.judged or 0 for each in gears)
-        agree = sum(each.agree or 0 for each in gears)
-        told.append(f"Lift-off and simulation say the same of {agree} of {judged} pairs of a gear and a case.")
-    return " ".join(told)
+        judged = sum(gear.judged or 0 for gear in gears)
+        agree = sum(gear.agree or 0 for gear in gears)
+        sentences.append(f"Lift-off and simulation say the same of {agree} of {judged} pairs of a gear and a case.")
+    return " ".join(sentences)
 
 
 def setting_of(data: xr.Dataset) -> str:
@@ -155,14 +155,14 @@ def gears_table(data: xr.Dataset) -> Table:
     gears = gears_of(data)
     head: tuple[str, ...] = ("gear", "loose body", "driver", "lifts off", "largest margin", "at", "classical, largest")
     rows: list[tuple[str, ...]] = [
-        (each.gear, each.loose, each.driver, f"{each.lifts} of {each.cases}", decibels(each.margin),
-         place(data, each.speed, each.load), decibels(each.classical))
-        for each in gears
+        (gear.gear, gear.loose, gear.driver, f"{gear.lifts} of {gear.cases}", decibels(gear.margin),
+         place(data, gear.speed, gear.load), decibels(gear.classical))
+        for gear in gears
     ]  # fmt: skip
     if "regime" in data:
         head = (*head, "rattles when simulated", "said alike")
-        more = [(f"{each.rattles} of {each.judged}", f"{each.agree} of {each.judged}") for each in gears]
-        rows = [(*row, *told) for row, told in zip(rows, more, strict=True)]
+        more = [(f"{gear.rattles} of {gear.judged}", f"{gear.agree} of {gear.judged}") for gear in gears]
+        rows = [(*row, *extra) for row, extra in zip(rows, more, strict=True)]
     note = (
         "Margins above 0 dB: the gear leaves the flank its drag presses it to. Classical: the separation ratio of the "
         "engine's orders on a rigid mesh."

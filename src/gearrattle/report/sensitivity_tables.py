@@ -33,72 +33,72 @@ def sensitivity_tables(data: xr.Dataset) -> list[Table]:
     return [table for output in outputs_in(data) for table in output_tables(sensitivities(data, output), data)]
 
 
-def output_tables(found: xr.Dataset, measured: xr.Dataset) -> list[Table]:
+def output_tables(dataset: xr.Dataset, measured: xr.Dataset) -> list[Table]:
     """What one output follows, a table or two a subject that varies.
 
     Args:
         found: from ``sensitivities``.
         measured: holds the values that scatter, with their words and units.
     """
-    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
+    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     tables = []
-    for name in [str(name) for name in found[subject].values] if subject else [""]:
-        one = found.sel({subject: name}) if subject else found
+    for name in [str(name) for name in dataset[subject].values] if subject else [""]:
+        one = dataset.sel({subject: name}) if subject else dataset
         tables += _tables(one, f"{name}: {output}" if name else output, str(one["output_unit"].item()), measured)
     return tables
 
 
-def _tables(found: xr.Dataset, title: str, unit: str, data: xr.Dataset) -> list[Table]:
-    method = str(found.attrs.get("sampling", ""))
-    names = {str(path): measure_of(data, str(path)) for path in found["value"].values}
+def _tables(dataset: xr.Dataset, title: str, unit: str, data: xr.Dataset) -> list[Table]:
+    method = str(dataset.attrs.get("sampling", ""))
+    names = {str(path): measure_of(data, str(path)) for path in dataset["value"].values}
     if method == ONE_AT_A_TIME:
-        swings = np.nanmax(found["swing"].values, initial=0.0) > 0.0
-        return [_swing_table(found, f"{title} [{unit}]" if unit else title, names)] if swings else []
-    if not np.isfinite(found["spearman"].values).any():
+        swings = np.nanmax(dataset["swing"].values, initial=0.0) > 0.0
+        return [_swing_table(dataset, f"{title} [{unit}]" if unit else title, names)] if swings else []
+    if not np.isfinite(dataset["spearman"].values).any():
         return []
     if method not in (SALTELLI, PAIRS):
-        return [_rank_table(found, title, names)]
-    return [_index_table(found, title, names), *([_pair_table(found, title, names)] if method == PAIRS else [])]
+        return [_rank_table(dataset, title, names)]
+    return [_index_table(dataset, title, names), *([_pair_table(dataset, title, names)] if method == PAIRS else [])]
 
 
-def _rank_table(found: xr.Dataset, title: str, words: Words) -> Table:
-    order = np.argsort(-np.abs(np.nan_to_num(found["rank_regression"].values)), kind="stable")
-    columns = [found[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
-    names = [words[str(path)].words for path in found["value"].values[order]]
-    limit, shares = float(found["chance_correlation"]), float(found["chance_first_order"])
+def _rank_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
+    order = np.argsort(-np.abs(np.nan_to_num(dataset["rank_regression"].values)), kind="stable")
+    columns = [dataset[name].values[order] for name in ("rank_regression", "spearman", "first_order")]
+    names = [words[str(path)].words for path in dataset["value"].values[order]]
+    limit, shares = float(dataset["chance_correlation"]), float(dataset["chance_first_order"])
     rows = [
         (name, *(_marked(float(v), bound) for v, bound in zip(row, (limit, limit, shares), strict=True)))
         for name, *row in zip(names, *columns, strict=True)
     ]
     note = (
-        f"{counted(int(found['samples']), 'sample')}; the regression of ranks explains "
-        f"{_percent(float(found['explained']))}. "
+        f"{counted(int(dataset['samples']), 'sample')}; the regression of ranks explains "
+        f"{_percent(float(dataset['explained']))}. "
         f"* beyond what chance gives 19 times out of 20: correlations {limit:.2f}, shares {shares:.2f}."
     )
     return Table(("value", "rank regression", "Spearman", "first-order share"), tuple(rows), title=title, note=note)
 
 
-def _index_table(found: xr.Dataset, title: str, words: Words) -> Table:
-    order = np.argsort(-np.nan_to_num(found["total_order"].values), kind="stable")
+def _index_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
+    order = np.argsort(-np.nan_to_num(dataset["total_order"].values), kind="stable")
     names = ("first_order", "first_order_half_width", "total_order", "total_order_half_width", "rank_regression")
     rows = []
     for i in order.tolist():
-        first, around, total, about, rank = (float(found[name].values[i]) for name in names)
+        first, around, total, about, rank = (float(dataset[name].values[i]) for name in names)
         rows.append(
-            (words[str(found["value"].values[i])].words, _within(first, around), _within(total, about), _short(rank))
+            (words[str(dataset["value"].values[i])].words, _within(first, around), _within(total, about), _short(rank))
         )
-    interactions = 1.0 - float(np.sum(found["first_order"].values))
+    interactions = 1.0 - float(np.sum(dataset["first_order"].values))
     note = (
-        f"{counted(int(found['base_points']), 'base point')}; ± is the half-width of a 95 % interval (bootstrap). "
+        f"{counted(int(dataset['base_points']), 'base point')}; ± is the half-width of a 95 % interval (bootstrap). "
         f"First orders leave {_short(interactions)} of the variance to interactions. "
-        f"Ranks: {counted(int(found['samples']), 'independent sample')}."
+        f"Ranks: {counted(int(dataset['samples']), 'independent sample')}."
     )
     return Table(("value", "first order", "total order", "rank regression"), tuple(rows), title=title, note=note)
 
 
-def _pair_table(found: xr.Dataset, title: str, words: Words) -> Table:
-    shares, half = found["second_order"].values, found["second_order_half_width"].values
-    names = [words[str(path)].words for path in found["value"].values]
+def _pair_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
+    shares, half = dataset["second_order"].values, dataset["second_order_half_width"].values
+    names = [words[str(path)].words for path in dataset["value"].values]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if np.isfinite(shares[i, j])]
     pairs.sort(key=lambda pair: -abs(float(shares[pair])))
     rows = [(names[i], names[j], _within(float(shares[i, j]), float(half[i, j]))) for i, j in pairs[:_MOST_PAIRS]]
@@ -107,13 +107,13 @@ def _pair_table(found: xr.Dataset, title: str, words: Words) -> Table:
     return Table(("value", "with", "second order"), tuple(rows), frozenset({0, 1}), f"{title}, pairs", note)
 
 
-def _swing_table(found: xr.Dataset, title: str, words: Words) -> Table:
-    order = np.argsort(-np.nan_to_num(found["swing"].values), kind="stable")
+def _swing_table(dataset: xr.Dataset, title: str, words: Words) -> Table:
+    order = np.argsort(-np.nan_to_num(dataset["swing"].values), kind="stable")
     names = ("low_value", "base_value", "high_value", "low", "base", "high", "swing")
     rows = []
     for i in order.tolist():
-        cells = [float(found[name].values[i] if found[name].dims else found[name].values) for name in names]
-        measure = words[str(found["value"].values[i])]
+        cells = [float(dataset[name].values[i] if dataset[name].dims else dataset[name].values) for name in names]
+        measure = words[str(dataset["value"].values[i])]
         ends = (numeral(measure.factor * cell, 4) for cell in cells[:3])
         rows.append((measure.title, *ends, *(numeral(cell, 4) for cell in cells[3:])))
     head = ("value", "lower", "model", "upper", "output at lower", "at model", "at upper", "swing")

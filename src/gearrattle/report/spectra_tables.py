@@ -55,20 +55,20 @@ def summary_of(data: xr.Dataset, *, si: bool) -> str:
     """Say in a sentence or two how large the signal is, where its power is, and how far the reference explains it."""
     frequency, density = data["frequency"].values[1:], data["psd"].values[1:]
     unit = raised(str(data.attrs["units"])).removesuffix("1")
-    told = f"The rms of {data.attrs['channel']} is {_with(data.attrs['rms'], unit)}"
+    sentence = f"The rms of {data.attrs['channel']} is {_with(data.attrs['rms'], unit)}"
     total = float(np.sum(density))
     if total > 0.0:
         most = frequency[int(np.searchsorted(np.cumsum(density), _SHARE * total))]
-        told += f"; {100.0 * _SHARE:g} % of its power lies below {_with(most, 'Hz' if si else '')}"
-        told += f", and its density is highest at {_with(frequency[int(np.argmax(density))], 'Hz' if si else '')}"
+        sentence += f"; {100.0 * _SHARE:g} % of its power lies below {_with(most, 'Hz' if si else '')}"
+        sentence += f", and its density is highest at {_with(frequency[int(np.argmax(density))], 'Hz' if si else '')}"
     if "coherence" not in data:
-        return f"{told}."
+        return f"{sentence}."
     alike, threshold = data["coherence"].values[1:], float(data.attrs["threshold"])
     explained = float(np.sum(density * np.nan_to_num(alike))) / total if total > 0.0 else math.nan
     above = float(np.mean(np.nan_to_num(alike) > threshold))
     share = "" if math.isnan(explained) else f", weighted by it {100.0 * explained:.0f} % of the power"
     return (
-        f"{told}. Coherence with {data.attrs['reference']} stands above what chance gives ({threshold:.3g}) in "
+        f"{sentence}. Coherence with {data.attrs['reference']} stands above what chance gives ({threshold:.3g}) in "
         f"{100.0 * above:.0f} % of the bins{share}: the most that a linear path from there can explain."
     )
 
@@ -88,11 +88,11 @@ def _with(value: float, unit: str) -> str:
 def _row(row: dict[str, Any], *, pair: bool) -> tuple[str, ...]:
     """Return a peak as text; a dash where there is no number."""
     said = {name: _number(value) for name, value in row.items()}
-    told = (said["frequency"], said["psd"], f"{said['psd_low']} to {said['psd_high']}")
+    cells = (said["frequency"], said["psd"], f"{said['psd_low']} to {said['psd_high']}")
     if not pair:
-        return told
+        return cells
     limits = f"{said['coherence_low']} to {said['coherence_high']}"
-    return (*told, said["coherence"], limits, _within(row), _phase(row))
+    return (*cells, said["coherence"], limits, _within(row), _phase(row))
 
 
 def _number(value: float | None) -> str:

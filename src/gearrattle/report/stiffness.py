@@ -90,29 +90,29 @@ class StiffnessPage(Presentation[Stiffness]):
         return [chart for chart in (eigenvalue_chart(self.result), over) if chart is not None]
 
     def content(self) -> dict[str, Any]:
-        found, content = self.result, {}
+        result, content = self.result, {}
         if self.over is not None:
             content["over"] = {"contact_ratio": self.over.ratios, "r_lambda": self.over.r_lambda}
         return {
-            "r_lambda": found.r_lambda,
-            "stiffness_class": found.stiffness_class,
-            "eigenvalues": _complex(found.eigenvalues),
-            "rigid_eigenvalues": _complex(found.rigid_eigenvalues),
-            "condition": found.condition,
+            "r_lambda": result.r_lambda,
+            "stiffness_class": result.stiffness_class,
+            "eigenvalues": _complex(result.eigenvalues),
+            "rigid_eigenvalues": _complex(result.rigid_eigenvalues),
+            "condition": result.condition,
             **content,
             "regions": [_region(region) for region in self.regions],
             "steps": self.limits,
         }
 
     def numbers(self) -> Arrays:
-        found, rate = self.result, {"units": "1/s" if self.si else "1"}
+        result, rate = self.result, {"units": "1/s" if self.si else "1"}
         variables = {
-            "r_lambda": ((), found.r_lambda, {"units": "1"}),
-            "eigenvalue": (("part", "eigenvalue_number"), _parts(found.eigenvalues), rate),
-            "rigid_eigenvalue": (("part", "rigid_eigenvalue_number"), _parts(found.rigid_eigenvalues), rate),
-            "condition_number": ("formulation", list(found.condition.values()), {"units": "1"}),
+            "r_lambda": ((), result.r_lambda, {"units": "1"}),
+            "eigenvalue": (("part", "eigenvalue_number"), _parts(result.eigenvalues), rate),
+            "rigid_eigenvalue": (("part", "rigid_eigenvalue_number"), _parts(result.rigid_eigenvalues), rate),
+            "condition_number": ("formulation", list(result.condition.values()), {"units": "1"}),
         }
-        coordinates = {"formulation": texts(found.condition), "part": texts(("real", "imaginary"))}
+        coordinates = {"formulation": texts(result.condition), "part": texts(("real", "imaginary"))}
         if self.over is not None and self.over.r_lambda:
             table = ("element", "contact_ratio"), list(self.over.r_lambda.values()), {"units": "1"}
             variables["r_lambda_over_contact_ratio"] = table
@@ -123,7 +123,7 @@ class StiffnessPage(Presentation[Stiffness]):
         seconds = "s" if self.si else "1"
         units = {"step": seconds, "largest_step": seconds, "product": "1", "growth": "1"}
         variables |= record_columns(self.limits, "algorithm_number", prefix="fixed_step_", units=units)
-        attributes = {"model": found.model.name, "stiffness_class": found.stiffness_class}
+        attributes = {"model": result.model.name, "stiffness_class": result.stiffness_class}
         return Arrays(variables, coordinates, attributes)
 
     def _region_columns(self) -> dict[str, Any]:

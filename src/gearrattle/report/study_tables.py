@@ -50,8 +50,8 @@ def count_table(data: xr.Dataset) -> Table:
     """In how many cases each part is quiet, single-sided, double-sided; or what became of the cases, without codes."""
     output = chosen_codes(data)
     if not output:
-        told = [(word, f"{int((data['outcome'] == code).sum())}") for code, word in enumerate(OUTCOMES)]
-        return Table(("outcome", "cases"), tuple(row for row in told if row[1] != "0"))
+        cases_by_outcome = [(word, f"{int((data['outcome'] == code).sum())}") for code, word in enumerate(OUTCOMES)]
+        return Table(("outcome", "cases"), tuple(row for row in cases_by_outcome if row[1] != "0"))
     counts = code_counts(data, output)
     words = words_of(data[output])
     rows = tuple((name, *(f"{by_word[word]}" for word in words)) for name, by_word in counts.items())
@@ -87,22 +87,22 @@ def probability_table(data: xr.Dataset) -> Table:
     return probabilities_table(rattle_probability(data, output))
 
 
-def probabilities_table(found: xr.Dataset) -> Table:
+def probabilities_table(dataset: xr.Dataset) -> Table:
     """Probability of rattle by part and place of the axes, as ``rattle_probability`` returned it."""
-    subject, dims = str(found.attrs["subject"]), [str(name) for name in found["probability"].dims]
+    subject, dims = str(dataset.attrs["subject"]), [str(name) for name in dataset["probability"].dims]
     axes = [name for name in dims if name != subject]
-    labels = {axis: labels_of(found, axis) if axis in found.coords else _numbers(found, axis) for axis in axes}
-    names = [str(name) for name in found[subject].values] if subject else [str(found.attrs["output"])]
-    head = ("part", *(title_of(found, axis) for axis in axes), "rattling", "of samples", "probability", _level(found))
+    labels = {axis: labels_of(dataset, axis) if axis in dataset.coords else _numbers(dataset, axis) for axis in axes}
+    names = [str(name) for name in dataset[subject].values] if subject else [str(dataset.attrs["output"])]
+    head = ("part", *(title_of(dataset, axis) for axis in axes), "rattling", "of samples", "probability", _level(dataset))
     columns = [
-        found[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
+        dataset[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
     ]
     rows = []
     for at in np.ndindex(columns[0].shape):
         k, n, p, low, high = (float(column[at]) for column in columns)
-        place = (labels[axis][i] for axis, i in zip(axes, at, strict=False))
+        position = (labels[axis][i] for axis, i in zip(axes, at, strict=False))
         interval = f"{_percent(low)} to {_percent(high)}"
-        rows.append((names[at[-1] if subject else 0], *place, f"{int(k)}", f"{int(n)}", _percent(p), interval))
+        rows.append((names[at[-1] if subject else 0], *position, f"{int(k)}", f"{int(n)}", _percent(p), interval))
     if not rows:
         return Table(head, ())
     widest = float(np.nanmax(columns[4] - columns[3], initial=0.0))
@@ -114,8 +114,8 @@ def probabilities_table(found: xr.Dataset) -> Table:
     return Table(head, tuple(rows), note=note)
 
 
-def _level(found: xr.Dataset) -> str:
-    return f"{100.0 * float(found.attrs['level']):g} % interval"
+def _level(dataset: xr.Dataset) -> str:
+    return f"{100.0 * float(dataset.attrs['level']):g} % interval"
 
 
 def _numbers(data: xr.Dataset, dimension: str) -> list[str]:
@@ -132,7 +132,7 @@ def boundary_table(data: xr.Dataset) -> Table:
     return changes_table(regime_boundary(data, output), data, places, subject)
 
 
-def changes_table(found: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
+def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[str], subject: str) -> Table:
     """Where the regime changes, a row a change.
 
     Args:
@@ -141,15 +141,15 @@ def changes_table(found: xr.Dataset, measured: xr.Dataset, places: Sequence[str]
         places: variables that say where.
         subject: the variable that says of which part; empty if there is none.
     """
-    count = found.sizes.get(CROSSING, 0)
+    count = dataset.sizes.get(CROSSING, 0)
     names = [*([subject] if subject else []), "along", *places, "from", "to"]
     measures = {path: measure_of(measured, path) for path in places}
     head = tuple(measures[name].title if name in measures else name for name in names)
     if not count:
         return Table(head, ())
-    order = np.lexsort([found[name].values for name in (*reversed(places), "along", *([subject] if subject else []))])
-    columns = [found[name].values[order[:_MOST]] for name in names]
-    axes = {str(axis): measure_of(measured, str(axis)).words for axis in found["along"].values}
+    order = np.lexsort([dataset[name].values for name in (*reversed(places), "along", *([subject] if subject else []))])
+    columns = [dataset[name].values[order[:_MOST]] for name in names]
+    axes = {str(axis): measure_of(measured, str(axis)).words for axis in dataset["along"].values}
     rows = [
         tuple(
             axes[str(value)] if name == "along" else _cell(value, measures[name].factor if name in measures else 1.0)
@@ -159,7 +159,7 @@ def changes_table(found: xr.Dataset, measured: xr.Dataset, places: Sequence[str]
     ]
     more = f" {count - _MOST} more stand in gr.studies.regime_boundary." if count > _MOST else ""
     note = f"Midpoints between neighbouring values of the axis crossed.{more}"
-    numeric = {i for i, name in enumerate(names) if found[name].values.dtype.kind in "iuf"}
+    numeric = {i for i, name in enumerate(names) if dataset[name].values.dtype.kind in "iuf"}
     return Table(head, tuple(rows), frozenset(range(len(names))) - numeric, note=note)
 
 
@@ -168,9 +168,9 @@ def failure_table(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> 
     dims = [str(name) for name in data["outcome"].dims]
     labels = {dim: labels_of(data, dim) if dim != SAMPLE else list(map(str, range(data.sizes[dim]))) for dim in dims}
     rows = []
-    for place, text in list(messages.items())[:_MOST]:
-        word = OUTCOMES[int(data["outcome"].values[place])]
-        rows.append((*(labels[dim][i] for dim, i in zip(dims, place, strict=True)), word, text))
+    for index, text in list(messages.items())[:_MOST]:
+        word = OUTCOMES[int(data["outcome"].values[index])]
+        rows.append((*(labels[dim][i] for dim, i in zip(dims, index, strict=True)), word, text))
     note = f"{len(messages) - _MOST} more failed; their messages are in done/." if len(messages) > _MOST else ""
     head = (*(title_of(data, dim) if dim != SAMPLE else dim for dim in dims), "outcome", "message")
     return Table(head, tuple(rows), frozenset({len(dims), len(dims) + 1}), note=note)

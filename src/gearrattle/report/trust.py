@@ -39,7 +39,7 @@ def trust(findings: Findings) -> list[str]:
     trajectory = findings.motion.trajectory
     window = steady(trajectory)
     algorithm = trajectory.cost.algorithm
-    told = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
+    sentences = [_METHODS.get(algorithm, _STEPPING.format(algorithm=algorithm))]
     judged = f"{window.cycles} of {counted(trajectory.cycles, 'cycle')} {'is' if window.cycles == 1 else 'are'} judged"
     judged += f", the first {trajectory.discard} left out as start-up." if trajectory.discard else "."
     impacts = find_impacts(trajectory).within(window)
@@ -50,11 +50,11 @@ def trust(findings: Findings) -> list[str]:
             f" Impacts in the first and second half of them: {early} and {len(impacts) - early}; "
             "far apart, they would mean that the start-up is not over."
         )
-    told.append(judged)
+    sentences.append(judged)
     if (residual := trajectory.cost.energy_residual) is not None:
-        told.append(_ENERGY.format(residual=residual))
-    told.append(_predictable(findings.motion.predictability_horizon, trajectory.layout.period, trajectory.end))
-    return told
+        sentences.append(_ENERGY.format(residual=residual))
+    sentences.append(_predictable(findings.motion.predictability_horizon, trajectory.layout.period, trajectory.end))
+    return sentences
 
 
 def _predictable(horizon: float, period: float, end: float) -> str:

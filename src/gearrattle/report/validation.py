@@ -44,23 +44,23 @@ class ValidationPage(Presentation[Validation]):
         return self.result.verdict
 
     def sections(self) -> tuple[Section, ...]:
-        found = self.result
+        validation = self.result
         tables = {
-            "sigma": (levels_table(found),),
-            "budget": (budget_table(found), ways_table(found), *parameter_tables(found)),
-            "orders": tuple(orders_table(pair) for pair in found.pairs if pair.orders),
+            "sigma": (levels_table(validation),),
+            "budget": (budget_table(validation), ways_table(validation), *parameter_tables(validation)),
+            "orders": tuple(orders_table(pair) for pair in validation.pairs if pair.orders),
         }
         figures = [
             Section(chart.key, chart.title, charts=(chart,), tables=tables.get(chart.key, ()))
-            for chart in validation_charts(found)
+            for chart in validation_charts(validation)
             if chart.panels
         ]
-        impacts = [Section("impacts", "Impacts", tables=(impacts_table(found),))] if found.impacts else []
+        impacts = [Section("impacts", "Impacts", tables=(impacts_table(validation),))] if validation.impacts else []
         return (
-            Section("verdict", "Verdict", found.verdict, notes=tuple(found.findings)),
+            Section("verdict", "Verdict", validation.verdict, notes=tuple(validation.findings)),
             *figures,
             *impacts,
-            Section("setting", "What was compared", tables=(setting_table(found),)),
+            Section("setting", "What was compared", tables=(setting_table(validation),)),
             *notes_section(self.notes),
         )
 
@@ -75,17 +75,17 @@ class ValidationPage(Presentation[Validation]):
     def numbers(self) -> xr.Dataset:
         import xarray as xr
 
-        found, pairs = self.result, self.result.pairs
+        validation, pairs = self.result, self.result.pairs
         rows = [self._levels(), _orders(pairs), _bands(pairs), _budget(pairs)]
-        if found.impacts:
+        if validation.impacts:
             rate = dict.fromkeys(("exact", "exact_error", "measured", "simulated", "low", "high"), "1/cycle")
-            rows.append(records_dataset(found.impacts, "impact", prefix="impact_", units=rate))
-        clock = {f"clock_{name}": value for name, value in vars(found.clock).items()}
+            rows.append(records_dataset(validation.impacts, "impact", prefix="impact_", units=rate))
+        clock = {f"clock_{name}": value for name, value in vars(validation.clock).items()}
         shared = {
-            name: getattr(found, name)
+            name: getattr(validation, name)
             for name in ("model", "source", "algorithm", "measured_cycles", "simulated_cycles", "rate", "trend")
         }
-        return xr.merge([*rows, _curves(pairs)]).assign_attrs({**shared, "band": list(found.band), **clock})
+        return xr.merge([*rows, _curves(pairs)]).assign_attrs({**shared, "band": list(validation.band), **clock})
 
     def write(self, path: Path) -> None:
         """Write all numbers, or as CSV a row for every channel and level."""
@@ -126,10 +126,10 @@ def _bands(pairs: tuple[Pair, ...]) -> xr.Dataset:
 
 def _budget(pairs: tuple[Pair, ...]) -> xr.Dataset:
     """Return every contribution to the uncertainty of every level."""
-    rows = [(pair.name, level.measure, each) for pair in pairs for level in pair.levels for each in level.budget]
+    rows = [(pair.name, level.measure, term) for pair in pairs for level in pair.levels for term in level.budget]
     names = ("source", "value")
     data = records_dataset(
-        [each for *_, each in rows], "contribution", prefix="budget_", names=names, units={"value": "%"}
+        [term for *_, term in rows], "contribution", prefix="budget_", names=names, units={"value": "%"}
     )
     return data.assign(
         budget_channel=("contribution", texts(channel for channel, *_ in rows)),

@@ -12,7 +12,7 @@ from gearrattle.report.plots.numerals import numeral
 from gearrattle.report.tables import Table
 
 
-def levels_table(found: Validation) -> Table:
+def levels_table(validation: Validation) -> Table:
     """The paper's Table 5, with intervals."""
     head = ("channel", "level", "unit", "measured", "simulated", "sigma, %", "95 % interval", "budget, %", "verdict")
     rows = tuple(
@@ -20,7 +20,7 @@ def levels_table(found: Validation) -> Table:
             pair.name, _unbroken(level.measure), pair.unit, numeral(level.measured), numeral(level.simulated),
             numeral(level.sigma, 3), _span(level.low, level.high), f"± {numeral(level.expanded, 3)}", _verdict(level),
         )
-        for pair in found.pairs
+        for pair in validation.pairs
         for level in pair.levels
     )  # fmt: skip
     note = (
@@ -41,16 +41,16 @@ def _verdict(level: Level) -> str:
     return f"{numeral(abs(level.remainder), 2)} % unexplained"
 
 
-def budget_table(found: Validation) -> Table:
+def budget_table(validation: Validation) -> Table:
     """Every contribution to every level [%]."""
-    sources = [each.source for each in found.pairs[0].levels[0].budget]
+    sources = [term.source for term in validation.pairs[0].levels[0].budget]
     head = ("channel", "level", *sources, "expanded", "sigma", "remainder")
     rows = tuple(
         (
-            pair.name, _unbroken(level.measure), *(_percent(each.value) for each in level.budget),
+            pair.name, _unbroken(level.measure), *(_percent(term.value) for term in level.budget),
             *(_percent(value) for value in (level.expanded, level.sigma, level.remainder)),
         )
-        for pair in found.pairs
+        for pair in validation.pairs
         for level in pair.levels
     )  # fmt: skip
     note = (
@@ -60,69 +60,69 @@ def budget_table(found: Validation) -> Table:
     return Table(head, rows, frozenset({0, 1}), "", note)
 
 
-def ways_table(found: Validation) -> Table:
+def ways_table(validation: Validation) -> Table:
     """How each contribution was obtained."""
-    told = {each.source: each.how for pair in found.pairs for level in pair.levels for each in level.budget}
-    return Table(("source", "how it was obtained"), tuple(told.items()), frozenset({0, 1}), "How each was obtained")
+    ways = {term.source: term.how for pair in validation.pairs for level in pair.levels for term in level.budget}
+    return Table(("source", "how it was obtained"), tuple(ways.items()), frozenset({0, 1}), "How each was obtained")
 
 
-def parameter_tables(found: Validation) -> list[Table]:
+def parameter_tables(validation: Validation) -> list[Table]:
     """What each uncertain parameter does, how the levels pull it, and which go together; none without any."""
-    if found.parameters is None:
+    if validation.parameters is None:
         return []
-    made = (_effects(found.parameters), _pulls(found.parameters), _together(found.parameters))
+    made = (_effects(validation.parameters), _pulls(validation.parameters), _together(validation.parameters))
     return [table for table in made if table.rows]
 
 
-def rms_effects_table(found: Validation) -> Table:
+def rms_effects_table(validation: Validation) -> Table:
     """What each uncertain parameter does to the rms of every channel, and how the levels pull it; short."""
-    if found.parameters is None:
+    if validation.parameters is None:
         return Table((), ())
-    head = ("parameter", *(f"{name} rms, %" for name in found.parameters.channels), "pulled, s.e.", "error left, %")
+    head = ("parameter", *(f"{name} rms, %" for name in validation.parameters.channels), "pulled, s.e.", "error left, %")
     rows = []
-    for parameter in found.parameters.parameters:
+    for parameter in validation.parameters.parameters:
         effects = {effect.channel: effect for effect in parameter.effects if effect.measure == "rms"}
-        by_channel = [effects[name] for name in found.parameters.channels]
+        by_channel = [effects[name] for name in validation.parameters.channels]
         cells = (f"{effect.value:.3g} ± {effect.error:.2g}" for effect in by_channel)
         rows.append((parameter.path, *cells, f"{parameter.shift:.3g}", f"{100.0 * parameter.left:.3g}"))
     return Table(head, tuple(rows))
 
 
-def _effects(told: Explained) -> Table:
+def _effects(explanation: Explained) -> Table:
     rows = tuple(
         (
             parameter.path, effect.channel, _unbroken(effect.measure), f"{numeral(effect.value, 3)} %",
             f"{numeral(effect.error, 2)} %", numeral(effect.needed, 3),
         )
-        for parameter in told.parameters
+        for parameter in explanation.parameters
         for effect in parameter.effects
     )  # fmt: skip
     head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
     note = (
-        f"From a straight line through {told.runs} runs. Alone: by how many of its standard errors the parameter would "
+        f"From a straight line through {explanation.runs} runs. Alone: by how many of its standard errors the parameter would "
         "have to be off to explain the whole difference; a dash: its effect is less than two of its errors."
     )
     return Table(head, rows, frozenset({0, 1, 2}), "Parameters, each alone", note)
 
 
-def _pulls(told: Explained) -> Table:
+def _pulls(explanation: Explained) -> Table:
     head = ("parameter", "value, SI", "standard error", "pulled by, standard errors", "error left")
     rows = tuple(
         (p.path, numeral(p.value), numeral(p.standard_error, 3), numeral(p.shift, 3), f"{numeral(100.0 * p.left, 3)} %")
-        for p in told.parameters
+        for p in explanation.parameters
     )
-    before, after = told.chi_square
+    before, after = explanation.chi_square
     note = (
-        f"All together, to first order, by the rms of {', '.join(told.channels)}: the squared differences fall from "
+        f"All together, to first order, by the rms of {', '.join(explanation.channels)}: the squared differences fall from "
         f"{numeral(before, 3)} to {numeral(after, 3)}. A pull of more than two speaks against the error stated."
     )
     return Table(head, rows, frozenset({0}), "Parameters, all together", note)
 
 
-def _together(told: Explained) -> Table:
-    names = [p.path for p in told.parameters]
+def _together(explanation: Explained) -> Table:
+    names = [p.path for p in explanation.parameters]
     rows = tuple(
-        (names[j], names[i], numeral(told.stated[i][j], 2), numeral(told.found[i][j], 2))
+        (names[j], names[i], numeral(explanation.stated[i][j], 2), numeral(explanation.estimated[i][j], 2))
         for i in range(len(names))
         for j in range(i)
     )
@@ -150,15 +150,15 @@ def orders_table(pair: Pair) -> Table:
     return Table(head, rows, frozenset(), f"{pair.name}, {pair.unit}")
 
 
-def impacts_table(found: Validation) -> Table:
+def impacts_table(validation: Validation) -> Table:
     """Impact rates [1/cycle]."""
     head = ("clearance", "exact, run", "± s.e.", "counted, simulated", "counted, measured", "difference, 95 %", "how")
     rows = tuple(
         (
-            each.clearance, numeral(each.exact), numeral(each.exact_error, 2), numeral(each.simulated),
-            numeral(each.measured), _span(each.low, each.high), each.words,
+            impact.clearance, numeral(impact.exact), numeral(impact.exact_error, 2), numeral(impact.simulated),
+            numeral(impact.measured), _span(impact.low, impact.high), impact.words,
         )
-        for each in found.impacts
+        for impact in validation.impacts
     )  # fmt: skip
     note = (
         "Impacts per cycle. Exact: from the crossings of the run. Counted: passings of a stated threshold, both in the "
@@ -167,25 +167,25 @@ def impacts_table(found: Validation) -> Table:
     return Table(head, rows, frozenset({0, 6}), "", note)
 
 
-def setting_table(found: Validation) -> Table:
+def setting_table(validation: Validation) -> Table:
     """What was compared, and how."""
-    clock = found.clock
-    low, high = found.band
-    blocks = f"{found.measured_block} and {found.simulated_block}"
+    clock = validation.clock
+    low, high = validation.band
+    blocks = f"{validation.measured_block} and {validation.simulated_block}"
     rows: list[tuple[str, str]] = [
-        ("measurement", found.source),
-        ("simulation", f"{found.model}, {found.algorithm}"),
-        ("cycles", f"{found.measured_cycles} measured, {found.simulated_cycles} simulated"),
+        ("measurement", validation.source),
+        ("simulation", f"{validation.model}, {validation.algorithm}"),
+        ("cycles", f"{validation.measured_cycles} measured, {validation.simulated_cycles} simulated"),
         ("cycles in a block of the bootstrap", blocks),
-        ("rate of both", f"{numeral(found.rate, 6)} Hz"),
+        ("rate of both", f"{numeral(validation.rate, 6)} Hz"),
         ("band of both", f"{numeral(low)} to {numeral(high)} Hz"),
-        ("taken away from both", {"none": "nothing", "mean": "the mean", "linear": "a straight line"}[found.trend]),
+        ("taken away from both", {"none": "nothing", "mean": "the mean", "linear": "a straight line"}[validation.trend]),
         ("clock", f"{clock.method}{f', by {clock.channel}' if clock.channel else ''}"),
         ("added to the measured times", f"{numeral(clock.delay, 6)} s, s.e. {numeral(clock.standard_error, 2)} s"),
         ("correlation there, elsewhere", f"{numeral(clock.agreement)}, {numeral(clock.rival)}"),
         ("cycle by the model, by the record", f"{numeral(clock.period, 7)} s, {numeral(clock.measured_period, 7)} s"),
-        ("measured, not simulated", ", ".join(found.unmatched_measured) or "–"),
-        ("simulated, not measured", ", ".join(found.unmatched_simulated) or "–"),
+        ("measured, not simulated", ", ".join(validation.unmatched_measured) or "–"),
+        ("simulated, not measured", ", ".join(validation.unmatched_simulated) or "–"),
     ]
     return Table(("", ""), tuple(rows), frozenset({0, 1}))
 

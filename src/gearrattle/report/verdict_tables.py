@@ -120,8 +120,8 @@ def _share_bar(findings: Findings, part: Part) -> str:
         shares[side] += share
     words = " · ".join(percent(share) for share in shares.values())
     bars = "".join(f'<i class="{side}" style="width:{100.0 * share:.2f}%"></i>' for side, share in shares.items())
-    told = escape(", ".join(f"{side} {percent(share)}" for side, share in shares.items()))
-    return Markup(f'<span class="share" role="img" aria-label="{told}">{bars}</span><small>{words}</small>')
+    description = escape(", ".join(f"{side} {percent(share)}" for side, share in shares.items()))
+    return Markup(f'<span class="share" role="img" aria-label="{description}">{bars}</span><small>{words}</small>')
 
 
 def verdict_table(verdict: Verdict) -> Table:
@@ -160,11 +160,11 @@ def criteria_tables(verdict: Verdict) -> list[Table]:
 
 def errors_note(entries: Sequence[Row]) -> str:
     """Say what stands behind ±, or that nothing is known of it; empty where all values are exact."""
-    told = ""
+    note = ""
     if any(entry.error > 0.0 for entry in entries):
-        told = f" ± is the estimated error of sampling, left out below {100.0 * _SLIGHT:g} %."
+        note = f" ± is the estimated error of sampling, left out below {100.0 * _SLIGHT:g} %."
     unknown = dict.fromkeys(e.quantity for e in entries if math.isnan(e.error) and not _is_nothing(e))
-    return f"{told} Of samples, without an estimate of their error: {', '.join(unknown)}." if unknown else told
+    return f"{note} Of samples, without an estimate of their error: {', '.join(unknown)}." if unknown else note
 
 
 def _is_nothing(entry: Row) -> bool:

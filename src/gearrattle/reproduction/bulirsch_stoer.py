@@ -46,13 +46,13 @@ def needs(scope: Scope) -> Iterator[Setup]:
             yield setup_of(scope, case, LOOSE, loaded=True).at(algorithm=other)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Tell how every tolerance ended."""
     lines = [
         line
         for case in (2, 3)
         for kind, loaded in KINDS.items()
-        for line in _lines(bench, case, kind, loaded)
+        for line in _lines(measurements, case, kind, loaded)
     ]  # fmt: skip
     words = (
         "Extrapolation assumes a right side smoother than a corner allows, so steps are rejected at every crossing; a "
@@ -64,13 +64,13 @@ def section(bench: Bench) -> Section:
         tuple(lines), frozenset({0, 1, 3}), "Bulirsch-Stoer over tolerances",
         "Steps in units of 1/omega. At 1e-12 an error test asks for less than rounding leaves.",
     )  # fmt: skip
-    return Section("bulirsch-stoer", "Bulirsch-Stoer", words, (_row(bench), _incompatible(bench)), (table,))
+    return Section("bulirsch-stoer", "Bulirsch-Stoer", words, (_row(measurements), _incompatible(measurements)), (table,))
 
 
-def _lines(bench: Bench, case: int, kind: str, loaded: bool) -> Iterator[tuple[str, ...]]:
-    truth = bench.run(setup_of(bench.scope, case, None, loaded=loaded))
-    for tolerance in tolerances(bench.scope):
-        result = bench.result(setup_of(bench.scope, case, tolerance, loaded=loaded))
+def _lines(measurements: Bench, case: int, kind: str, loaded: bool) -> Iterator[tuple[str, ...]]:
+    truth = measurements.run(setup_of(measurements.scope, case, None, loaded=loaded))
+    for tolerance in tolerances(measurements.scope):
+        result = measurements.result(setup_of(measurements.scope, case, tolerance, loaded=loaded))
         head = (f"{case}", kind, f"{tolerance:.0e}")
         if result.run is None or truth is None:
             yield (*head, result.status, *["–"] * 5)
@@ -83,24 +83,24 @@ def _lines(bench: Bench, case: int, kind: str, loaded: bool) -> Iterator[tuple[s
                counted(cost.events), figure(error, 2))  # fmt: skip
 
 
-def _incompatible(bench: Bench) -> Row:
+def _incompatible(measurements: Bench) -> Row:
     """Sec. 9: the only routine that consistently displayed incompatible solutions.
 
     Reproduced if, on a loaded case, it has more than twice the crossings of exact at the loose tolerance, agrees at the
     tight one, and no other method has more than twice.
     """
-    told: list[str] = []
+    parts: list[str] = []
     figures: dict[str, float] = {}
     wrong, right, others = False, False, []
     for case in (2, 3):
-        setup = setup_of(bench.scope, case, LOOSE, loaded=True)
+        setup = setup_of(measurements.scope, case, LOOSE, loaded=True)
         setups = {
-            "exact": setup_of(bench.scope, case, None, loaded=True),
+            "exact": setup_of(measurements.scope, case, None, loaded=True),
             "loose": setup,
-            "tight": setup_of(bench.scope, case, TIGHT, loaded=True),
+            "tight": setup_of(measurements.scope, case, TIGHT, loaded=True),
             **{name: setup.at(algorithm=name) for name in OTHERS},
         }
-        runs = {name: run for name, each in setups.items() if (run := bench.run(each)) is not None}
+        runs = {name: run for name, setup in setups.items() if (run := measurements.run(setup)) is not None}
         if len(runs) < len(setups):
             continue
         count = {name: run.cost.events for name, run in runs.items()}
@@ -108,7 +108,7 @@ def _incompatible(bench: Bench) -> Row:
         wrong |= count["loose"] > _TWICE * count["exact"]
         right |= abs(count["tight"] / count["exact"] - 1.0) < _ALIKE
         others += [f"{name}, case {case}" for name in OTHERS if count[name] > _TWICE * count["exact"]]
-        told.append(
+        parts.append(
             f"case {case}: exact {counted(count['exact'])}, at {LOOSE:g} {counted(count['loose'])}, at {TIGHT:g} "
             f"{counted(count['tight'])}; at {LOOSE:g} "
             + ", ".join(f"{name} {counted(count[name])}" for name in OTHERS)
@@ -122,29 +122,29 @@ def _incompatible(bench: Bench) -> Row:
         why = f"at {LOOSE:g} it is the only one of three; at {TIGHT:g} it agrees with exact"
     return row(
         "Sec. 9, BUS gives incompatible solutions", "with several nonlinearities, as the only one of seven",
-        f"crossings, loaded: {'; '.join(told)}", REPRODUCED if alone else DIFFERS, why, **figures,
+        f"crossings, loaded: {'; '.join(parts)}", REPRODUCED if alone else DIFFERS, why, **figures,
     )  # fmt: skip
 
 
-def _row(bench: Bench) -> Row:
+def _row(measurements: Bench) -> Row:
     ended, failed = 0, []
     for case in (2, 3):
         for kind, loaded in KINDS.items():
-            for tolerance in tolerances(bench.scope):
-                result = bench.result(setup_of(bench.scope, case, tolerance, loaded=loaded))
+            for tolerance in tolerances(measurements.scope):
+                result = measurements.result(setup_of(measurements.scope, case, tolerance, loaded=loaded))
                 if result.run is None:
                     failed.append(f"case {case} {kind} at {tolerance:.0e}")
                 else:
                     ended += 1
     total = ended + len(failed)
-    told = f"{ended} of {total} runs came to their end" + (f"; not: {', '.join(failed)}" if failed else "")
-    sensible = [each for each in failed if not each.endswith("1e-12")]
+    summary = f"{ended} of {total} runs came to their end" + (f"; not: {', '.join(failed)}" if failed else "")
+    sensible = [label for label in failed if not label.endswith("1e-12")]
     if sensible:
         return row(
-            "Table 4, BUS failed to converge", "convergence failures", told, REPRODUCED, "", ended=ended, of=total
+            "Table 4, BUS failed to converge", "convergence failures", summary, REPRODUCED, "", ended=ended, of=total
         )
     why = (
         "ours may shorten its step to 1e-14 of a period, and no sensible tolerance makes it fail on these loads; the "
         "paper's step floor, tolerance and loads are not printed"
     )
-    return row("Table 4, BUS failed to converge", "convergence failures", told, DIFFERS, why, ended=ended, of=total)
+    return row("Table 4, BUS failed to converge", "convergence failures", summary, DIFFERS, why, ended=ended, of=total)

@@ -30,38 +30,38 @@ def needs(scope: Scope) -> Iterator[Setup]:
             yield of_tables(scope, case, "rkv-events", loaded=loaded)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Measure the claims one by one."""
     rows = (
-        *(_fixed_are_faster(bench, number, case, kind) for number, case, _ in TABLES for kind in KINDS),
-        *(_trials_fail(bench, case, kind) for _, case, _ in TABLES for kind in KINDS),
-        _trial_steps(bench), _bottoms_out(bench), *(bandwidth(bench, kind, fine_of) for kind in KINDS),
+        *(_fixed_are_faster(measurements, number, case, kind) for number, case, _ in TABLES for kind in KINDS),
+        *(_trials_fail(measurements, case, kind) for _, case, _ in TABLES for kind in KINDS),
+        _trial_steps(measurements), _bottoms_out(measurements), *(bandwidth(measurements, kind, fine_of) for kind in KINDS),
     )  # fmt: skip
     words = (
         "Section 9 explains run times by steps rejected at corners. Rejections can be counted: RKV-events is the same "
         "method restarted at every corner, so that no accepted step contains one."
     )
-    return Section("claims", "Section 9: claims", words, rows, (_table(bench),))
+    return Section("claims", "Section 9: claims", words, rows, (_table(measurements),))
 
 
-def _fixed_are_faster(bench: Bench, number: int, case: int, kind: str) -> Row:
-    lines = next(lines for each, _, lines in TABLES if each == number)
+def _fixed_are_faster(measurements: Bench, number: int, case: int, kind: str) -> Row:
+    lines = next(lines for table_number, _, lines in TABLES if table_number == number)
     rk2, rk4, *others = (line for line in lines if line.calls)
     theirs = ", ".join(f"{line.label} {line.seconds / rk2.seconds:.2f}" for line in (rk4, *others))
     runs = {
         line.label: run
         for line in lines
-        if (run := bench.run(of_tables(bench.scope, case, line.algorithm, loaded=KINDS[kind]))) is not None
+        if (run := measurements.run(of_tables(measurements.scope, case, line.algorithm, loaded=KINDS[kind]))) is not None
     }
     times = {
-        line.label: bench.times(of_tables(bench.scope, case, line.algorithm, loaded=KINDS[kind]))
+        line.label: measurements.times(of_tables(measurements.scope, case, line.algorithm, loaded=KINDS[kind]))
         for line in lines
         if line.label in runs
     }
     base = times["RK2"]
-    ours = ", ".join(f"{label} {min(each) / min(base):.2f}" for label, each in times.items() if label != "RK2")
+    ours = ", ".join(f"{label} {min(time) / min(base):.2f}" for label, time in times.items() if label != "RK2")
     ours += f" (fastest of {len(base)} runs each; the slowest of all up to {_scatter(times.values()):.0%} above)"
-    slower = [name for name, each in times.items() if name not in ("RK2", "RK4") and min(each) > max(base)]
+    slower = [name for name, time in times.items() if name not in ("RK2", "RK4") and min(time) > max(base)]
     chosen = [name for name in runs if name not in ("RK2", "RK4")]
     why = (
         f"RK2 is not clearly faster than {len(chosen) - len(slower)} of {len(chosen)} methods that choose their steps "
@@ -76,7 +76,7 @@ def _fixed_are_faster(bench: Bench, number: int, case: int, kind: str) -> Row:
 
 def _scatter(times: Iterable[Sequence[float]]) -> float:
     """Return how far the slowest run of any algorithm lies above its fastest, as a share."""
-    return max(max(each) / min(each) - 1.0 for each in times)
+    return max(max(time) / min(time) - 1.0 for time in times)
 
 
 def _cost_of_a_call(lines: Sequence[Performance]) -> str:
@@ -86,13 +86,13 @@ def _cost_of_a_call(lines: Sequence[Performance]) -> str:
     return f"{costs[low]:.2f} ({low}) to {costs[high]:.2f} ms ({high})"
 
 
-def _trials_fail(bench: Bench, case: int, kind: str) -> Row:
-    told, figures = [], {}
+def _trials_fail(measurements: Bench, case: int, kind: str) -> Row:
+    rates, figures = [], {}
     for name in ("rkf", "rkv", "rkv-events"):
-        run = bench.run(of_tables(bench.scope, case, name, loaded=KINDS[kind]))
+        run = measurements.run(of_tables(measurements.scope, case, name, loaded=KINDS[kind]))
         if run is not None:
             rate = run.cost.rejected_steps / max(1, run.cost.events)
-            told.append(f"{name} {rate:.1f}")
+            rates.append(f"{name} {rate:.1f}")
             figures[name] = rate
     blind = min(figures["rkf"], figures["rkv"])
     more = blind > figures["rkv-events"] and blind >= 1.0
@@ -100,60 +100,60 @@ def _trials_fail(bench: Bench, case: int, kind: str) -> Row:
     why = why if more else "rejections are not mainly due to crossings here"
     return row(
         f"Sec. 9, trial steps fail at breakpoints, case {case}, {kind}", "nearly always",
-        f"rejected steps a crossing: {', '.join(told)}", REPRODUCED if more else DIFFERS, why, **figures,
+        f"rejected steps a crossing: {', '.join(rates)}", REPRODUCED if more else DIFFERS, why, **figures,
     )  # fmt: skip
 
 
-def _trial_steps(bench: Bench) -> Row:
+def _trial_steps(measurements: Bench) -> Row:
     """Sec. 9: variable methods show a larger (initial average) trial step."""
-    told, larger, total = [], 0, 0
+    parts, larger, total = [], 0, 0
     for _, case, _ in TABLES:
         for kind, loaded in KINDS.items():
             for name in ("rkf", "rkv", "bulirsch-stoer"):
-                run = bench.run(of_tables(bench.scope, case, name, loaded=loaded))
+                run = measurements.run(of_tables(measurements.scope, case, name, loaded=loaded))
                 if run is not None:
                     total += 1
                     larger += run.cost.average_trial_step > run.cost.average_step
                     if name == "rkv":
                         pair = (SPEED * run.cost.average_trial_step, SPEED * run.cost.average_step)
-                        told.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
+                        parts.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
     return row(
         "Sec. 9, trial steps are larger than steps taken", "RKF, RKV, case 3: 0.0400, 0.0377 against span over "
-        f"count {850 / 125034:.4f}, {850 / 170441:.4f}", f"RKV, trial and taken: {'; '.join(told)}",
+        f"count {850 / 125034:.4f}, {850 / 170441:.4f}", f"RKV, trial and taken: {'; '.join(parts)}",
         REPRODUCED if 2 * larger > total else DIFFERS,
         f"of all steps tried, larger in {larger} of {total} runs; the paper's average is over the initial ones",
         larger=larger, of=total,
     )  # fmt: skip
 
 
-def _bottoms_out(bench: Bench) -> Row:
+def _bottoms_out(measurements: Bench) -> Row:
     """Sec. 9: a variable step bottoms out at discontinuities."""
-    told, least = [], 1.0
+    parts, least = [], 1.0
     for name in ("rkf", "rkv", "bulirsch-stoer"):
-        run = bench.run(of_tables(bench.scope, 3, name, loaded=False))
+        run = measurements.run(of_tables(measurements.scope, 3, name, loaded=False))
         if run is not None and run.cost.smallest_step is not None:
             share = run.cost.smallest_step / run.cost.average_step
             least = min(least, share)
-            told.append(f"{name} {figure(share, 2)}")
+            parts.append(f"{name} {figure(share, 2)}")
     return row("Sec. 9, steps bottom out at discontinuities", "h is reduced to the prescribed tolerance",
-               f"smallest over average step, case 3, rattling: {', '.join(told)}",
+               f"smallest over average step, case 3, rattling: {', '.join(parts)}",
                DIFFERS, "at a corner the step falls to about a hundredth, not to the tolerance, and grows again",
                least=least)  # fmt: skip
 
 
-def _table(bench: Bench) -> Table:
+def _table(measurements: Bench) -> Table:
     lines = []
     for _, case, _ in TABLES:
         for kind, loaded in KINDS.items():
             for name in (*_VARIABLE, "rkv-events"):
-                run = bench.run(of_tables(bench.scope, case, name, loaded=loaded))
+                run = measurements.run(of_tables(measurements.scope, case, name, loaded=loaded))
                 if run is not None:
                     lines.append(
                         _line(f"case {case}, {kind}", name, run.cost.steps, run.cost.rejected_steps, run.cost.events)
                     )
     for kind, loaded in KINDS.items():
         for name in ("rkf", "rkv"):
-            run = bench.run(of_load(bench.scope, name, MODERATE, loaded=loaded))
+            run = measurements.run(of_load(measurements.scope, name, MODERATE, loaded=loaded))
             if run is not None:
                 lines.append(
                     _line(f"case 3, {kind}, mean 0.5", name, run.cost.steps, run.cost.rejected_steps, run.cost.events)

@@ -54,7 +54,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
         yield setup_of(scope, "exact", loaded=loaded, nearby=True)
 
 
-def kappa(bench: Bench, given: Setup, reference: Setup, *, filtered: bool = True) -> tuple[float, ...] | None:
+def kappa(measurements: Bench, setup: Setup, reference: Setup, *, filtered: bool = True) -> tuple[float, ...] | None:
     """(4,) mean coherences of a run with a reference; None without either.
 
     Args:
@@ -62,18 +62,18 @@ def kappa(bench: Bench, given: Setup, reference: Setup, *, filtered: bool = True
         given, reference: which two.
         filtered: whether samples pass an anti-aliasing filter before some are left out.
     """
-    mine, theirs = bench.run(given), bench.run(reference)
+    mine, theirs = measurements.run(setup), measurements.run(reference)
     if mine is None or theirs is None:
         return None
-    found = compare_coherence(mine.trajectory, theirs.trajectory, anti_alias=filtered)
-    return tuple(found[name].mean for name in BODIES)
+    coherences = compare_coherence(mine.trajectory, theirs.trajectory, anti_alias=filtered)
+    return tuple(coherences[name].mean for name in BODIES)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Compare the twelve coherences."""
-    found = dict(_all(bench))
-    rows = [row for label in printed.COHERENCES for row in _rows(label, found)]
-    rows += [_meaning(found), _aliased(found), _hardest(found)]
+    values = dict(_all(measurements))
+    rows = [row for label in printed.COHERENCES for row in _rows(label, values)]
+    rows += [_meaning(values), _aliased(values), _hardest(values)]
     words = (
         f"Case 2. Two independent signals give {CHANCE.bias:.2f} on average with four segments; a mean over five bins "
         f"lies between {CHANCE.mean_low:.2f} and {CHANCE.mean_high:.2f} in 90 of 100 cases, and the 95 % threshold of "
@@ -81,89 +81,89 @@ def section(bench: Bench) -> Section:
         "before sampling; ours are at the slowest rate that keeps the harmonics, filtered and (aliased) not. Where two "
         "motions follow one excitation, harmonics are coherent for that alone."
     )
-    return Section("coherence", "Section 9: coherence", words, tuple(rows), (_table(found),))
+    return Section("coherence", "Section 9: coherence", words, tuple(rows), (_table(values),))
 
 
-def _all(bench: Bench) -> Iterator[tuple[Key, tuple[float, ...] | None]]:
+def _all(measurements: Bench) -> Iterator[tuple[Key, tuple[float, ...] | None]]:
     """Every pair's kappas, filtered and not."""
     for kind, loaded in KINDS.items():
-        runs = {name: setup_of(bench.scope, name, loaded=loaded) for name in ("exact", "rk2")}
+        runs = {name: setup_of(measurements.scope, name, loaded=loaded) for name in ("exact", "rk2")}
         for filtered in (True, False):
             for label, (algorithm, _) in printed.COHERENCES.items():
-                given = setup_of(bench.scope, algorithm, loaded=loaded)
+                setup = setup_of(measurements.scope, algorithm, loaded=loaded)
                 for reference, judge in runs.items():
-                    yield Key(label, kind, reference, filtered), kappa(bench, given, judge, filtered=filtered)
-            yield Key("RK2", kind, "exact", filtered), kappa(bench, runs["rk2"], runs["exact"], filtered=filtered)
-            away = setup_of(bench.scope, "exact", loaded=loaded, nearby=True)
-            yield Key(AWAY, kind, "exact", filtered), kappa(bench, away, runs["exact"], filtered=filtered)
+                    yield Key(label, kind, reference, filtered), kappa(measurements, setup, judge, filtered=filtered)
+            yield Key("RK2", kind, "exact", filtered), kappa(measurements, runs["rk2"], runs["exact"], filtered=filtered)
+            away = setup_of(measurements.scope, "exact", loaded=loaded, nearby=True)
+            yield Key(AWAY, kind, "exact", filtered), kappa(measurements, away, runs["exact"], filtered=filtered)
 
 
-def _rows(label: str, found: Found) -> Iterator[Row]:
-    for i, (body, paper) in enumerate(zip(BODIES, printed.COHERENCES[label][1], strict=True)):
-        told: list[str] = []
+def _rows(label: str, coherences: Found) -> Iterator[Row]:
+    for i, (body, printed_value) in enumerate(zip(BODIES, printed.COHERENCES[label][1], strict=True)):
+        parts: list[str] = []
         figures: dict[str, float] = {}
         for kind in KINDS:
             keys = (Key(label, kind, "rk2"), Key(label, kind, "exact"), Key(label, kind, "rk2", False))
-            values = [each[i] for key in keys if (each := found[key]) is not None]
+            values = [by_body[i] for key in keys if (by_body := coherences[key]) is not None]
             if len(values) == len(keys):
-                told.append(f"{kind}: {values[0]:.2f} with RK2 (aliased {values[2]:.2f}), {values[1]:.2f} with exact")
+                parts.append(f"{kind}: {values[0]:.2f} with RK2 (aliased {values[2]:.2f}), {values[1]:.2f} with exact")
                 figures |= {f"{kind}_rk2": values[0], f"{kind}_exact": values[1], f"{kind}_aliased": values[2]}
-        noise = paper <= CHANCE.mean_high
-        status = NOISE if noise else UNDECIDED if told else UNAVAILABLE
+        noise = printed_value <= CHANCE.mean_high
+        status = NOISE if noise else UNDECIDED if parts else UNAVAILABLE
         why = f"independent signals give {CHANCE.mean_low:.2f} to {CHANCE.mean_high:.2f}" if noise else (
-            "nor the sampling rate" if told else ""
+            "nor the sampling rate" if parts else ""
         )  # fmt: skip
-        yield row(f"Sec. 9, coherence of {label}, theta_{i + 1}'' ({body})", f"{paper:g}",
-                  "; ".join(told) or UNAVAILABLE, status, why, **figures)  # fmt: skip
+        yield row(f"Sec. 9, coherence of {label}, theta_{i + 1}'' ({body})", f"{printed_value:g}",
+                  "; ".join(parts) or UNAVAILABLE, status, why, **figures)  # fmt: skip
 
 
-def _told(found: Found, label: str, *, filtered: bool) -> str:
-    lines = [(kind, found[Key(label, kind, "exact", filtered)]) for kind in KINDS]
+def _told(coherences: Found, label: str, *, filtered: bool) -> str:
+    lines = [(kind, coherences[Key(label, kind, "exact", filtered)]) for kind in KINDS]
     return "; ".join(f"{kind} {', '.join(f'{v:.2f}' for v in values)}" for kind, values in lines if values is not None)
 
 
-def _meaning(found: Found) -> Row:
+def _meaning(coherences: Found) -> Row:
     """What a coherence says of an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
         "Sec. 9, coherence as a measure of agreement", "solutions are compared by it",
-        f"RK4 at its unstable step with exact, inertias 1 to 4: {_told(found, 'RK4', filtered=True)}", DIFFERS,
+        f"RK4 at its unstable step with exact, inertias 1 to 4: {_told(coherences, 'RK4', filtered=True)}", DIFFERS,
         "harmonics follow the common excitation: a motion whose rattle is invented keeps a high coherence but at the "
         "gear that rattles",
     )  # fmt: skip
 
 
-def _aliased(found: Found) -> Row:
+def _aliased(coherences: Found) -> Row:
     """Whether low coherences are the algorithms'."""
     figures = {
         f"{kind}_{body}_{'filtered' if filtered else 'aliased'}": value
         for kind in KINDS
         for filtered in (True, False)
-        for body, value in zip(BODIES, found[Key(AWAY, kind, "exact", filtered)] or (), strict=False)
+        for body, value in zip(BODIES, coherences[Key(AWAY, kind, "exact", filtered)] or (), strict=False)
     }
     return row(
         "Sec. 9, low coherences are the algorithms'", "0.23 to 0.59 at inertias 2 to 4",
-        f"exact with exact begun 1e-12 half-gaps away: {_told(found, AWAY, filtered=True)}; aliased: "
-        f"{_told(found, AWAY, filtered=False)}", DIFFERS,
+        f"exact with exact begun 1e-12 half-gaps away: {_told(coherences, AWAY, filtered=True)}; aliased: "
+        f"{_told(coherences, AWAY, filtered=False)}", DIFFERS,
         "sampled without a filter even the exact motion falls short of itself by as much: the chaotic high frequencies "
         "fold onto the harmonics. Whether the paper filtered is not printed", **figures,
     )  # fmt: skip
 
 
-def _hardest(found: Found) -> Row:
+def _hardest(coherences: Found) -> Row:
     """Sec. 9: it is more difficult to find the solution at I_2."""
-    told: list[str] = []
+    parts: list[str] = []
     most: list[bool] = []
     figures: dict[str, float] = {}
     for filtered in (True, False):
-        every = [v for key, v in found.items() if v is not None and key.filtered == filtered and key.label != AWAY]
+        every = [v for key, v in coherences.items() if v is not None and key.filtered == filtered and key.label != AWAY]
         lowest = [BODIES[min(range(4), key=lambda i: v[i])] for v in every if min(v) < _HIGH]
         hub, total, name = lowest.count("hub"), len(lowest), "filtered" if filtered else "aliased"
-        told.append(f"{name} {hub} of {total}")
+        parts.append(f"{name} {hub} of {total}")
         most.append(2 * hub > total)
         figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}
     return row(
         "Sec. 9, the solution at I_2 is the hardest", "lowest coherence at theta_2''",
-        f"the hub's is the lowest in (of those with any below {_HIGH:g}): {', '.join(told)}",
+        f"the hub's is the lowest in (of those with any below {_HIGH:g}): {', '.join(parts)}",
         REPRODUCED if all(most) else DIFFERS,
         "" if all(most) else "with a filter before sampling it is not; without one, high frequencies fold onto the "
         "harmonics, and the hub, the lightest body, has most of them" if most[1] else
@@ -171,16 +171,16 @@ def _hardest(found: Found) -> Row:
     )  # fmt: skip
 
 
-def _table(found: Found) -> Table:
+def _table(coherences: Found) -> Table:
     lines = tuple(
         (key.label, key.kind, key.reference, "yes" if key.filtered else "no", *(f"{value:.2f}" for value in values))
-        for key, values in found.items()
+        for key, values in coherences.items()
         if values is not None
     )
-    paper = tuple(
+    printed_rows = tuple(
         (f"{label}, as printed", "?", "rk2", "?", *(f"{value:g}" for value in values))
         for label, (_, values) in printed.COHERENCES.items()
     )
     return Table(
-        ("algorithm", "load", "reference", "filtered", *BODIES), (*paper, *lines), frozenset({0, 1, 2, 3}), "Coherences"
+        ("algorithm", "load", "reference", "filtered", *BODIES), (*printed_rows, *lines), frozenset({0, 1, 2, 3}), "Coherences"
     )

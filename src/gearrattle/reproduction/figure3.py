@@ -45,8 +45,8 @@ def drags(scope: Scope) -> list[float]:
 
 def amplitudes(scope: Scope) -> list[float]:
     """Amplitudes of the load of the mesh alone [K b]."""
-    found: list[float] = np.geomspace(0.02, 1.0, 16 if scope.quick else 40).tolist()
-    return found
+    levels: list[float] = np.geomspace(0.02, 1.0, 16 if scope.quick else 40).tolist()
+    return levels
 
 
 def near_resonance(amplitude: float) -> Model:
@@ -67,7 +67,7 @@ def section(scope: Scope, tick: Tick) -> Section:
     )
     rows = (_regimes(case), _threshold(case, cycles, tick), _curves())
     tables = (_table(case, "Case 1, drag torque of the loose gear [N m]"), _table(mesh, "Mesh alone, amplitude [K b]"))
-    charts = (_histories([each for each in shown if each is not None], cycles, tick), _map(case, mesh))
+    charts = (_histories([history for history in shown if history is not None], cycles, tick), _map(case, mesh))
     return Section("figure-3", "Figure 3: vibro-impact regimes", words, rows, tables, charts)
 
 
@@ -78,8 +78,8 @@ def runs(scope: Scope) -> int:
 
 def _middle(stops: Sequence[Stop], kind: Regime) -> Stop | None:
     """The stop in the middle of those of a regime, on the way up."""
-    found = [stop for stop in stops if stop.rising and stop.regime == kind]
-    return found[len(found) // 2] if found else None
+    matching = [stop for stop in stops if stop.rising and stop.regime == kind]
+    return matching[len(matching) // 2] if matching else None
 
 
 def ranges(stops: Sequence[Stop], rising: bool) -> Iterator[tuple[Regime, float, float]]:
@@ -99,11 +99,11 @@ def twofold(stops: Sequence[Stop]) -> list[float]:
 
 
 def _regimes(case: Sequence[Stop]) -> Row:
-    told = "; ".join(f"{WORDS[kind]} {low:.3g} to {high:.3g}" for kind, low, high in ranges(case, True))
+    summary = "; ".join(f"{WORDS[kind]} {low:.3g} to {high:.3g}" for kind, low, high in ranges(case, True))
     kinds = {stop.regime for stop in case}
     return row(
         "Fig. 3, three vibro-impact regimes", "no impact, single-sided, double-sided",
-        f"case 1, drag torque of the loose gear [N m]: {told}", REPRODUCED if kinds == set(WORDS) else DIFFERS,
+        f"case 1, drag torque of the loose gear [N m]: {summary}", REPRODUCED if kinds == set(WORDS) else DIFFERS,
         "" if kinds == set(WORDS) else "not every regime was met", regimes=len(kinds), twofold=len(twofold(case)),
     )  # fmt: skip
 
@@ -124,10 +124,10 @@ def _threshold(case: Sequence[Stop], cycles: int, tick: Tick) -> Row:
     if smooth.regime != "quiet" or not lost:
         return row(item, "named as causes", "contact is never kept, or never lost", DIFFERS, "the sweep is too narrow")
     limit, last, first = threshold(smooth, cycles), max(lost), min(kept)
-    told = f"case 1: lost up to D = {last:.3f}, kept from {first:.3f} N m; the smooth motion says D* = {limit:.3f} N m"
+    summary = f"case 1: lost up to D = {last:.3f}, kept from {first:.3f} N m; the smooth motion says D* = {limit:.3f} N m"
     good = last < limit < first
     why = "" if good else "start-up may open a mesh that would stay closed"
-    return row(item, "named as causes", told, REPRODUCED if good else DIFFERS, why, limit=limit, last=last,
+    return row(item, "named as causes", summary, REPRODUCED if good else DIFFERS, why, limit=limit, last=last,
                first=first)  # fmt: skip
 
 

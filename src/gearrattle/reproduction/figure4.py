@@ -102,15 +102,15 @@ def _motions(
     scope: Scope, plan: Sequence[tuple[float, float, float]], mean: float, kind: Regime, tick: Tick
 ) -> tuple[Stop, ...]:
     """Motions of one regime, both ways."""
-    found: list[Stop] = []
+    stops: list[Stop] = []
     for frequency, low, high in plan:
         loads = np.geomspace(low, high, _loads(scope)).tolist()
 
         def model_of(amplitude: float, frequency: float = frequency) -> Model:
             return mesh_alone(frequency, mean, amplitude)
 
-        found += sweep(model_of, loads, 60 if scope.quick else 150, tick)
-    return tuple(stop for stop in found if stop.regime == kind)
+        stops += sweep(model_of, loads, 60 if scope.quick else 150, tick)
+    return tuple(stop for stop in stops if stop.regime == kind)
 
 
 def _rank(stops: Sequence[Stop], values: Sequence[float]) -> float:
@@ -131,8 +131,8 @@ def curve(amplitudes: Array, load: float) -> tuple[Array, Array]:
         amplitudes: (N,) [half-gaps].
         load: mean force in units of K b.
     """
-    found = [under_load(amplitude, load) if load else under_sine(GAP, amplitude) for amplitude in amplitudes.tolist()]
-    return np.array([each.mean_slope for each in found]), np.array([each.gain for each in found])
+    results = [under_load(amplitude, load) if load else under_sine(GAP, amplitude) for amplitude in amplitudes.tolist()]
+    return np.array([result.mean_slope for result in results]), np.array([result.gain for result in results])
 
 
 def _falls(single: Sequence[Stop]) -> Row:
@@ -140,12 +140,12 @@ def _falls(single: Sequence[Stop]) -> Row:
     forms = bool(np.all(np.diff(slope) < 0.0) and np.all(np.diff(gain) < 0.0))
     ranks = _ranks(single)
     good = forms and max(ranks) < -0.5
-    told = (
+    summary = (
         f"closed forms fall from 1 to {slope[-1]:.2f} (mean slope) and {gain[-1]:.2f} (gain) where a sine reaches the "
         f"other side, A = {widest(LOAD):.2f} half-gaps; exact motions: rank correlation with A {ranks[0]:.2f} and "
         f"{ranks[1]:.2f}"
     )
-    return row("Fig. 4(a), Gamma_g falls with single-sided amplitude", "more time in the backlash", told,
+    return row("Fig. 4(a), Gamma_g falls with single-sided amplitude", "more time in the backlash", summary,
                REPRODUCED if good else DIFFERS, "" if good else "the motions are not ordered by their amplitude",
                slope=slope[-1], gain=gain[-1], rank_slope=ranks[0], rank_gain=ranks[1])  # fmt: skip
 
@@ -154,12 +154,12 @@ def _saturates(double: Sequence[Stop]) -> Row:
     largest, ranks = max(double, key=lambda stop: stop.amplitude), _ranks(double)
     h = 1.0 / largest.amplitude
     good = min(ranks) > 0.5 and min(largest.mean_slope, largest.gain) > 0.9
-    told = (
+    summary = (
         f"exact at A = {largest.amplitude:.1f} half-gaps: mean slope {largest.mean_slope:.3f}, gain {largest.gain:.3f} "
         f"(1 - 2h/pi and 1 - 4h/pi: {1 - 2 * h / np.pi:.3f}, {1 - 4 * h / np.pi:.3f}); rank correlation with A "
         f"{ranks[0]:.2f} and {ranks[1]:.2f}"
     )
-    return row("Fig. 4(b), Gamma_g goes to one with double-sided amplitude", "a saturation effect", told,
+    return row("Fig. 4(b), Gamma_g goes to one with double-sided amplitude", "a saturation effect", summary,
                REPRODUCED if good else DIFFERS, "" if good else "the amplitudes reached are too small",
                amplitude=largest.amplitude, slope=largest.mean_slope, gain=largest.gain)  # fmt: skip
 
@@ -177,7 +177,7 @@ def _known_amplitude(kind: Regime, stops: Sequence[Stop], load: float) -> tuple[
     rows = []
     for name, off in zip(("equivalent gain", "mean slope"), distances(stops, load)[::-1], strict=True):
         share = float(np.mean(off <= NEAR))
-        told = (
+        summary = (
             f"{100 * share:.0f} % of {len(stops)} exact motions within {NEAR:g} of the closed form for a sine, half of "
             f"them within {figure(float(np.median(off)), 2)}, all within {figure(off.max(), 2)}"
         )
@@ -185,7 +185,7 @@ def _known_amplitude(kind: Regime, stops: Sequence[Stop], load: float) -> tuple[
         why = "where impacts ring, and in sub-harmonics and chaos, the motion is not a sine about the mean of one"
         rows.append(
             row(f"Sec. 6, the amplitude tells Gamma without simulation, {kind}, {name}", "by the describing function",
-                told, REPRODUCED if good else DIFFERS, "" if good else why, share=share, median=np.median(off),
+                summary, REPRODUCED if good else DIFFERS, "" if good else why, share=share, median=np.median(off),
                 most=off.max())
         )  # fmt: skip
     return tuple(rows)
@@ -194,11 +194,11 @@ def _known_amplitude(kind: Regime, stops: Sequence[Stop], load: float) -> tuple[
 def _two_quantities(single: Sequence[Stop], double: Sequence[Stop]) -> Row:
     twice = under_sine(GAP, 2.0)
     apart = max(abs(stop.mean_slope - stop.gain) for stop in (*single, *double))
-    told = (
+    summary = (
         f"a sine of A = 2 half-gaps: mean slope {twice.mean_slope:.3f}, gain {twice.gain:.3f}; exact motions: up to "
         f"{apart:.2f} apart"
     )
-    return row("Sec. 6, three routes to one Gamma", "spectra, time average of df/d(delta), describing function", told,
+    return row("Sec. 6, three routes to one Gamma", "spectra, time average of df/d(delta), describing function", summary,
                DIFFERS, "the time average is the mean slope, the other two are the equivalent gain; they agree for "
                "Gaussian motions only", slope=twice.mean_slope, gain=twice.gain, apart=apart)  # fmt: skip
 

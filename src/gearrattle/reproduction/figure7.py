@@ -46,31 +46,31 @@ def needs(scope: Scope) -> Iterator[Setup]:
         yield setup_of(scope, "exact", loaded=loaded).at(nearby=True)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Compare both halves of the figure."""
-    rows = [row for kind in KINDS for row in (_histories(bench, kind), _spectra(bench, kind))]
-    charts = [chart for kind in KINDS for chart in (_history_chart(bench, kind), _spectrum_chart(bench, kind)) if chart]
-    words = f"Case 3 under light load, {CYCLES if not bench.scope.quick else 'fewer'} cycles."
+    rows = [row for kind in KINDS for row in (_histories(measurements, kind), _spectra(measurements, kind))]
+    charts = [chart for kind in KINDS for chart in (_history_chart(measurements, kind), _spectrum_chart(measurements, kind)) if chart]
+    words = f"Case 3 under light load, {CYCLES if not measurements.scope.quick else 'fewer'} cycles."
     return Section("figure-7", "Figure 7: histories and spectra", words, tuple(rows), charts=tuple(charts))
 
 
-def _run(bench: Bench, algorithm: str, kind: str) -> Run | None:
-    return bench.run(setup_of(bench.scope, algorithm, loaded=KINDS[kind]))
+def _run(measurements: Bench, algorithm: str, kind: str) -> Run | None:
+    return measurements.run(setup_of(measurements.scope, algorithm, loaded=KINDS[kind]))
 
 
-def _histories(bench: Bench, kind: str) -> Row:
-    item, paper = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
-    rk2, rkv, exact = (_run(bench, name, kind) for name in ("rk2", "rkv", "exact"))
+def _histories(measurements: Bench, kind: str) -> Row:
+    item, printed_claim = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
+    rk2, rkv, exact = (_run(measurements, name, kind) for name in ("rk2", "rkv", "exact"))
     if rk2 is None or rkv is None or exact is None:
-        return row(item, paper, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+        return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
     period = rk2.trajectory.layout.period
     apart = float(pointwise(rkv.trajectory, rk2.trajectory).passed[-1]) / period
     horizon = exact.predictability_horizon / period
-    near = bench.run(setup_of(bench.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
+    near = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
     judged = (("RK2", rk2), ("RKV", rkv), ("exact begun 1e-12 away", near))
-    off = _different(bench, kind, exact, {name: run for name, run in judged if run is not None})
+    off = _different(measurements, kind, exact, {name: run for name, run in judged if run is not None})
     parts = _difference(rkv, rk2)
-    told = (
+    summary = (
         f"rms of the difference over rms of the motion, last {SHOWN} cycles: "
         f"{', '.join(f'{name} {figure(value, 2)}' for name, value in parts.items())}; "
         f"statistics outside those of {MANY} exact motions begun nearby: "
@@ -87,17 +87,17 @@ def _histories(bench: Bench, kind: str) -> Row:
             f", and these wander slowly: in exact itself the hub's rms acceleration varies {figure(wander, 2)}-fold "
             f"between blocks of {BLOCK} cycles"
         )
-    return row(item, paper, told, REPRODUCED if slight else DIFFERS, "" if slight else why, apart=apart,
+    return row(item, printed_claim, summary, REPRODUCED if slight else DIFFERS, "" if slight else why, apart=apart,
                horizon=horizon, **parts)  # fmt: skip
 
 
-def _different(bench: Bench, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
+def _different(measurements: Bench, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
     """How many statistics of each lie outside those of exact motions begun nearby, of how many."""
-    setup, t = setup_of(bench.scope, "exact", loaded=KINDS[kind]), exact.trajectory
+    setup, t = setup_of(measurements.scope, "exact", loaded=KINDS[kind]), exact.trajectory
     grid = {"cycles": t.cycles, "discard": t.discard, "samples_per_cycle": t.samples_per_cycle}
     others = exact_portraits(load_case(setup.case, setup.ratio, loaded=setup.loaded), t, grid, None)
-    found = {name: compare_statistics(portrait(run.trajectory), others) for name, run in runs.items()}
-    return {name: (each.different, len(each.items)) for name, each in found.items()}
+    comparisons = {name: compare_statistics(portrait(run.trajectory), others) for name, run in runs.items()}
+    return {name: (comparison.different, len(comparison.items)) for name, comparison in comparisons.items()}
 
 
 def _wander(run: Run, inertia: str = "hub") -> float:
@@ -110,11 +110,11 @@ def _wander(run: Run, inertia: str = "hub") -> float:
     return float(levels.max() / levels.min())
 
 
-def _difference(given: Run, reference: Run) -> dict[str, float]:
+def _difference(run: Run, reference: Run) -> dict[str, float]:
     """By clearance: rms difference of deflections over the last cycles, over the motion's rms about its mean."""
     t = reference.trajectory
     window = last_cycles(t, SHOWN)
-    mine, theirs = (window.periodic(each.trajectory.deflection) for each in (given, reference))
+    mine, theirs = (window.periodic(motion.trajectory.deflection) for motion in (run, reference))
     share = np.sqrt(np.mean((mine - theirs) ** 2, axis=0)) / np.std(theirs, axis=0)
     return {name: float(value) for name, value in zip(t.layout.clearance_names, share, strict=True)}
 
@@ -128,26 +128,26 @@ def density(run: Run, inertia: str = "output_gear") -> Spectrum:
 
 def high_share(run: Run) -> float:
     """Mean square of the output gear's acceleration above HIGH_ORDER [rad^2/s^4]."""
-    found = density(run)
-    order = found.frequency * 2.0 * np.pi / run.trajectory.layout.omega
-    return float(np.sum(found.density[order > HIGH_ORDER]) * found.resolution)
+    spectrum = density(run)
+    order = spectrum.frequency * 2.0 * np.pi / run.trajectory.layout.omega
+    return float(np.sum(spectrum.density[order > HIGH_ORDER]) * spectrum.resolution)
 
 
-def _spectra(bench: Bench, kind: str) -> Row:
-    item, paper = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
-    rk2, gear, exact = (_run(bench, name, kind) for name in ("rk2", "gear", "exact"))
+def _spectra(measurements: Bench, kind: str) -> Row:
+    item, printed_claim = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
+    rk2, gear, exact = (_run(measurements, name, kind) for name in ("rk2", "gear", "exact"))
     if rk2 is None or exact is None:
-        return row(item, paper, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+        return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
     base = high_share(exact)
     own = high_share(rk2) / base - 1.0
     if gear is None:
-        status = bench.result(setup_of(bench.scope, "gear", loaded=KINDS[kind])).status
-        told = f"gear: {status}. RK2 against exact above order {HIGH_ORDER:g}: {100 * own:+.1f} % of mean square"
-        return row(item, paper, told, UNAVAILABLE, rk2=own)
-    near = bench.run(setup_of(bench.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
+        status = measurements.result(setup_of(measurements.scope, "gear", loaded=KINDS[kind])).status
+        summary = f"gear: {status}. RK2 against exact above order {HIGH_ORDER:g}: {100 * own:+.1f} % of mean square"
+        return row(item, printed_claim, summary, UNAVAILABLE, rk2=own)
+    near = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]).at(nearby=True))
     chance = abs(high_share(near) / base - 1.0) if near is not None else 0.0
     change = high_share(gear) / base - 1.0
-    told = (
+    summary = (
         f"above order {HIGH_ORDER:g}, mean square against exact: GRS {100 * change:+.0f} %, RK2 {100 * own:+.0f} %, "
         f"exact begun 1e-12 away {100 * chance:.0f} % off"
     )
@@ -157,11 +157,11 @@ def _spectra(bench: Bench, kind: str) -> Row:
         if smooths
         else "at tolerance 1e-6 ours smooths nothing beyond what chance moves; the paper's tolerance is not printed"
     )
-    return row(item, paper, told, REPRODUCED if smooths else DIFFERS, why, gear=change, rk2=own, chance=chance)
+    return row(item, printed_claim, summary, REPRODUCED if smooths else DIFFERS, why, gear=change, rk2=own, chance=chance)
 
 
-def _history_chart(bench: Bench, kind: str) -> Chart | None:
-    runs = {name: _run(bench, name, kind) for name in ("rk2", "rkv")}
+def _history_chart(measurements: Bench, kind: str) -> Chart | None:
+    runs = {name: _run(measurements, name, kind) for name in ("rk2", "rkv")}
     panels, colour = [], dict(zip(runs, COLOURS, strict=False))
     for name, run in runs.items():
         if run is None:
@@ -178,18 +178,18 @@ def _history_chart(bench: Bench, kind: str) -> Chart | None:
     return Chart(f"fig-7ab-{kind}", f"Figure 7(a), (b), {kind}", caption, tuple(panels))
 
 
-def _spectrum_chart(bench: Bench, kind: str) -> Chart | None:
+def _spectrum_chart(measurements: Bench, kind: str) -> Chart | None:
     names = {"exact": INK, "rk2": COLOURS[0], "gear": COLOURS[1]}
     panels = []
     for inertia in ("flywheel", "output_gear"):
         lines = []
         for name, colour in names.items():
-            run = _run(bench, name, kind)
+            run = _run(measurements, name, kind)
             if run is None:
                 continue
-            found = density(run, inertia)
-            order = found.frequency * 2.0 * np.pi / run.trajectory.layout.omega
-            lines.append(Line(order[1:], found.density[1:], name, colour, width=1.0))
+            spectrum = density(run, inertia)
+            order = spectrum.frequency * 2.0 * np.pi / run.trajectory.layout.omega
+            lines.append(Line(order[1:], spectrum.density[1:], name, colour, width=1.0))
         if not lines:
             return None
         top = max(float(line.y.max()) for line in lines)

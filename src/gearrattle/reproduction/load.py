@@ -37,29 +37,29 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield setup_of(scope, algorithm, ratio, loaded=loaded)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Compare light and moderate load."""
-    rows = [_cost(bench, kind, label) for kind in KINDS for label in VARIABLE]
-    rows += [_coherence(bench, kind) for kind in KINDS]
-    told = [f"{kind} at {ratio:g}: {_motion(bench, kind, ratio)}" for kind in KINDS for ratio in (LIGHT, MODERATE)]
+    rows = [_cost(measurements, kind, label) for kind in KINDS for label in VARIABLE]
+    rows += [_coherence(measurements, kind) for kind in KINDS]
+    motions = [f"{kind} at {ratio:g}: {_motion(measurements, kind, ratio)}" for kind in KINDS for ratio in (LIGHT, MODERATE)]
     words = (
         "Case 3, mean over largest harmonic 0.05 and 0.5; which inertia carries the mean is our assumption. The exact "
-        f"motion after the start-up: {'; '.join(told)}. Cost is counted in function calls, which do not depend on the "
+        f"motion after the start-up: {'; '.join(motions)}. Cost is counted in function calls, which do not depend on the "
         "machine."
     )
-    return Section("load", "Section 9: light and moderate load", words, tuple(rows), (_table(bench),))
+    return Section("load", "Section 9: light and moderate load", words, tuple(rows), (_table(measurements),))
 
 
-def crossings(bench: Bench, kind: str, ratio: float) -> int | None:
+def crossings(measurements: Bench, kind: str, ratio: float) -> int | None:
     """Crossings of the exact motion in its steady part."""
-    run = bench.run(setup_of(bench.scope, "exact", ratio, loaded=KINDS[kind]))
+    run = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind]))
     if run is None:
         return None
     return int(steady(run.trajectory).contains(run.trajectory.events.time).sum())
 
 
-def _motion(bench: Bench, kind: str, ratio: float) -> str:
-    run, number = bench.run(setup_of(bench.scope, "exact", ratio, loaded=KINDS[kind])), crossings(bench, kind, ratio)
+def _motion(measurements: Bench, kind: str, ratio: float) -> str:
+    run, number = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind])), crossings(measurements, kind, ratio)
     if run is None or number is None:
         return "no run"
     if number == 0:
@@ -69,29 +69,29 @@ def _motion(bench: Bench, kind: str, ratio: float) -> str:
     return f"{counted(number)} crossings, {counted(mesh)} impacts in the mesh"
 
 
-def _pair(bench: Bench, kind: str, algorithm: str) -> tuple[int, int] | None:
-    runs = [bench.run(setup_of(bench.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
+def _pair(measurements: Bench, kind: str, algorithm: str) -> tuple[int, int] | None:
+    runs = [measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
     if runs[0] is None or runs[1] is None:
         return None
     return runs[0].cost.function_calls, runs[1].cost.function_calls
 
 
-def _cost(bench: Bench, kind: str, label: str) -> Row:
+def _cost(measurements: Bench, kind: str, label: str) -> Row:
     item = f"Sec. 9, load, {label}, {kind}"
-    paper, pair = "about 30 % less computing at 0.5 than at 0.05", _pair(bench, kind, VARIABLE[label])
+    printed_claim, pair = "about 30 % less computing at 0.5 than at 0.05", _pair(measurements, kind, VARIABLE[label])
     if pair is None:
-        return row(item, paper, UNAVAILABLE, UNAVAILABLE)
+        return row(item, printed_claim, UNAVAILABLE, UNAVAILABLE)
     change = pair[1] / pair[0] - 1.0
-    told = f"{100 * change:+.0f} %: {counted(pair[0])} and {counted(pair[1])} calls"
+    summary = f"{100 * change:+.0f} %: {counted(pair[0])} and {counted(pair[1])} calls"
     near = abs(change + LOAD_SAVING) < _NEAR
     return row(
-        item, paper, told, REPRODUCED if near else DIFFERS, _why(bench, kind, VARIABLE[label], change), change=change
+        item, printed_claim, summary, REPRODUCED if near else DIFFERS, _why(measurements, kind, VARIABLE[label], change), change=change
     )
 
 
-def _why(bench: Bench, kind: str, algorithm: str, change: float) -> str:
+def _why(measurements: Bench, kind: str, algorithm: str, change: float) -> str:
     """What the step is held by at either load."""
-    runs = [bench.run(setup_of(bench.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
+    runs = [measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
     costs = [run.cost for run in runs if run is not None]
     crossed, rejected = [c.events for c in costs], [c.rejected_steps for c in costs]
     steps = [figure(FASTEST * c.average_step, 2) for c in costs]
@@ -107,35 +107,35 @@ def _why(bench: Bench, kind: str, algorithm: str, change: float) -> str:
     )
 
 
-def _coherence(bench: Bench, kind: str) -> Row:
+def _coherence(measurements: Bench, kind: str) -> Row:
     """Sec. 9: solution coherences are also better for moderately loaded systems."""
-    found, until = [], []
+    means, until = [], []
     for ratio in (LIGHT, MODERATE):
-        exact = bench.run(setup_of(bench.scope, "exact", ratio, loaded=KINDS[kind]))
+        exact = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind]))
         if exact is not None:
             until.append(figure(exact.predictability_horizon / exact.trajectory.layout.period, 2))
-        given, judge = (setup_of(bench.scope, name, ratio, loaded=KINDS[kind]) for name in ("rkv", "rk2"))
-        values = kappa(bench, given, judge)
-        found.append(float("nan") if values is None else sum(values) / len(values))
-    better = found[1] > found[0] + 0.01
+        setup, judge = (setup_of(measurements.scope, name, ratio, loaded=KINDS[kind]) for name in ("rkv", "rk2"))
+        values = kappa(measurements, setup, judge)
+        means.append(float("nan") if values is None else sum(values) / len(values))
+    better = means[1] > means[0] + 0.01
     return row(
         f"Sec. 9, coherence is better at moderate load, {kind}", "better at 0.5",
-        f"RKV with RK2, mean of four inertias: {found[0]:.2f} at 0.05, {found[1]:.2f} at 0.5",
+        f"RKV with RK2, mean of four inertias: {means[0]:.2f} at 0.05, {means[1]:.2f} at 0.5",
         REPRODUCED if better else DIFFERS,
         f"the exact motion is predictable for {' and '.join(until)} cycles; harmonics follow the excitation",
-        light=found[0], moderate=found[1],
+        light=means[0], moderate=means[1],
     )  # fmt: skip
 
 
-def _table(bench: Bench) -> Table:
+def _table(measurements: Bench) -> Table:
     lines: list[tuple[str, ...]] = []
     for kind in KINDS:
         for label, algorithm in VARIABLE.items():
-            pair = _pair(bench, kind, algorithm)
+            pair = _pair(measurements, kind, algorithm)
             if pair is not None:
                 lines.append(
                     (label, kind, counted(pair[0]), counted(pair[1]), f"{figure(100 * (pair[1] / pair[0] - 1), 2)} %")
                 )
-        numbers = [crossings(bench, kind, ratio) for ratio in (LIGHT, MODERATE)]
+        numbers = [crossings(measurements, kind, ratio) for ratio in (LIGHT, MODERATE)]
         lines.append(("crossings, exact, steady part", kind, *("–" if n is None else counted(n) for n in numbers), "–"))
     return Table(("", "load", "at 0.05", "at 0.5", "change"), tuple(lines), frozenset({0, 1}), "Function calls")

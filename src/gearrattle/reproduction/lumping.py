@@ -56,17 +56,17 @@ def eight_inertias() -> Model:
 
 def section() -> Section:
     """Compare sec. 3."""
-    found = modes(eight_inertias())
+    linear_modes = modes(eight_inertias())
     words = (
         "Inertias and stiffnesses of the eight-inertia model are not printed. Ours were fitted to the frequencies and "
         "shapes below, so agreement with these holds by construction."
     )
-    rows = (_frequencies(found), *_shapes(found), _in_hertz(found), lumping())
+    rows = (_frequencies(linear_modes), *_shapes(linear_modes), _in_hertz(linear_modes), lumping())
     return Section("section-3", "Section 3: eight inertias", words, rows)
 
 
-def _frequencies(found: Modes) -> Row:
-    ours = np.asarray(found.frequencies)
+def _frequencies(linear_modes: Modes) -> Row:
+    ours = np.asarray(linear_modes.frequencies)
     off = float(np.max(np.abs(ours[1:] / np.array(printed.EIGHT[1:]) - 1.0)))
     return row(
         "Sec. 3, eight natural frequencies", ", ".join(f"{value:g}" for value in printed.EIGHT) + " rad/s",
@@ -75,9 +75,9 @@ def _frequencies(found: Modes) -> Row:
     )  # fmt: skip
 
 
-def _shapes(found: Modes) -> tuple[Row, Row]:
+def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
     """Compare the first two elastic shapes, scaled as printed."""
-    two, three = (np.asarray(found.shapes)[:, mode] for mode in (1, 2))
+    two, three = (np.asarray(linear_modes.shapes)[:, mode] for mode in (1, 2))
     two, three = two / two[-1], three / three[1]
     nine = np.array(printed.PSI_2)
     at = min(range(nine.size), key=lambda k: float(np.abs(np.delete(nine, k) - two).max()))
@@ -97,8 +97,8 @@ def _entries(values: Iterable[float]) -> str:
     return ", ".join(f"{value + 0.0:.2f}" for value in values)
 
 
-def _in_hertz(found: Modes) -> Row:
-    ours = float(found.frequencies[1]) / math.tau
+def _in_hertz(linear_modes: Modes) -> Row:
+    ours = float(linear_modes.frequencies[1]) / math.tau
     printed_hertz = printed.EIGHT[1] / math.tau
     slip = round(printed_hertz) != printed.FIRST_MODE_HZ
     return row(
@@ -109,14 +109,14 @@ def _in_hertz(found: Modes) -> Row:
 
 def lumping() -> Row:
     """Compare the lumped model's frequencies with those printed."""
-    found = reduce(eight_inertias(), BAND, keep=list(_KEPT))
-    frequencies = sorted(float(value) for value in modes(found.model).frequencies)
+    reduction = reduce(eight_inertias(), BAND, keep=list(_KEPT))
+    frequencies = sorted(float(value) for value in modes(reduction.model).frequencies)
     elastic = [value for value in frequencies if value > 1e-3 * frequencies[-1]]
     same = len(elastic) == len(PRINTED) and all(abs(a - b) < 1.0 for a, b in zip(elastic, PRINTED, strict=True))
-    told = ", ".join(f"{value:.0f}" for value in elastic)
+    summary = ", ".join(f"{value:.0f}" for value in elastic)
     return row(
         f"Sec. 3, lumping eight inertias below {BAND}", "346, 7937, 48091 rad/s",
-        f"{told} rad/s; largest frequency error in the band {100.0 * float(found.error.frequency):.2g} %",
+        f"{summary} rad/s; largest frequency error in the band {100.0 * float(reduction.error.frequency):.2g} %",
         CONSTRUCTED if same else DIFFERS,
         "the eight-inertia model was fitted to the printed frequencies; its values are fixed, so this cannot change",
         **{f"frequency_{i}": value for i, value in enumerate(elastic, start=1)},

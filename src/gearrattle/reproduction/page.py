@@ -39,8 +39,8 @@ class ReproductionPage(Presentation[Reproduction]):
         return f"{len(self.result.rows)} in all: {counts}."
 
     def sections(self) -> tuple[PageSection, ...]:
-        found = self.result
-        words = (*([_QUICK] if found.quick else []), f"{_SOURCE} Everything took {found.seconds:.0f} s.")
+        result = self.result
+        words = (*([_QUICK] if result.quick else []), f"{_SOURCE} Everything took {result.seconds:.0f} s.")
         sections = [
             PageSection(
                 section.key,
@@ -49,7 +49,7 @@ class ReproductionPage(Presentation[Reproduction]):
                 charts=section.charts,
                 tables=(rows_table(section), *section.tables),
             )
-            for section in found.sections
+            for section in result.sections
         ]
         return PageSection("summary", "Summary", self.sentence, words), *sections
 
@@ -79,5 +79,5 @@ class ReproductionPage(Presentation[Reproduction]):
 
 def rows_table(section: Section) -> Table:
     """A section's rows as a table of words."""
-    lines = tuple((each.item, each.paper, each.ours, each.verdict, each.why) for each in section.rows)
+    lines = tuple((row.item, row.paper, row.ours, row.verdict, row.why) for row in section.rows)
     return Table(("", "paper", "ours", "status", "why"), lines, frozenset(range(5)))

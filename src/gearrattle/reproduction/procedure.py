@@ -50,17 +50,17 @@ def reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduc
     scope = Scope(quick)
     setups = tuple(dict.fromkeys(setup for part in (tables_3_4, *_READ) for setup in part.needs(scope)))
     share = _shares(scope, setups, progress)
-    bench = measure(scope, setups, share("runs"))
+    measurements = measure(scope, setups, share("runs"))
     figures = [
         part.section(scope, _ticks(share(name), part.runs(scope)))
         for name, part in (("figure 3", figure3), ("figure 4", figure4))
     ]
     sections = [table1.section(), lumping.section(), *figures, stiffness.section()]
-    sections.append(tables_3_4.section(bench, share("steps")))
-    told = share("reading")
+    sections.append(tables_3_4.section(measurements, share("steps")))
+    report_progress = share("reading")
     for done, part in enumerate(_READ, start=1):
-        sections.append(part.section(bench))
-        told(done / len(_READ))
+        sections.append(part.section(measurements))
+        report_progress(done / len(_READ))
     sections.append(table5.section())
     return Reproduction(tuple(sections), quick, time.perf_counter() - begin)
 
@@ -77,7 +77,7 @@ def _shares(scope: Scope, setups: tuple[Setup, ...], progress: Progress | None) 
     total, names = sum(seconds.values()), list(seconds)
 
     def part(name: str) -> Progress:
-        before = sum(seconds[each] for each in names[: names.index(name)])
+        before = sum(seconds[name] for name in names[: names.index(name)])
 
         def told(share: float) -> None:
             if progress is not None:

@@ -103,16 +103,16 @@ class Reproduction(Result):
     @property
     def rows(self) -> tuple[Row, ...]:
         """The rows of all sections."""
-        return tuple(each for section in self.sections for each in section.rows)
+        return tuple(row for section in self.sections for row in section.rows)
 
     def row(self, item: str) -> Row:
         """The row of an item."""
-        return next(each for each in self.rows if each.item == item)
+        return next(row for row in self.rows if row.item == item)
 
     def counts(self) -> dict[Status, int]:
         """How many rows have each status; those that none has are left out."""
-        found = {status: sum(each.status == status for each in self.rows) for status in STATUSES}
-        return {status: number for status, number in found.items() if number}
+        counts = {status: sum(row.status == status for row in self.rows) for status in STATUSES}
+        return {status: number for status, number in counts.items() if number}
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the charts in JSON types; numbers that are not finite become None."""
@@ -123,7 +123,7 @@ class Reproduction(Result):
                 "key": section.key,
                 "title": section.title,
                 "words": section.words,
-                "rows": [asdict(each) for each in section.rows],
+                "rows": [asdict(row) for row in section.rows],
                 "tables": [{"title": t.title, "head": t.head, "rows": t.rows, "note": t.note} for t in section.tables],
             }
             for section in self.sections

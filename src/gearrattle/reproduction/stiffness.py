@@ -85,12 +85,12 @@ def _rows() -> tuple[Row, ...]:
         "mixed": jacobian(0.1, 1.0, SPEED, mixed=True),
     }
     ratio = {name: stiffness_ratio(a) for name, a in forms.items()}
-    told = ", ".join(f"{value:.1f} {name}" for name, value in ratio.items())
+    summary = ", ".join(f"{value:.1f} {name}" for name, value in ratio.items())
     apart = [float(f[-1] / f[0]) for f in (natural(0.1, 0.05), natural(0.1, 1.0))]
     condition = [conditioning(forms[name]) for name in ("dimensional", "dimensionless")]
     return (
         row("Fig. 6(b), largest R_lambda, Gamma_c = 0.1", f"about {printed.R_LAMBDA_DIMENSIONAL:g} dimensional, barely "
-            f"{printed.R_LAMBDA_MIXED:g} dimensionless and mixed", told, DIFFERS,
+            f"{printed.R_LAMBDA_MIXED:g} dimensionless and mixed", summary, DIFFERS,
             "R_lambda is a ratio of eigenvalues of one matrix; scaling time and turning angles into lengths are "
             "similarity transforms times a factor and cannot change it. Which convention gives 75 is not said",
             ratio=ratio["dimensional"], ratio_mixed=ratio["mixed"]),

@@ -76,7 +76,7 @@ def _case(case: int, line: printed.Clearances) -> Row:
 
 
 def _rows(ours: dict[str, float], right: dict[str, bool]) -> tuple[Row, ...]:
-    wrong = [name for name, each in right.items() if not each]
+    wrong = [name for name, is_right in right.items() if not is_right]
     by_stiffness = float(printed.TABLE_1["Omega_12^2"]) / float(printed.TABLE_1["Omega_11^2"])
     by_damping = float(printed.TABLE_1["eta_12"]) / float(printed.TABLE_1["eta_11"])
     return (

@@ -27,11 +27,11 @@ def section() -> Section:
 
 def _row(line: tuple[int, str, int, int, str]) -> Row:
     case, quantity, experiment, simulation, text = line
-    found = of_printed(experiment, simulation)
-    ours = found.sigma
+    comparison = of_printed(experiment, simulation)
+    ours = comparison.sigma
     places = len(text.partition(".")[2])
-    item, paper = f"Table 5, sigma, case {case}, {quantity}", f"{text} % of {experiment} and {simulation}"
+    item, printed_claim = f"Table 5, sigma, case {case}, {quantity}", f"{text} % of {experiment} and {simulation}"
     if round(ours, places) == float(text):
-        return row(item, paper, f"{ours:.{places}f} %", REPRODUCED, sigma=ours)
-    why = f"of the printed integers; unrounded ones allow {found.high:.2f} to {found.low:.2f} %"
-    return row(item, paper, f"{ours:.{places}f} %", DIFFERS, why, sigma=ours)
+        return row(item, printed_claim, f"{ours:.{places}f} %", REPRODUCED, sigma=ours)
+    why = f"of the printed integers; unrounded ones allow {comparison.high:.2f} to {comparison.low:.2f} %"
+    return row(item, printed_claim, f"{ours:.{places}f} %", DIFFERS, why, sigma=ours)

@@ -40,24 +40,24 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield setup_of(scope, case, algorithm, loaded=loaded)
 
 
-def section(bench: Bench, tick: Progress) -> Section:
+def section(measurements: Bench, tick: Progress) -> Section:
     """Compare both tables.
 
     Args:
         bench: all runs.
         tick: called with the finished share of the steps counted here; what it raises ends everything.
     """
-    counts = _counts(bench.scope, tick)
+    counts = _counts(measurements.scope, tick)
     rows = [
         _fixed_row(number, line, [counts[number, line.label, loaded] for loaded in (False, True)])
         if line.algorithm in FIXED
-        else _row(bench, number, case, line)
+        else _row(measurements, number, case, line)
         for number, case, lines in TABLES
         for line in lines
     ]
-    rows += [_spans(), _calls_per_step(), _growth_of_cost(bench)]
+    rows += [_spans(), _calls_per_step(), _growth_of_cost(measurements)]
     tables = tuple(
-        _table(bench, (number, case, lines), loaded, counts)
+        _table(measurements, (number, case, lines), loaded, counts)
         for number, case, lines in TABLES
         for loaded in (False, True)
     )  # fmt: skip
@@ -74,8 +74,8 @@ def section(bench: Bench, tick: Progress) -> Section:
 def _counts(scope: Scope, tick: Progress) -> Counts:
     """Take RK2's and RK4's printed steps, a tenth of them in a quick run."""
     chosen = [(n, case, line, loaded) for n, case, lines in TABLES for line in lines for loaded in (False, True)]
-    chosen = [each for each in chosen if each[2].algorithm in FIXED]
-    found: Counts = {}
+    chosen = [entry for entry in chosen if entry[2].algorithm in FIXED]
+    counts: Counts = {}
     for done, (number, case, line, loaded) in enumerate(chosen):
         assert line.step is not None
         assert line.steps is not None
@@ -84,40 +84,40 @@ def _counts(scope: Scope, tick: Progress) -> Counts:
             tick((done + share) / len(chosen))
 
         steps = line.steps // 10 if scope.quick else line.steps
-        found[number, line.label, loaded] = count_steps(
+        counts[number, line.label, loaded] = count_steps(
             case, line.algorithm, line.step, steps, loaded=loaded, tick=told
         )  # fmt: skip
-    return found
+    return counts
 
 
 def _fixed_row(number: int, line: Performance, counts: list[Counted]) -> Row:
     """A fixed step taken as often as printed: what can be compared is so by construction."""
-    told = "; ".join(
-        f"{kind}: {counted(each.steps)} steps, {counted(each.calls)} calls, span {each.span:.1f}, "
-        f"{_seconds(each.seconds)}"
-        for kind, each in zip(("rattling", "loaded"), counts, strict=True)
+    summary = "; ".join(
+        f"{kind}: {counted(count.steps)} steps, {counted(count.calls)} calls, span {count.span:.1f}, "
+        f"{_seconds(count.seconds)}"
+        for kind, count in zip(("rattling", "loaded"), counts, strict=True)
     )
     figures = {
         f"{name}_{kind}": float(value)
-        for kind, each in zip(("rattling", "loaded"), counts, strict=True)
-        for name, value in (("steps", each.steps), ("calls", each.calls), ("crossings", each.crossings))
+        for kind, count in zip(("rattling", "loaded"), counts, strict=True)
+        for name, value in (("steps", count.steps), ("calls", count.calls), ("crossings", count.crossings))
     }
     why = "step and number of steps are set as printed, so calls follow; times are of another machine"
-    return row(f"Table {number}, {line.label}", _printed(line), told, CONSTRUCTED, why, **figures)
+    return row(f"Table {number}, {line.label}", _printed(line), summary, CONSTRUCTED, why, **figures)
 
 
-def _row(bench: Bench, number: int, case: int, line: Performance) -> Row:
+def _row(measurements: Bench, number: int, case: int, line: Performance) -> Row:
     item = f"Table {number}, {line.label}"
-    setups = [setup_of(bench.scope, case, line.algorithm, loaded=loaded) for loaded in (False, True)]
-    results = [bench.result(setup) for setup in setups]
-    told = "; ".join(
-        f"{kind}: {_told(result, bench.times(setup))}"
+    setups = [setup_of(measurements.scope, case, line.algorithm, loaded=loaded) for loaded in (False, True)]
+    results = [measurements.result(setup) for setup in setups]
+    summary = "; ".join(
+        f"{kind}: {_told(result, measurements.times(setup))}"
         for kind, result, setup in zip(("rattling", "loaded"), results, setups, strict=True)
     )
-    runs = [each.run for each in results if each.run is not None]
+    runs = [result.run for result in results if result.run is not None]
     if len(runs) < len(results):
-        missing = all(each.wall_time == 0.0 for each in results)
-        return row(item, _printed(line), results[0].status if missing else told, UNAVAILABLE if missing else DIFFERS,
+        missing = all(result.wall_time == 0.0 for result in results)
+        return row(item, _printed(line), results[0].status if missing else summary, UNAVAILABLE if missing else DIFFERS,
                    "" if missing else "a run did not come to an end")  # fmt: skip
     figures = {
         f"{name}_{kind}": float(value)
@@ -129,8 +129,8 @@ def _row(bench: Bench, number: int, case: int, line: Performance) -> Row:
             "ours converges on these loads at every tolerance tried (see Bulirsch-Stoer below); which loads, which "
             "tolerance and which step control made theirs fail is not printed"
         )
-        return row(item, _printed(line), told, DIFFERS, why, **figures)
-    return row(item, _printed(line), told, UNDECIDED, "nor the tolerance", **figures)
+        return row(item, _printed(line), summary, DIFFERS, why, **figures)
+    return row(item, _printed(line), summary, UNDECIDED, "nor the tolerance", **figures)
 
 
 def _printed(line: Performance) -> str:
@@ -154,7 +154,7 @@ def _told(result: Result, times: tuple[float, ...]) -> str:
     )
 
 
-def _table(bench: Bench, which: tuple[int, int, tuple[Performance, ...]], loaded: bool, counts: Counts) -> Table:
+def _table(measurements: Bench, which: tuple[int, int, tuple[Performance, ...]], loaded: bool, counts: Counts) -> Table:
     number, case, lines = which
     head = (
         "algorithm", "paper: h_i", "steps", "calls", "time", "ours: average trial step", "average step", "smallest",
@@ -167,20 +167,20 @@ def _table(bench: Bench, which: tuple[int, int, tuple[Performance, ...]], loaded
             theirs = (f"{line.step:g}", counted(line.steps), counted(line.calls), f"{line.time}")
         elif line.label != "exact":
             theirs = ("failed",) * 4
-        setup = setup_of(bench.scope, case, line.algorithm, loaded=loaded)
+        setup = setup_of(measurements.scope, case, line.algorithm, loaded=loaded)
         if line.algorithm in FIXED:
             ours = _fixed_figures(line, counts[number, line.label, loaded])
         else:
-            ours = _figures(bench.result(setup), bench.times(setup))
+            ours = _figures(measurements.result(setup), measurements.times(setup))
         rows.append((line.label, *theirs, *ours))
     kind = "loaded" if loaded else "rattling"
     return Table(head, tuple(rows), frozenset({0}), f"Table {number}, case {case}, {kind}")
 
 
-def _fixed_figures(line: Performance, found: Counted) -> tuple[str, ...]:
+def _fixed_figures(line: Performance, counts: Counted) -> tuple[str, ...]:
     step = f"{line.step:g}"
-    numbers = (counted(n) for n in (found.steps, 0, found.calls, found.crossings))
-    return step, step, step, *numbers, _seconds(found.seconds)
+    numbers = (counted(n) for n in (counts.steps, 0, counts.calls, counts.crossings))
+    return step, step, step, *numbers, _seconds(counts.seconds)
 
 
 def _figures(result: Result, times: tuple[float, ...]) -> tuple[str, ...]:
@@ -195,9 +195,9 @@ def _figures(result: Result, times: tuple[float, ...]) -> tuple[str, ...]:
 
 def _spans() -> Row:
     spans = [(line.label, line.step * line.steps) for line in printed.TABLE_3 if line.step and line.steps]
-    told = ", ".join(f"{label} {span:.0f}" for label, span in spans)
+    summary = ", ".join(f"{label} {span:.0f}" for label, span in spans)
     return row(
-        "Table 3, step times count", told, "the span in every row, with the average of accepted steps", DIFFERS,
+        "Table 3, step times count", summary, "the span in every row, with the average of accepted steps", DIFFERS,
         "the paper's h_i is the initial average trial step; and its spans differ even among fixed steps (800, 819.2)",
     )  # fmt: skip
 
@@ -212,23 +212,23 @@ def _calls_per_step() -> Row:
     )  # fmt: skip
 
 
-def _growth_of_cost(bench: Bench) -> Row:
+def _growth_of_cost(measurements: Bench) -> Row:
     """Sec. 9: time increases with the number of nonlinearities."""
     names = ("rkf", "rkv", "bulirsch-stoer")
     change, theirs = {}, []
     for name in names:
         for loaded in (False, True):
-            runs = [bench.run(setup_of(bench.scope, case, name, loaded=loaded)) for case in (1, 3)]
+            runs = [measurements.run(setup_of(measurements.scope, case, name, loaded=loaded)) for case in (1, 3)]
             if runs[0] is not None and runs[1] is not None:
                 a, b = (run.cost.function_calls / run.trajectory.cycles for run in runs if run is not None)
                 change[f"{name}, {'loaded' if loaded else 'rattling'}"] = b / a - 1.0
     for one, three in zip(printed.TABLE_3, printed.TABLE_4, strict=True):
         if one.calls and three.calls and one.steps and one.algorithm in ("rkf", "rkv"):
             theirs.append(f"{one.label} {100 * (three.calls / one.calls / 850 * 800 - 1):+.0f} %")
-    told = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in change.items())
+    summary = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in change.items())
     more = sum(share > 0 for share in change.values())
     return row(
-        "Sec. 9, cost rises from case 1 to case 3", f"calls for the same span: {', '.join(theirs)}", told,
+        "Sec. 9, cost rises from case 1 to case 3", f"calls for the same span: {', '.join(theirs)}", summary,
         REPRODUCED if more == len(change) else DIFFERS,
         f"more in {more} of {len(change)} comparisons; how much depends on the loads", more=more, of=len(change),
     )  # fmt: skip

@@ -20,25 +20,25 @@ from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, row
 _CLEARLY = 1.2
 
 
-def bandwidth(bench: Bench, kind: str, setup_of: Callable[..., Setup]) -> Row:
+def bandwidth(measurements: Bench, kind: str, setup_of: Callable[..., Setup]) -> Row:
     """Compare rms-to-peak spans of fixed and variable steps."""
-    exact = bench.run(setup_of(bench.scope, "exact", loaded=KINDS[kind]))
-    item, paper = f"Sec. 9, TR spans more with fixed steps, case 2, {kind}", "a larger bandwidth, rms to peak"
+    exact = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]))
+    item, printed_claim = f"Sec. 9, TR spans more with fixed steps, case 2, {kind}", "a larger bandwidth, rms to peak"
     span = {}
     for name in ("exact", "rk2", "rk4", "rkv", "gear"):
-        run = bench.run(setup_of(bench.scope, name, loaded=KINDS[kind]))
+        run = measurements.run(setup_of(measurements.scope, name, loaded=KINDS[kind]))
         if run is not None and exact is not None:
-            given = compare_transmissibility(run.trajectory, exact.trajectory).given
+            ratios = compare_transmissibility(run.trajectory, exact.trajectory).candidate
             at = [BODIES.index(body) for body in ("hub", "output_gear")]
-            span[name] = np.abs(given.peak - given.rms)[at]
+            span[name] = np.abs(ratios.peak - ratios.rms)[at]
     if not {"rk2", "rk4", "rkv"} <= set(span):
-        return row(item, paper, "a run did not come to an end", DIFFERS, "a run did not come to an end")
-    told = ", ".join(f"{name} {figure(float(v[0]), 2)}, {figure(float(v[1]), 2)}" for name, v in span.items())
+        return row(item, printed_claim, "a run did not come to an end", DIFFERS, "a run did not come to an end")
+    summary = ", ".join(f"{name} {figure(float(v[0]), 2)}, {figure(float(v[1]), 2)}" for name, v in span.items())
     wider = bool(np.all(np.minimum(span["rk2"], span["rk4"]) > _CLEARLY * span["rkv"]))
     why = (
         "RK4's by its instability"
         if wider
         else "RK2's is that of exact to within what eight cycles vary; RK4's step is unstable"
     )
-    return row(item, paper, f"TR_peak - TR_rms of hub, output gear: {told}", REPRODUCED if wider else DIFFERS, why,
+    return row(item, printed_claim, f"TR_peak - TR_rms of hub, output gear: {summary}", REPRODUCED if wider else DIFFERS, why,
                **{name: float(v[1]) for name, v in span.items()})  # fmt: skip

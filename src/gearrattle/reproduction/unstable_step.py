@@ -57,7 +57,7 @@ def limit() -> float:
     return stable
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Show the growth and what it invents."""
     factor, longest = growth(printed.RK4_STEP), limit()
     first = row(
@@ -69,7 +69,7 @@ def section(bench: Bench) -> Section:
         f"Loaded cases 1 to 3, after {SETTLED} cycles of start-up. The exact mesh never separates there; neither does "
         "that of RK2 at the paper's step."
     )
-    return Section("unstable-step", "RK4's step", words, (first, *(_row(bench, case) for case in (1, 2, 3))))
+    return Section("unstable-step", "RK4's step", words, (first, *(_row(measurements, case) for case in (1, 2, 3))))
 
 
 def separations(run: Run) -> int:
@@ -79,9 +79,9 @@ def separations(run: Run) -> int:
     return int(np.sum((t.events.clearance == gear) & (t.events.time > SETTLED * t.layout.period)))
 
 
-def _row(bench: Bench, case: int) -> Row:
+def _row(measurements: Bench, case: int) -> Row:
     item = f"Sec. 9, RK4 gives compatible solutions, loaded case {case}"
-    runs = {name: bench.run(setup_of(bench.scope, case, name)) for name in ("exact", "rk4", "rk2")}
+    runs = {name: measurements.run(setup_of(measurements.scope, case, name)) for name in ("exact", "rk4", "rk2")}
     exact, rk4, rk2 = runs["exact"], runs["rk4"], runs["rk2"]
     if exact is None or rk4 is None or rk2 is None:
         return row(item, "compatible", "a run did not come to an end", DIFFERS, "a run did not come to an end")
@@ -90,9 +90,9 @@ def _row(bench: Bench, case: int) -> Row:
     share = float(np.mean(t.region[t.time > SETTLED * t.layout.period, gear] != 0))
     reach = np.max(np.abs(t.deflection[:, gear])) / HALF_GAP
     none, some, fine = separations(exact), separations(rk4), separations(rk2)
-    told = (
+    summary = (
         f"RK4: {several(some, 'crossing')} in the mesh, |delta_3| up to {reach:.2f} half-gaps, in contact "
         f"{100 * share:.0f} % of the time; exact: {counted(none)}; RK2 at h = 0.001: {counted(fine)}"
     )
-    return row(item, "compatible with the others", told, DIFFERS, "RK4 invents the rattle", exact=none, rk4=some,
+    return row(item, "compatible with the others", summary, DIFFERS, "RK4 invents the rattle", exact=none, rk4=some,
                rk2=fine, reach=float(reach), contact=share)  # fmt: skip

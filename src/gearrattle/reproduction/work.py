@@ -50,10 +50,10 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield from setups_of(scope, name, ratio, loaded=loaded)
 
 
-def section(bench: Bench) -> Section:
+def section(measurements: Bench) -> Section:
     """Compare calls for the same error."""
     curves = {
-        (kind, ratio): {name: _curve(bench, name, ratio, KINDS[kind]) for name in ORDERS}
+        (kind, ratio): {name: _curve(measurements, name, ratio, KINDS[kind]) for name in ORDERS}
         for kind in KINDS
         for ratio in (LIGHT, MODERATE)
     }
@@ -65,13 +65,13 @@ def section(bench: Bench) -> Section:
     return Section("work", "Section 9: order and efficiency", words, rows, charts=(_chart(curves),))
 
 
-def _curve(bench: Bench, name: str, ratio: float, loaded: bool) -> Points:
+def _curve(measurements: Bench, name: str, ratio: float, loaded: bool) -> Points:
     """(error, calls) of every run that came to its end."""
-    truth = bench.run(setups_of(bench.scope, "exact", ratio, loaded=loaded)[0])
+    truth = measurements.run(setups_of(measurements.scope, "exact", ratio, loaded=loaded)[0])
     if truth is None:
         return []
     window = min(float(truth.variation.horizon(1e3)), truth.trajectory.end)
-    runs = [bench.run(setup) for setup in setups_of(bench.scope, name, ratio, loaded=loaded)]
+    runs = [measurements.run(setup) for setup in setups_of(measurements.scope, name, ratio, loaded=loaded)]
     return [
         (max(pointwise(run.trajectory, truth.trajectory, window).worst, 1e-16), run.cost.function_calls)
         for run in runs
@@ -91,23 +91,23 @@ def calls_for(points: Points, error: float) -> float:
 def _rows(kind: str, curves: Curves) -> Iterator[Row]:
     """Higher against lower order, and chosen against fixed steps, at either load."""
     pair = [curves[kind, ratio] for ratio in (LIGHT, MODERATE)]
-    error = max(max(min(e for e, _ in points) for points in found.values()) for found in pair)
+    error = max(max(min(e for e, _ in points) for points in curves.values()) for curves in pair)
     error = 10.0 ** np.ceil(np.log10(error))
-    calls = [{name: calls_for(points, error) for name, points in found.items()} for found in pair]
-    told = "; ".join(
-        f"at {ratio:g}: {', '.join(f'{name} {counted(round(n))}' for name, n in each.items())}"
-        for ratio, each in zip((LIGHT, MODERATE), calls, strict=True)
+    calls = [{name: calls_for(points, error) for name, points in curves.items()} for curves in pair]
+    summary = "; ".join(
+        f"at {ratio:g}: {', '.join(f'{name} {counted(round(n))}' for name, n in call.items())}"
+        for ratio, call in zip((LIGHT, MODERATE), calls, strict=True)
     )
     for how, high, low in (("fixed steps", "rk4", "rk2"), ("chosen steps", "rkv", "rkf")):
-        light, moderate = (each[high] / each[low] for each in calls)
+        light, moderate = (call[high] / call[low] for call in calls)
         worse = light > _CLEARLY * max(1.0, moderate)
         yield row(
             f"Sec. 9, higher order is inefficient when lightly loaded, {how}, {kind}", "more time and calls",
-            f"calls for {error:.0e} half-gaps, {told}", REPRODUCED if worse else DIFFERS,
+            f"calls for {error:.0e} half-gaps, {summary}", REPRODUCED if worse else DIFFERS,
             f"{high} over {low}: {light:.2f} light, {moderate:.2f} moderate", error=error, light=light,
             moderate=moderate,
         )  # fmt: skip
-    ratio = [each["rk2"] / each["rkf"] for each in calls]
+    ratio = [call["rk2"] / call["rkf"] for call in calls]
     yield row(
         f"Sec. 9, fixed steps of low order are faster, {kind}", "in nearly every case",
         f"RK2 over RKF for the same error: {ratio[0]:.2g} light, {ratio[1]:.2g} moderate",
@@ -119,10 +119,10 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
 def _chart(curves: Curves) -> Chart:
     colour = dict(zip(ORDERS, COLOURS, strict=False))
     panels = []
-    for (kind, ratio), found in curves.items():
+    for (kind, ratio), curve in curves.items():
         lines = tuple(
             Line(np.array([p[1] for p in points], dtype=float), np.array([p[0] for p in points]), name, colour[name])
-            for name, points in found.items()
+            for name, points in curve.items()
             if points
         )
         panels.append(Panel(f"Error, {kind}, mean {ratio:g}", "half-gaps", "function calls", lines, x_range=(1e3, 1e6),

@@ -1,6 +1,6 @@
 """Which event of one list is which event of another, when some are missing from either.
 
-Both lists ascend. An *alignment* pairs events without changing their order; it costs |t_given - t_reference| a pair and
+Both lists ascend. An *alignment* pairs events without changing their order; it costs |t_candidate - t_reference| a pair and
 half the *reach* an event left alone, and the cheapest one is taken (global alignment by dynamic programming:
 S. B. Needleman, C. D. Wunsch 1970, J. Mol. Biol. 48, 443-453). So no pair is further apart than the reach, and an event
 that one list lacks is left alone instead of shifting all pairs after it.
@@ -30,54 +30,54 @@ class Alignment:
     """Pairs and what is left over, as positions in the two lists.
 
     Attributes:
-        given, reference: (p,) the events of pair i, ascending.
+        candidate, reference: (p,) the events of pair i, ascending.
         missed: events of the reference without a partner.
-        invented: given events without a partner.
+        invented: candidate events without a partner.
     """
 
-    given: Index
+    candidate: Index
     reference: Index
     missed: Index
     invented: Index
 
 
-def align(given: Array, reference: Array, reach: float) -> Alignment:
+def align(candidate: Array, reference: Array, reach: float) -> Alignment:
     """Return the cheapest alignment of two ascending lists of times.
 
     Args:
-        given, reference: (a,), (b,) times [s], ascending.
+        candidate, reference: (a,), (b,) times [s], ascending.
         reach: largest distance of a pair [s], above zero.
     """
-    pairs = _pairs(given, reference, reach)
+    pairs = _pairs(candidate, reference, reach)
     mine, theirs = pairs[:, 0], pairs[:, 1]
     missed = np.setdiff1d(np.arange(reference.size), theirs)
-    return Alignment(mine, theirs, missed, np.setdiff1d(np.arange(given.size), mine))
+    return Alignment(mine, theirs, missed, np.setdiff1d(np.arange(candidate.size), mine))
 
 
-def _pairs(given: Array, reference: Array, reach: float) -> Index:
+def _pairs(candidate: Array, reference: Array, reach: float) -> Index:
     """(p, 2) positions."""
-    if not given.size or not reference.size:
+    if not candidate.size or not reference.size:
         return np.empty((0, 2), dtype=np.intp)
-    merged = np.sort(np.concatenate([given, reference]))
+    merged = np.sort(np.concatenate([candidate, reference]))
     breaks = merged[1:][np.diff(merged) > reach]
-    first = np.stack([np.searchsorted(given, breaks), np.searchsorted(reference, breaks)], axis=1)
-    bounds = np.concatenate([[[0, 0]], first, [[given.size, reference.size]]])
-    found = []
+    first = np.stack([np.searchsorted(candidate, breaks), np.searchsorted(reference, breaks)], axis=1)
+    bounds = np.concatenate([[[0, 0]], first, [[candidate.size, reference.size]]])
+    pairs = []
     for (a, b), (a_end, b_end) in pairwise(bounds):
-        mine, theirs = given[a:a_end], reference[b:b_end]
+        mine, theirs = candidate[a:a_end], reference[b:b_end]
         if mine.size == theirs.size == 1:
             inside = np.zeros((1, 2), dtype=np.intp)
         elif mine.size * theirs.size > _LARGEST_TABLE:
             inside = _pairs(mine, theirs, 0.5 * reach)
         else:
             inside = _cheapest(mine, theirs, 0.5 * reach)
-        found.append(inside + np.array([a, b]))
-    return np.concatenate(found)
+        pairs.append(inside + np.array([a, b]))
+    return np.concatenate(pairs)
 
 
-def _cheapest(given: Array, reference: Array, alone: float) -> Index:
+def _cheapest(candidate: Array, reference: Array, alone: float) -> Index:
     """(p, 2) the cheapest pairs of a small cluster; ``alone`` is the cost of an event without a partner."""
-    distance = np.abs(given[:, None] - reference) / alone
+    distance = np.abs(candidate[:, None] - reference) / alone
     rows, columns = distance.shape
     steps = np.arange(columns + 1.0)
     cost = np.empty((rows + 1, columns + 1))

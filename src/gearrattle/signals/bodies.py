@@ -47,15 +47,15 @@ class LooseGear(NamedTuple):
 
 def loose_gears(layout: Layout) -> tuple[LooseGear, ...]:
     """Return every loose gear, in the order of the meshes."""
-    found = []
+    gears = []
     pairs = layout.is_mesh & (np.count_nonzero(layout.rows, axis=1) == 2) & np.all(layout.between >= 0, axis=1)
     for mesh in np.flatnonzero(pairs).tolist():
         for end in (0, 1):
             loose, driver = (int(layout.between[mesh, side]) for side in (end, 1 - end))
             if layout.drag_torque[loose] > 0.0 and loose not in layout.prescribed and _is_loose(layout, loose, mesh):
                 reduction = float(layout.radii[mesh, 1 - end] / layout.radii[mesh, end])
-                found.append(LooseGear(mesh, loose, driver, reduction))
-    return tuple(found)
+                gears.append(LooseGear(mesh, loose, driver, reduction))
+    return tuple(gears)
 
 
 def _is_loose(layout: Layout, inertia: int, mesh: int) -> bool:

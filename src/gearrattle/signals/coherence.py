@@ -128,7 +128,7 @@ def decimation(samples: int, rate: float, highest: float, *, needed: int, points
 
 
 def coherence_at_harmonics(
-    given: Array,
+    candidate: Array,
     reference: Array,
     rate: float,
     fundamental: float,
@@ -160,8 +160,8 @@ def coherence_at_harmonics(
     frequency: Array = fundamental * np.arange(1.0, harmonics + 1)
     needed = ensembles * points
     if every is None:
-        every = decimation(len(given), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
-    x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (given, reference))
+        every = decimation(len(candidate), rate, frequency[-1], needed=needed, points=points, spacing=fundamental)
+    x, y = (_thinned(signal, every, anti_alias)[-needed:] for signal in (candidate, reference))
     decimation(len(x), rate / every, frequency[-1] * USABLE, needed=needed, points=points, spacing=fundamental)
     segments = cut(needed, points, 0.0, {"hann": "hann", "none": "boxcar"}[taper])
     spectra = cross_spectra(x, y, rate / every, segments)
@@ -201,12 +201,12 @@ def _thinned(signal: Array, every: int, anti_alias: bool) -> Array:
     return np.asarray(level + decimate(signal - level, every, ftype="fir", zero_phase=True), dtype=np.float64)
 
 
-def _notes(place: Array, value: Array) -> Iterator[str]:
+def _notes(position: Array, value: Array) -> Iterator[str]:
     """Say where the reading is doubtful; ``place`` is that of the harmonics, in bins."""
-    off = np.abs(place - np.rint(place))
+    off = np.abs(position - np.rint(position))
     if off.max() > 1e-6:
         yield f"harmonics fall between bins, by up to {off.max():.2f} of a bin; the nearest bin is read"
-    bins = np.rint(place).astype(np.int64)
+    bins = np.rint(position).astype(np.int64)
     if np.unique(bins).size < bins.size:
         yield "harmonics share a bin, so their values are not independent: the sampling rate is high for these points"
     elif bins.size > 1 and np.diff(bins).min() < 2:

@@ -117,7 +117,7 @@ def distribution_distances(samples: Sequence[Array], tolerance: float) -> Array:
     """
     ordered = [np.sort(sample) for sample in samples]
     pool = np.sort(np.concatenate(ordered))
-    return np.array([_beyond(each, pool, tolerance) for each in ordered])
+    return np.array([_beyond(sample, pool, tolerance) for sample in ordered])
 
 
 def _beyond(mine: Array, pool: Array, tolerance: float) -> float:

@@ -125,11 +125,11 @@ def sub_harmonics(
         return ()
     known = {} if amplitudes is None else amplitudes
     lines = _unexcited(signal, samples_per_cycle, fundamental, orders, known)
-    found = [line for line in lines if line.order < min(orders)]
+    selected = [line for line in lines if line.order < min(orders)]
     for divisor in range(2, LARGEST_DENOMINATOR + 1):
         numerators, heights, _ = _lines(signal, samples_per_cycle, divisor, known)
-        found += [Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), heights, strict=True)]
-    return tuple(sorted(found, key=lambda line: line.order))
+        selected += [Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), heights, strict=True)]
+    return tuple(sorted(selected, key=lambda line: line.order))
 
 
 def _unexcited(

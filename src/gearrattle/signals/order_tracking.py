@@ -208,8 +208,8 @@ def fitted_orders(
         phase = np.multiply.outer(theta, orders)
         columns = np.concatenate([np.ones((theta.size, 1)), np.sin(phase), np.cos(phase)], axis=1) * root[:, None]
         moments = columns.T @ (values[first:end] * root)
-        found = np.linalg.lstsq(columns.T @ columns, moments, rcond=None)[0][1:]
-        amplitude[k] = found[: orders.size] + 1j * found[orders.size :]
+        coefficients = np.linalg.lstsq(columns.T @ columns, moments, rcond=None)[0][1:]
+        amplitude[k] = coefficients[: orders.size] + 1j * coefficients[orders.size :]
         weight = root**2 / np.sum(root**2)
         time[k] = interval * (first + weight @ np.arange(theta.size))
         mean[k] = weight @ speed[first:end]

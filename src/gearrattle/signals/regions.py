@@ -99,11 +99,11 @@ def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
         return GearRattleError(f"event log, row {row}: there is no clearance {k}; simulate again, or repair the data")
     before = np.flatnonzero(log.clearance[:row] == k)
     region = int(log.to_region[before[-1]] if before.size else trajectory.initial_region[k])
-    place = f"event log of {trajectory.layout.clearance_names[k]} at t = {log.time[row]:.9g}"
+    location = f"event log of {trajectory.layout.clearance_names[k]} at t = {log.time[row]:.9g}"
     if region == log.from_region[row]:
-        return GearRattleError(f"{place}: found a crossing from region {region} to {log.to_region[row]}, not beside it")
+        return GearRattleError(f"{location}: found a crossing from region {region} to {log.to_region[row]}, not beside it")
     return GearRattleError(
-        f"{place}: found a crossing from region {log.from_region[row]}, but the crossings before it lead to region "
+        f"{location}: found a crossing from region {log.from_region[row]}, but the crossings before it lead to region "
         f"{region}; a log must be gapless (simulate again, or repair the data)"
     )
 

@@ -49,10 +49,10 @@ def period_number(points: Array, tolerance: float, most: int) -> int:
 
 def orbit_distances(orbits: Array, one: Array) -> Array:
     """Return (M,) distances of orbits (M, n, q) from one (n, q), each in the best of the n ways to turn it."""
-    found = np.full(len(orbits), np.inf)
+    distances = np.full(len(orbits), np.inf)
     for turn in range(len(one)):
-        found = np.minimum(found, np.abs(orbits - np.roll(one, turn, axis=0)).max(axis=(1, 2)))
-    return found
+        distances = np.minimum(distances, np.abs(orbits - np.roll(one, turn, axis=0)).max(axis=(1, 2)))
+    return distances
 
 
 def apart(one: Array, other: Array) -> float:
@@ -60,7 +60,7 @@ def apart(one: Array, other: Array) -> float:
     length = lcm(len(one), len(other))
     if length > _LONGEST_TURN:
         return float("inf")
-    first, second = (np.tile(each, (length // len(each), 1)) for each in (one, other))
+    first, second = (np.tile(orbit, (length // len(orbit), 1)) for orbit in (one, other))
     return float(orbit_distances(first[None], second)[0])
 
 

@@ -68,7 +68,7 @@ def summary_of(samples: Array) -> Summary:
     scale = samples.size - 1
     mean = float(np.trapezoid(samples)) / scale
     square = (samples - mean) ** 2
-    second, fourth = (float(np.trapezoid(each)) / scale for each in (square, square**2))
+    second, fourth = (float(np.trapezoid(values)) / scale for values in (square, square**2))
     return Summary(
         mean, second, fourth, float(samples.min()), float(samples.max()), float(np.max(extremes_missed(samples)))
     )

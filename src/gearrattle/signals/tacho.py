@@ -56,9 +56,9 @@ def pulse_times(time: Array, values: Array, threshold: float, hysteresis: float,
     """
     height = values - threshold if rising else threshold - values
     state = np.where(height >= 0.0, 1, np.where(height < -hysteresis, -1, 0))
-    told = np.flatnonzero(state)  # samples that settle whether the signal is up or down
-    settled = state[told]
-    up = told[1:][(settled[1:] == 1) & (settled[:-1] == -1)]
+    decided = np.flatnonzero(state)  # samples that settle whether the signal is up or down
+    settled = state[decided]
+    up = decided[1:][(settled[1:] == 1) & (settled[:-1] == -1)]
     below, above = height[up - 1], height[up]
     return np.asarray(time[up - 1] + (time[up] - time[up - 1]) * below / (below - above), dtype=np.float64)
 

@@ -83,13 +83,13 @@ def by_steps(rows: Waterfall, step: float, squared: bool) -> Waterfall:
         squared: whether the values are squares already, such as densities; of others the mean square is taken.
     """
     index = np.rint(rows.speed / step).astype(np.int64)
-    found, place, counts = np.unique(index, return_inverse=True, return_counts=True)
-    total = np.zeros((found.size, rows.axis.size))
-    np.add.at(total, place, rows.values if squared else rows.values**2)
+    steps, step_of_row, counts = np.unique(index, return_inverse=True, return_counts=True)
+    total = np.zeros((steps.size, rows.axis.size))
+    np.add.at(total, step_of_row, rows.values if squared else rows.values**2)
     mean = total / counts[:, None]
-    speed = np.bincount(place, rows.speed) / counts
+    speed = np.bincount(step_of_row, rows.speed) / counts
     values = mean if squared else np.sqrt(mean)
-    return Waterfall(rows.axis, values, np.full(found.size, np.nan), speed, counts.astype(np.int64))
+    return Waterfall(rows.axis, values, np.full(steps.size, np.nan), speed, counts.astype(np.int64))
 
 
 def over_orders(rows: Waterfall, orders: Array) -> Waterfall:

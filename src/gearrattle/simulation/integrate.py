@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gearrattle.engine.solvers import SOLVERS
-from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 from gearrattle.slices import slices
@@ -59,7 +59,7 @@ def finish(
     """
     while (outcome := march.advance()) is not Outcome.DONE:
         if outcome is not Outcome.SLICE_SPENT:
-            raise _failure(march.place(), outcome, algorithm, layout)
+            raise _failure(march.position(), outcome, algorithm, layout)
         if progress is not None:
             progress(march.fraction())
     motion = march.motion()
@@ -67,11 +67,11 @@ def finish(
     return _trajectory(task, layout, (first_cycle, discard), motion, cost)
 
 
-def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
+def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layout) -> ConvergenceError:
     names = layout.clearance_names
-    where = "" if place.last_crossed is None else f" in {names[place.last_crossed]}"
+    where = "" if position.last_crossed is None else f" in {names[position.last_crossed]}"
     fastest = (
-        "" if place.fastest is None else f": {layout.element_names[place.fastest]} moves too fast for its inertias"
+        "" if position.fastest is None else f": {layout.element_names[position.fastest]} moves too fast for its inertias"
     )
     what = {
         Outcome.NO_PROGRESS: f"the motion needs too many steps{fastest},",
@@ -81,11 +81,11 @@ def _failure(place: Place, outcome: Outcome, algorithm: str, layout: Layout) -> 
         Outcome.NON_FINITE: "the state is no longer finite (unstable)",
         Outcome.NO_CONVERGENCE: "failed to converge: no step, however short, passes the error test,",
     }
-    state = {f"deflection.{name}": float(value) for name, value in zip(names, place.deflection, strict=True)}
-    message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {place.time:.9g} s"
-    of_tolerance = outcome is Outcome.NO_PROGRESS and place.fastest is None  # steps are chosen by their error
+    state = {f"deflection.{name}": float(value) for name, value in zip(names, position.deflection, strict=True)}
+    message = f"{algorithm}: {what.get(outcome, outcome.name)} at t = {position.time:.9g} s"
+    of_tolerance = outcome is Outcome.NO_PROGRESS and position.fastest is None  # steps are chosen by their error
     remedy = Outcome.NO_CONVERGENCE.advice if of_tolerance else outcome.advice
-    return ConvergenceError(message, time=place.time, state=state, remedy=remedy)
+    return ConvergenceError(message, time=position.time, state=state, remedy=remedy)
 
 
 def _cost(algorithm: str, motion: Motion, wall: float) -> Cost:

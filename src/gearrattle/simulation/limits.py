@@ -41,10 +41,10 @@ def check_rates(driveline: Driveline) -> None:
         raise ModelError(problems)
 
 
-def _too_fast(place: str, value: float, most: float, rate: float, period: float) -> Problem:
+def _too_fast(location: str, value: float, most: float, rate: float, period: float) -> Problem:
     rule = f"what it acts on would change {rate:.3g} times a period of {period:.3g} s; at most {FASTEST:g} are taken"
     remedy = f"{most:.3g} or less in SI units, more inertia, a rigid connection in its place, or a higher speed"
-    return Problem(place, f"{value:.6g}", rule, remedy)
+    return Problem(location, f"{value:.6g}", rule, remedy)
 
 
 def _too_high(model: Model, period: float) -> list[Problem]:
@@ -57,10 +57,10 @@ def _too_high(model: Model, period: float) -> list[Problem]:
     ]
     orders += [(f"{element.path}: order", error.order) for element in model.elements for error in element.errors]
     rule = f"would turn by more than {FASTEST:g} rad in a period of {period:.3g} s, and its phase be lost to rounding"
-    return [Problem(place, f"{order:.6g}", rule, f"{most:.3g} or less") for place, order in orders if order > most]
+    return [Problem(location, f"{order:.6g}", rule, f"{most:.3g} or less") for location, order in orders if order > most]
 
 
-def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, place: str) -> None:
+def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, location: str) -> None:
     """Refuse a run whose samples would not fit into half of the machine's memory.
 
     Args:
@@ -75,11 +75,11 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, p
     if need <= most:
         return
     fits = max(1, int(cycles * most / need))
-    took, given = need / 2**30, most / 2**30
-    rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory, of {given:.3g} at most"
+    took, available = need / 2**30, most / 2**30
+    rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory, of {available:.3g} at most"
     fewer = f"{counted(fits, 'cycle')} or fewer, fewer samples_per_cycle"
     remedy = f"{fewer}, or gearrattle stream, which holds a chunk at a time"
-    raise ModelError(Problem(place, f"{cycles}", rule, remedy))
+    raise ModelError(Problem(location, f"{cycles}", rule, remedy))
 
 
 def check_tables(system: PiecewiseSystem) -> None:
@@ -111,13 +111,13 @@ def bytes_of_sample(system: PiecewiseSystem) -> int:
 
 def memory() -> int:
     """Memory of this machine, or what its container may take [bytes]."""
-    found = [_UNKNOWN]
+    limits = [_UNKNOWN]
     if hasattr(os, "sysconf") and {"SC_PHYS_PAGES", "SC_PAGE_SIZE"} <= set(os.sysconf_names):
-        found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
+        limits = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
     for limit in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
         try:
             with open(limit, encoding="ascii") as file:
-                found.append(int(file.read()))
+                limits.append(int(file.read()))
         except (OSError, ValueError):  # none, or "max"
             continue
-    return min(size for size in found if size > 0)
+    return min(size for size in limits if size > 0)

@@ -21,19 +21,19 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
     Raises:
         ModelError: a setting the file format refuses, or discard >= cycles.
     """
-    file, given = model.simulation, {key: value for key, value in arguments.items() if value is not None}
-    cycles = given.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
+    file, overrides = model.simulation, {key: value for key, value in arguments.items() if value is not None}
+    cycles = overrides.get("cycles", file.cycles if file.cycles is not None else default_cycles(model))
     usual = DEFAULTS.discard if model.excitation.sweep is None else 0
-    discard = given.get("discard", file.discard if file.discard is not None else usual)
-    explicit = "discard" in given or ("cycles" not in given and file.discard is not None)
+    discard = overrides.get("discard", file.discard if file.discard is not None else usual)
+    explicit = "discard" in overrides or ("cycles" not in overrides and file.discard is not None)
     if not explicit and isinstance(cycles, int) and cycles >= 1:
         discard = min(discard, cycles // 2)
     changes = {"cycles": cycles, "discard": discard}
     for key in ("algorithm", "initial", "samples_per_cycle"):
-        changes[key] = given.get(key, getattr(file, key) if getattr(file, key) is not None else getattr(DEFAULTS, key))
+        changes[key] = overrides.get(key, getattr(file, key) if getattr(file, key) is not None else getattr(DEFAULTS, key))
     for key in ("tolerance", "step"):
-        if key in given:
-            changes[key] = given[key]
+        if key in overrides:
+            changes[key] = overrides[key]
     plain = {key: _plain(value) for key, value in changes.items()}
     return model.with_simulation(plain)
 

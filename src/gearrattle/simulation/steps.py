@@ -55,14 +55,14 @@ def step_limits(
         return ()
     values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]
     every = np.hstack(values)
-    found = []
+    limits = []
     for name, solver in SOLVERS.items():
         if not isinstance(solver, FixedStep):
             continue
         taken = solver.step_of(prepare(model, {"algorithm": name, "step": step}, False).task)
-        growth = [float(solver.tableau.growth(taken * each).max()) for each in values]
+        growth = [float(solver.tableau.growth(taken * value).max()) for value in values]
         worst = int(np.argmax(growth))
         limit = largest_stable_step(solver.tableau, every)
         fastest = float(np.abs(every).max())
-        found.append(StepLimit(name, taken, taken * fastest, growth[worst], regions[worst].labels, limit))
-    return tuple(found)
+        limits.append(StepLimit(name, taken, taken * fastest, growth[worst], regions[worst].labels, limit))
+    return tuple(limits)

@@ -225,8 +225,8 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
         if model is not None and run.model != model:
             raise ModelError(Problem(str(path), "", "is a chunk of another model", "compute the motion again"))
         if run.trajectory.first_cycle != done:
-            found, rule = f"a chunk from cycle {run.trajectory.first_cycle}", f"must begin at cycle {done}"
-            raise ModelError(Problem(str(path), found, rule, "compute the motion again"))
+            value, rule = f"a chunk from cycle {run.trajectory.first_cycle}", f"must begin at cycle {done}"
+            raise ModelError(Problem(str(path), value, rule, "compute the motion again"))
         done, model = done + run.trajectory.cycles, run.model
         yield run
 
@@ -234,9 +234,9 @@ def _chunks(folder: Path, state: State) -> Iterator[Run]:
 def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     """Everything that decides the bits, as lines of text."""
     versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
-    told = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
+    content = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join(
-        [format_name("stream"), *(f"{key} = {json.dumps(value)}" for key, value in told.items()), model.to_stored()[0]]
+        [format_name("stream"), *(f"{key} = {json.dumps(value)}" for key, value in content.items()), model.to_stored()[0]]
     )
 
 

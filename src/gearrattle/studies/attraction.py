@@ -130,13 +130,13 @@ def prepare(
     if list(outputs):
         check_names(outputs, [base])
     run, seconds = first_run(plan)
-    told = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
+    kept_outputs = outputs_of(dict.fromkeys((*DEFAULT, *outputs)), run)  # type: ignore[arg-type]
     units = tuple(unit_of(name, base) for name in chosen.names)
     of_itself = own_units(base)
-    found = Sections(told.chosen, None, (), chosen, units, last, float(tolerance), last, own_units=of_itself)
-    seconds = seconds_alone(plan, found.of, run, seconds)
+    sections = Sections(kept_outputs.chosen, None, (), chosen, units, last, float(tolerance), last, own_units=of_itself)
+    seconds = seconds_alone(plan, sections.of, run, seconds)
     plan = Initials(base, axes, points, fit_size(seconds, plan.count), said, starts)
-    return Basins(plan, found, seconds, same=float(same))
+    return Basins(plan, sections, seconds, same=float(same))
 
 
 def basins(
@@ -218,14 +218,14 @@ def _points(
     """Axes of a grid, or points drawn from a box."""
     problems: list[Problem] = []
     axes, box = [], []
-    for name, given in over.items():
+    for name, bounds in over.items():
         try:
             if samples:
-                box.append(_range(name, given, model))
+                box.append(_range(name, bounds, model))
             else:
                 axes.append(
                     Axis(
-                        INITIAL + name, {INITIAL + name: values_of(name, given, partial(read_value, name, model=model))}
+                        INITIAL + name, {INITIAL + name: values_of(name, bounds, partial(read_value, name, model=model))}
                     )
                 )
         except ModelError as error:
@@ -237,10 +237,10 @@ def _points(
     return (), Samples(tuple(INITIAL + name for name in over), sampled(tuple(box), samples, method, seed))
 
 
-def _range(name: str, given: Any, model: Model) -> Distribution:
-    if not isinstance(given, Mapping) or set(given) != {"from", "to"}:
+def _range(name: str, bounds: Any, model: Model) -> Distribution:
+    if not isinstance(bounds, Mapping) or set(bounds) != {"from", "to"}:
         raise ModelError(Problem(name, "", "is drawn from a range: it must have from and to, and nothing else"))
-    low, high = (read_value(name, given[key], model) for key in ("from", "to"))
+    low, high = (read_value(name, bounds[key], model) for key in ("from", "to"))
     if not low < high:
         raise ModelError(Problem("from", f"{low:g}", f"must lie below to, {high:g}"))
     return Distribution(name, "uniform", {"from": low, "to": high})

@@ -85,18 +85,18 @@ def attractors_of(
         "low": (ATTRACTOR, low, {"units": "1"}),
         "high": (ATTRACTOR, high, {"units": "1"}),
         "attractor period": (ATTRACTOR, np.array(periods, dtype=np.int64), {"units": "cycles"}),
-        "attractor verdict": (ATTRACTOR, np.array([int(each.argmax()) for each in codes], dtype=np.int8), flags),
-        "agreeing": (ATTRACTOR, np.array([each.max() / each.sum() for each in codes]), {"units": "1"}),
+        "attractor verdict": (ATTRACTOR, np.array([int(code.argmax()) for code in codes], dtype=np.int8), flags),
+        "agreeing": (ATTRACTOR, np.array([code.max() / code.sum() for code in codes]), {"units": "1"}),
         "family": (ATTRACTOR, np.array([key[0] < 0 for key in ordered], dtype=np.int8), {"units": "1"}),
     }
     described = {"units": "1", "meaning": _MEANING}
-    told = xr.Dataset(
+    dataset = xr.Dataset(
         {"basin": (grid.dims, basin.reshape(grid.shape).astype(np.int16), described), **columns},
         {ATTRACTOR: np.arange(1, len(cases) + 1)},
         {"same": float(same), "within": groups.within, "between": min(room(standing[:MOST], family[:MOST]), FAR)},
     )
-    quiet = quiet_share(told)
-    return told.assign_attrs(
+    quiet = quiet_share(dataset)
+    return dataset.assign_attrs(
         {f"quiet_{key}": quiet[key] for key in ("share", "low", "high") if np.isfinite(quiet[key])}
     )
 
@@ -115,8 +115,8 @@ def _orbits(data: xr.Dataset) -> list[Array | None]:
 
 def orbit_of(data: xr.Dataset, number: int, name: str) -> Array:
     """Return (n,) values of one quantity along an attractor's orbit, from one of its cases."""
-    place = np.argwhere(data["basin"].values == number)[0]
-    one = data[name].values[tuple(place)]
+    index = np.argwhere(data["basin"].values == number)[0]
+    one = data[name].values[tuple(index)]
     return np.asarray(one[-int(data["attractor period"].values[number - 1]) :])
 
 

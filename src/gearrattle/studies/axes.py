@@ -63,7 +63,7 @@ class Axis:
         return {path: values[index] for path, values in self.values.items()}
 
 
-def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
+def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """Read axes.
 
     Args:
@@ -74,26 +74,26 @@ def axes_of(given: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
         ModelError: a path that leads nowhere, values the model refuses, a range without sense; all of them.
     """
     problems: list[Problem] = []
-    found = []
-    for name, values in checked(AnyTable(), given, "axes").items():
+    axes = []
+    for name, values in checked(AnyTable(), requested, "axes").items():
         several = isinstance(values, Mapping) and not set(values) & set(_RANGE)
         problems += _wrong_name(name) if several else []
         by_path = dict(values) if several else {name: values}
         read: dict[str, tuple[Any, ...]] = {}
-        for path, each in by_path.items():
+        for path, entry in by_path.items():
             try:
-                read[path] = values_of(path, each, partial(_read, path, model))
+                read[path] = values_of(path, entry, partial(_read, path, model))
             except ModelError as error:
                 problems += [Problem(f"axis {name}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
-        lengths = {len(each) for each in read.values()}
+        lengths = {len(entries) for entries in read.values()}
         if len(lengths) > 1:
             rule = "paths that vary together must have equally many values"
             problems.append(Problem(f"axis {name}", ", ".join(map(str, sorted(lengths))), rule))
         if read:
-            found.append(Axis(name, read))
+            axes.append(Axis(name, read))
     if problems:
         raise ModelError(problems)
-    return tuple(found)
+    return tuple(axes)
 
 
 def _wrong_name(name: object) -> list[Problem]:
@@ -110,7 +110,7 @@ def _read(path: str, model: Model, value: Any) -> Any:
     return in_si(path, value, model)
 
 
-def values_of(path: str, given: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
+def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, ...]:
     """Return the values of a list or a range.
 
     Args:
@@ -121,41 +121,41 @@ def values_of(path: str, given: Any, read: Callable[[Any], Any]) -> tuple[Any, .
     Raises:
         ModelError: neither of them, a range without sense, or what ``read`` refuses.
     """
-    if isinstance(given, Mapping):
-        return _ranged(path, given, read)
-    values = listed_values(given)
+    if isinstance(entry, Mapping):
+        return _ranged(path, entry, read)
+    values = listed_values(entry)
     if not values:
-        raise ModelError(Problem(path, shown(given), "must be a list of values, or a range with from, to and count"))
+        raise ModelError(Problem(path, shown(entry), "must be a list of values, or a range with from, to and count"))
     return tuple(read(value) for value in values)
 
 
-def listed_values(given: Any) -> list[Any]:
+def listed_values(entry: Any) -> list[Any]:
     """Return the values of a list or of an array in one dimension, numbers with the unit it names; else nothing."""
-    if isinstance(given, Sequence) and not isinstance(given, str | bytes):
-        return list(given)
-    if not hasattr(given, "__array__"):
+    if isinstance(entry, Sequence) and not isinstance(entry, str | bytes):
+        return list(entry)
+    if not hasattr(entry, "__array__"):
         return []
-    array = np.asarray(given)
+    array = np.asarray(entry)
     if array.ndim != 1 or array.dtype.kind not in "iufOUT":
         return []
     values: list[Any] = array.tolist()
-    unit = str(getattr(given, "attrs", {}).get("units", "")).replace(" ", "*")
+    unit = str(getattr(entry, "attrs", {}).get("units", "")).replace(" ", "*")
     if unit in ("", "1"):
         return values
     return [value if isinstance(value, str) else f"{value!r} {unit}" for value in values]
 
 
-def _ranged(path: str, given: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
-    unknown = [key for key in given if key not in _RANGE]
+def _ranged(path: str, table: Mapping[str, Any], read: Callable[[Any], Any]) -> tuple[float, ...]:
+    unknown = [key for key in table if key not in _RANGE]
     if unknown:
         remedy = did_you_mean(unknown[0], _RANGE)
         raise ModelError(Problem(path, unknown[0], f"a range has {', '.join(_RANGE)}", remedy))
-    missing = [key for key in ("from", "to", "count") if key not in given]
+    missing = [key for key in ("from", "to", "count") if key not in table]
     if missing:
-        raise ModelError(Problem(path, shown(dict(given)), f"a range needs {', '.join(missing)}"))
-    count = checked(Count(2, _MOST_VALUES), given["count"], f"{path}.count")
-    spacing = checked(SPACING, given.get("spacing", "linear"), f"{path}.spacing")
-    ends = [read(given[key]) for key in ("from", "to")]
+        raise ModelError(Problem(path, shown(dict(table)), f"a range needs {', '.join(missing)}"))
+    count = checked(Count(2, _MOST_VALUES), table["count"], f"{path}.count")
+    spacing = checked(SPACING, table.get("spacing", "linear"), f"{path}.spacing")
+    ends = [read(table[key]) for key in ("from", "to")]
     if not all(isinstance(end, float | int) and not isinstance(end, bool) for end in ends):
         raise ModelError(Problem(path, shown(ends), "a range is of numbers"))
     if spacing == "log" and not min(ends) > 0.0:

@@ -47,7 +47,7 @@ def can_batch(outputs: Outputs, plan: Plan) -> bool:
 
 
 def batched(
-    plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], None] | None = None
+    plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None
 ) -> tuple[Values, NDArray[np.bool_]]:
     """Compute what can be computed together.
 
@@ -61,7 +61,7 @@ def batched(
     count = plan.cases_in(chunk)
     if not can_batch(outputs, plan):
         return {}, np.zeros(count, dtype=np.bool_)
-    given = plan.columns(chunk)
+    varied = plan.columns(chunk)
     values: Values = {}
     for output in outputs.all:
         shape = (count, len(output.subjects)) if output.dimension else (count,)
@@ -69,21 +69,21 @@ def batched(
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
 
     def tell(share: float) -> None:
-        if told is not None:
-            told((done.sum() + share * waiting.size) / count)
+        if progress is not None:
+            progress((done.sum() + share * waiting.size) / count)
 
     for _ in range(_STRUCTURES):
         if waiting.size < FEWEST:
             break
-        model = _pattern(plan.model, {path: column[waiting[0]] for path, column in given.items()})
+        model = _pattern(plan.model, {path: column[waiting[0]] for path, column in varied.items()})
         if model is None or not assemble(model).system.is_plain:
             waiting = waiting[1:]
             continue
-        alike = _Alike.of(model, {path: column[waiting] for path, column in given.items()}, waiting.size)
+        alike = _Alike.of(model, {path: column[waiting] for path, column in varied.items()}, waiting.size)
         chosen = waiting[alike.good]
         if chosen.size and alike.pattern.can_march():
-            found, judged = alike.march(tell)
-            _keep(values, outputs, alike, found, (chosen, judged))
+            tallies, judged = alike.march(tell)
+            _keep(values, outputs, alike, tallies, (chosen, judged))
             done[chosen[judged]] = True
         waiting = waiting[~alike.good] if chosen.size else waiting[1:]
     return values, done
@@ -119,14 +119,14 @@ class _Alike:
     good: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, model: Model, given: Mapping[str, NDArray[Any]], count: int) -> _Alike:
+    def of(cls, model: Model, varied: Mapping[str, NDArray[Any]], count: int) -> _Alike:
         """Assemble cases."""
         driveline, settings = assemble(model), model.simulation
         system, layout = driveline.system, driveline.layout
         assert settings.cycles is not None and settings.discard is not None  # noqa: PT018 - the plan's model is settled
         assert settings.samples_per_cycle is not None
         pattern = Pattern(system, settings.initial == "static", settings.cycles, judged_of(layout))
-        columns, is_number = _floats(given, count)
+        columns, is_number = _floats(varied, count)
         numbers, good = coefficients(model, columns, count)
         good &= is_number
         numbers, period = picked(numbers, good), numbers.period[good, 0]
@@ -138,9 +138,9 @@ class _Alike:
         window = np.stack([settings.discard * period, end, period], axis=1)
         return cls(model, layout, pattern, numbers, (angle, velocity), window, good)
 
-    def march(self, told: Callable[[float], None]) -> tuple[Tallies, NDArray[np.bool_]]:
+    def march(self, progress: Callable[[float], None]) -> tuple[Tallies, NDArray[np.bool_]]:
         """March and judge them."""
-        return march_variants(self.pattern, self.numbers, self.start, self.window, told)
+        return march_variants(self.pattern, self.numbers, self.start, self.window, progress)
 
     @property
     def cycles(self) -> int:
@@ -148,10 +148,10 @@ class _Alike:
         return int(self.model.simulation.cycles or 0) - int(self.model.simulation.discard or 0)
 
 
-def _floats(given: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+def _floats(varied: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, Array], NDArray[np.bool_]]:
     """Columns as floats, and which cases have nothing but numbers in them."""
     columns, good = {}, np.ones(count, dtype=np.bool_)
-    for path, column in given.items():
+    for path, column in varied.items():
         if column.dtype == object:
             fits = np.array([type(value) in (int, float) for value in column.tolist()])
             columns[path] = np.where(fits, column, np.nan).astype(float)
@@ -162,11 +162,11 @@ def _floats(given: Mapping[str, NDArray[Any]], count: int) -> tuple[dict[str, Ar
 
 
 def _keep(
-    values: Values, outputs: Outputs, alike: _Alike, found: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
+    values: Values, outputs: Outputs, alike: _Alike, tallies: Tallies, places: tuple[NDArray[Any], NDArray[np.bool_]]
 ) -> None:
     """Write the values of the cases that are judged."""
     chosen, judged = places
-    tally, at, duration = picked(found, judged), chosen[judged], (alike.window[:, 1] - alike.window[:, 0])[judged]
+    tally, at, duration = picked(tallies, judged), chosen[judged], (alike.window[:, 1] - alike.window[:, 0])[judged]
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), alike.numbers.inertia[judged])
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}

@@ -52,10 +52,10 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
             continue
         k = dims.index(axis)
         before, after = (np.moveaxis(codes.values, k, 0)[part] for part in (slice(None, -1), slice(1, None)))
-        found = np.argwhere((before != after) & (before >= 0) & (after >= 0))
-        places = np.insert(found[:, 1:], k, found[:, 0], axis=1)
-        rows = {"along": np.full(len(found), axis), "below": values[found[:, 0]], "above": values[found[:, 0] + 1]}
-        rows |= {"from": words[before[tuple(found.T)]], "to": words[after[tuple(found.T)]]}
+        edges = np.argwhere((before != after) & (before >= 0) & (after >= 0))
+        places = np.insert(edges[:, 1:], k, edges[:, 0], axis=1)
+        rows = {"along": np.full(len(edges), axis), "below": values[edges[:, 0]], "above": values[edges[:, 0] + 1]}
+        rows |= {"from": words[before[tuple(edges.T)]], "to": words[after[tuple(edges.T)]]}
         for name, (dim, column) in held.items():
             at = places[:, dims.index(dim)]
             rows[name] = midpoints(column)[at] if dim == axis and column.dtype.kind in "iuf" else column[at]
@@ -72,12 +72,12 @@ def regime_boundary(data: xr.Dataset, output: str | None = None) -> xr.Dataset:
 def _held(data: xr.Dataset, codes: xr.DataArray) -> dict[str, tuple[str, NDArray[Any]]]:
     """Every coordinate of an output: its dimension and its values; numbers for a dimension without one."""
     dims = [str(name) for name in codes.dims]
-    found = {
+    coordinates = {
         str(name): (str(values.dims[0]), np.asarray(values.values))
         for name, values in codes.coords.items()
         if len(values.dims) == 1 and str(values.dims[0]) in dims
     }
-    return found | {dim: (dim, np.arange(data.sizes[dim])) for dim in dims if dim not in found}
+    return coordinates | {dim: (dim, np.arange(data.sizes[dim])) for dim in dims if dim not in coordinates}
 
 
 def midpoints(values: NDArray[Any]) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ def swept(data: xr.Dataset) -> str:
 def swept_values(data: xr.Dataset) -> Array:
     """Return (N,) swept values; of several paths swept together those of the first by name, as in figures."""
     axis = swept(data)
-    together = sorted(str(name) for name, each in data.coords.items() if each.dims == (axis,) and name != axis)
+    together = sorted(str(name) for name, coord in data.coords.items() if coord.dims == (axis,) and name != axis)
     values = np.asarray(data[together[0] if together else axis].values)
     return np.asarray(values if values.dtype.kind in "iuf" else data[axis].values, dtype=np.float64)
 
@@ -67,7 +67,7 @@ def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
     if data.sizes["direction"] < 2:
         return None
     grid = data["outcome"].isel(direction=0)
-    found = np.full(grid.shape, -1, dtype=np.int8)
+    differs = np.full(grid.shape, -1, dtype=np.int8)
     for at in np.ndindex(grid.shape):
         here = data.isel(dict(zip(map(str, grid.dims), at, strict=True)))
         up, down = (here.isel(direction=i) for i in range(2))
@@ -75,11 +75,11 @@ def hysteresis(data: xr.Dataset) -> xr.DataArray | None:
         if any(int(one["outcome"]) != DONE for one in (up, down)):
             continue
         if kinds == {_PERIODIC}:
-            found[at] = apart(orbit_at(up), orbit_at(down)) > SAME
+            differs[at] = apart(orbit_at(up), orbit_at(down)) > SAME
         elif kinds == {_PERIODIC, 1}:
-            found[at] = 1
+            differs[at] = 1
     flags = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": " ".join(MOTIONS), "units": ""}
-    return xr.DataArray(found, dims=grid.dims, attrs=flags)
+    return xr.DataArray(differs, dims=grid.dims, attrs=flags)
 
 
 @dataclass(frozen=True)
@@ -128,21 +128,21 @@ def stretches(data: xr.Dataset) -> list[Stretch]:
     values = swept_values(data)
     motions, verdicts = words_of(data["motion"]), words_of(data["verdict"]) if "verdict" in data else ()
     outcomes = words_of(data["outcome"])
-    found: list[Stretch] = []
+    collected: list[Stretch] = []
     for i, value in enumerate(values.tolist()):
         outcome = int(data["outcome"].values[i])
         if outcome == DONE:
             code, number = int(data["motion"].values[i]), float(data["period"].values[i])
             period = int(number) if np.isfinite(number) else 0
-            told = (motions[code], period, verdicts[int(data["verdict"].values[i])] if verdicts else "")
+            description = (motions[code], period, verdicts[int(data["verdict"].values[i])] if verdicts else "")
         else:
-            told = (outcomes[outcome].replace("_", " "), 0, "")
-        last = found[-1] if found else None
-        if last is not None and (last.motion, last.period, last.verdict) == told:
-            found[-1] = Stretch(last.low, value, *told, last.count + 1)
+            description = (outcomes[outcome].replace("_", " "), 0, "")
+        last = collected[-1] if collected else None
+        if last is not None and (last.motion, last.period, last.verdict) == description:
+            collected[-1] = Stretch(last.low, value, *description, last.count + 1)
         else:
-            found.append(Stretch(value, value, *told, 1))
-    return found
+            collected.append(Stretch(value, value, *description, 1))
+    return collected
 
 
 def sweeps_of(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
@@ -150,10 +150,10 @@ def sweeps_of(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     import itertools
 
     others = [str(name) for name in data["outcome"].dims[1:-1]]
-    found = []
+    sweeps = []
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
         here = data.isel(dict(zip(others, at, strict=True)))
         held = [_said(here, name) for name in others]
         for i, way in enumerate(data["direction"].values):
-            found.append((", ".join([*held, str(way)]), here.isel(direction=i)))
-    return found
+            sweeps.append((", ".join([*held, str(way)]), here.isel(direction=i)))
+    return sweeps

@@ -41,7 +41,7 @@ class Computed:
     messages: dict[tuple[int, ...], str]
 
 
-def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], None] | None = None) -> Computed:
+def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float], None] | None = None) -> Computed:
     """Compute every case of a chunk.
 
     Args:
@@ -51,11 +51,11 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], No
         told: called now and then, and after every case computed alone, with the finished share; what it raises ends
             the work.
     """
-    found = empty(plan, outputs, chunk)
-    values, done = batched(plan, outputs, chunk, told)
+    computed = empty(plan, outputs, chunk)
+    values, done = batched(plan, outputs, chunk, progress)
     for name, kept in values.items():
-        found.values[name][...] = kept.reshape(found.values[name].shape)
-    found.outcome.flat[np.flatnonzero(done)] = DONE
+        computed.values[name][...] = kept.reshape(computed.values[name].shape)
+    computed.outcome.flat[np.flatnonzero(done)] = DONE
     box = plan.box(chunk)
     for i, (at, changes) in enumerate(plan.cases(chunk) if not done.all() else ()):
         if done[i]:
@@ -65,16 +65,16 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, told: Callable[[float], No
             if of_case is None:
                 of_case = outputs.of(simulate(plan.model.with_(changes) if changes else plan.model, audit=False))
             for name, value in of_case.items():
-                found.values[name][at] = value
-            found.outcome[at] = DONE
+                computed.values[name][at] = value
+            computed.outcome[at] = DONE
         except Cancelled:
             raise
         except Exception as error:  # a case's failure is a result: any error at all is told, and the study goes on
-            found.outcome[at] = code_of(error)
-            found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
-        if told is not None:
-            told((i + 1) / found.outcome.size)
-    return found
+            computed.outcome[at] = code_of(error)
+            computed.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
+        if progress is not None:
+            progress((i + 1) / computed.outcome.size)
+    return computed
 
 
 def empty(plan: Plan, outputs: Outputs, chunk: int, outcome: int = MISSING) -> Computed:

@@ -1,10 +1,10 @@
-"""Whether a place may take a study, and the right to write there: one program at a time.
+"""Whether a storage location may take a study, and the right to write there: one program at a time.
 
 Asked before anything is computed, and again when the study begins there. A folder is locked while a study is under way;
 an address cannot be. There ``study.json`` is put by one program alone, and two that resume the same study compute the
 same.
 
-Takes a Place; raises.
+Takes a Storage; raises.
 """
 
 from __future__ import annotations
@@ -16,119 +16,119 @@ from typing import Any
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused
 from gearrattle.formats import check_format
-from gearrattle.studies.places import Place
+from gearrattle.studies.storage import Storage
 from gearrattle.writing import Lock, sweep
 
 ABOUT = "study.json"
 """File of every study that says what it is of."""
 
 
-def check_place(place: Place, *, resume: bool) -> None:
-    """Refuse a place that holds anything but what is resumed.
+def check_storage(storage: Storage, *, resume: bool) -> None:
+    """Refuse a storage location that holds anything but what is resumed.
 
     Args:
-        place: a folder or what lies behind an address; it need not exist.
+        storage: a folder or what lies behind an address; it need not exist.
         resume: whether it may hold a study already.
 
     Raises:
         ModelError: it holds a study and ``resume`` is not set, or something else.
         NotADirectoryError: it is a file, or lies below one.
     """
-    if place.local is not None:
-        anchor = place.local.absolute()
+    if storage.local is not None:
+        anchor = storage.local.absolute()
         while not anchor.exists() and anchor != anchor.parent:
             anchor = anchor.parent
         if not anchor.is_dir():
             raise NotADirectoryError(20, "a file stands where a folder is needed", str(anchor))
-    if place.exists(ABOUT):
+    if storage.exists(ABOUT):
         if not resume:
-            raise holds_one(place)
-    elif not place.is_empty():
-        raise ModelError(Problem(place.address, "", "is not empty, and no study", "give another folder"))
+            raise holds_one(storage)
+    elif not storage.is_empty():
+        raise ModelError(Problem(storage.address, "", "is not empty, and no study", "give another folder"))
 
 
-def holds_one(place: Place) -> ModelError:
-    """Return what to say of a place that holds a study already."""
-    return ModelError(Problem(place.address, "", "holds a study already", "resume it, or give another folder"))
+def holds_one(storage: Storage) -> ModelError:
+    """Return what to say of a storage location that holds a study already."""
+    return ModelError(Problem(storage.address, "", "holds a study already", "resume it, or give another folder"))
 
 
 class Claim:
-    """The right to write a study into a place."""
+    """The right to write a study into a storage location."""
 
-    def __init__(self, place: Place, *, resume: bool) -> None:
+    def __init__(self, storage: Storage, *, resume: bool) -> None:
         """Take it, and see to what killed programs have left there.
 
         Raises:
-            ModelError: another program has it; and as ``check_place``.
-            OSError: the place cannot be written.
+            ModelError: another program has it; and as ``check_storage``.
+            OSError: the storage location cannot be written.
         """
-        check_place(place, resume=resume)
-        self._place = place
+        check_storage(storage, resume=resume)
+        self._storage = storage
         self._lock: Lock | None = None
-        if place.local is None:
+        if storage.local is None:
             return
-        place.make()
+        storage.make()
         try:
-            self._lock = Lock(place.local)
+            self._lock = Lock(storage.local)
         except Refused as error:
-            raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
+            raise ModelError(Problem(storage.address, "", error.rule, error.remedy)) from None
         try:
-            check_place(place, resume=resume)  # somebody may have begun meanwhile
+            check_storage(storage, resume=resume)  # somebody may have begun meanwhile
             for folder in ("", "done"):
-                sweep(place.local / folder)
-            for name in place.names(""):
+                sweep(storage.local / folder)
+            for name in storage.names(""):
                 if name.startswith((".handed-", ".touched-")):
-                    place.remove(name)
+                    storage.remove(name)
         except BaseException:
             self.release()
             raise
 
     def check(self) -> None:
-        """Refuse to go on where a later study of this program writes into the place.
+        """Refuse to go on where a later study of this program writes into the storage location.
 
         Raises:
             ModelError: it does.
         """
         if self._lock is not None and not self._lock.held:
             rule = "is written by another study of this program, which was begun later"
-            raise ModelError(Problem(self._place.address, "", rule, "go on with that one"))
+            raise ModelError(Problem(self._storage.address, "", rule, "go on with that one"))
 
     def release(self) -> None:
-        """Let others write into the place."""
+        """Let others write into the storage location."""
         if self._lock is not None:
             self._lock.release()
 
 
-def about_in(place: Place) -> dict[str, Any]:
+def about_in(storage: Storage) -> dict[str, Any]:
     """Return what ``study.json`` says.
 
     Raises:
         ModelError: it is damaged.
     """
     try:
-        about = json.loads(place.read(ABOUT))
+        about = json.loads(storage.read(ABOUT))
         if isinstance(about, dict) and isinstance(about["owner"], dict):
             return about
     except FileNotFoundError:
         raise
     except Refused as error:
-        raise ModelError(Problem(f"{place.address}: {ABOUT}", "", error.rule, error.remedy)) from None
+        raise ModelError(Problem(f"{storage.address}: {ABOUT}", "", error.rule, error.remedy)) from None
     except (ValueError, KeyError, RecursionError):
         pass
     rule = "does not say what study the folder holds: it is damaged"
-    raise ModelError(Problem(f"{place.address}: {ABOUT}", "", rule, "give another folder"))
+    raise ModelError(Problem(f"{storage.address}: {ABOUT}", "", rule, "give another folder"))
 
 
-def check_owner(place: Place, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
+def check_owner(storage: Storage, owner: Mapping[str, str], kind: str) -> dict[str, Any]:
     """Return what ``study.json`` says, if it is of this study.
 
     Raises:
         ModelError: it is of another, damaged, or of a format (``formats``) that is not that of this kind.
     """
-    about = about_in(place)
-    check_format(about["owner"].get("format", ""), f"{place.address}/{ABOUT}", kind)
+    about = about_in(storage)
+    check_format(about["owner"].get("format", ""), f"{storage.address}/{ABOUT}", kind)
     changed = [key for key in {**owner, **about["owner"]} if about["owner"].get(key) != owner.get(key)]
     if changed:
         rule = f"holds another study: {', '.join(changed)} differ; only the same gives the same bits"
-        raise ModelError(Problem(place.address, "", rule, "give another folder"))
+        raise ModelError(Problem(storage.address, "", rule, "give another folder"))
     return about

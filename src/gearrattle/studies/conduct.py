@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
-from gearrattle.studies.claims import check_place
+from gearrattle.studies.claims import check_storage
 from gearrattle.studies.pace import Cost
-from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.prepared import Done, Progress
 from gearrattle.studies.schedulers import Scheduler, check_scheduler, opened
+from gearrattle.studies.storage import Address, Storage, storage_of
 from gearrattle.writing import temporary_folder
 
 if TYPE_CHECKING:
@@ -69,28 +69,28 @@ def conduct(
     retry_failed: bool = False,
 ) -> xr.Dataset:
     """Prepare a study and carry it out; options and errors as of ``study``."""
-    with _place_for(output, scheduler, workers, resume=resume) as place:
+    with _storage_for(output, scheduler, workers, resume=resume) as storage:
         study = prepare()
         count = workers or study.sensible()
-        with opened(scheduler or study.scheduler, workers, study.sensible(), shared=place.shared) as compute:
+        with opened(scheduler or study.scheduler, workers, study.sensible(), shared=storage.shared) as compute:
             done = study.carry_out(
-                place, compute, resume=resume, retry_failed=retry_failed, progress=progress, workers=count
+                storage, compute, resume=resume, retry_failed=retry_failed, progress=progress, workers=count
             )
     return done.data
 
 
 @contextmanager
-def _place_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Place]:
-    """Give the place that was asked for, or one that does not outlive the study.
+def _storage_for(output: Address | None, scheduler: Any, workers: int | None, *, resume: bool) -> Iterator[Storage]:
+    """Give the storage location that was asked for, or one that does not outlive the study.
 
-    Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``place_of`` and
-    ``check_place``.
+    Refuses at once what needs no computation to be refused: errors as of ``check_scheduler``, ``storage_of`` and
+    ``check_storage``.
     """
     check_scheduler(scheduler, workers)
     if output is not None:
-        place = place_of(output)
-        check_place(place, resume=resume)
-        yield place
+        storage = storage_of(output)
+        check_storage(storage, resume=resume)
+        yield storage
         return
     with temporary_folder() as home:
-        yield place_of(home / "study")
+        yield storage_of(home / "study")

@@ -116,7 +116,7 @@ DESIGNS: Mapping[str, Design] = {
 
 SAMPLES = Count()
 """How many points are drawn."""
-METHODS = tuple(name for name, each in DESIGNS.items() if each.counted and not each.paired)
+METHODS = tuple(name for name, design in DESIGNS.items() if design.counted and not design.paired)
 """Those whose points are independent of each other."""
 METHOD = Choice(METHODS)
 

@@ -40,10 +40,10 @@ from gearrattle.studies.cases import DONE, Computed, code_of, empty
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.outputs import along_all, check_names, outputs_of
 from gearrattle.studies.pace import seconds_alone
-from gearrattle.studies.places import File
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress
 from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
+from gearrattle.studies.storage import File
 from gearrattle.studies.store import Store, Told
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import check_paths, first_run
@@ -83,9 +83,9 @@ class Sweeps(Plan):
 
     def changes(self, at: tuple[int, ...]) -> dict[str, Any]:
         """Return what one case changes; its direction is no value of the model."""
-        found = super().changes(at)
-        del found[DIRECTION]
-        return found
+        changes = super().changes(at)
+        del changes[DIRECTION]
+        return changes
 
     def rises(self, chunk: int) -> bool:
         """Return whether a sweep goes through the values in their order."""
@@ -107,9 +107,9 @@ class Diagram(Prepared):
 
     def completed(self, store: Store) -> xr.Dataset:
         """Tell where both directions end in different motions, and keep that as well."""
-        found = hysteresis(store.dataset())
-        if found is not None:
-            store.add(found.to_dataset(name="motions"))
+        swept = hysteresis(store.dataset())
+        if swept is not None:
+            store.add(swept.to_dataset(name="motions"))
         return store.dataset()
 
 
@@ -137,7 +137,7 @@ def prepare(
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
     base = settled(base, grid)
     others, swept = axes_of(axes or {}, base), axes_of({path: values}, base)
-    check_paths([each for axis in (*others, *swept) for each in axis.values])
+    check_paths([value for axis in (*others, *swept) for value in axis.values])
     _check_order(swept[0])
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     points = min(kept, MOST_POINTS)
@@ -151,15 +151,15 @@ def prepare(
     structures = structures_of(plan)
     check_names(outputs, structures)
     run, seconds = first_run(plan)
-    told = outputs_of(outputs, run, others=structures)
+    kept_outputs = outputs_of(outputs, run, others=structures)
     states = len(relative_coordinates(assemble(base).system).elements) + len(base.inertias)
     units = tuple(unit_of(name, base) for name in chosen.names)
     ends = tuple(inertia.name for inertia in base.inertias)
-    chosen_outputs = along_all(told.chosen, run, ends)
-    found = Sections(
+    chosen_outputs = along_all(kept_outputs.chosen, run, ends)
+    sections = Sections(
         chosen_outputs, None, (), chosen, units, points, float(tolerance), MOST_PERIOD, states, ends, own_units(base)
     )
-    return Diagram(plan, found, seconds_alone(plan, found.of, run, seconds), sweep)
+    return Diagram(plan, sections, seconds_alone(plan, sections.of, run, seconds), sweep)
 
 
 def bifurcation(
@@ -254,8 +254,8 @@ class _Reached:
     def read(self, file: File) -> None:
         """Take over what was kept; what is missing or damaged is not."""
         try:
-            with np.load(io.BytesIO(file.read_bytes())) as found:
-                kept = {name: found[name] for name in found.files}
+            with np.load(io.BytesIO(file.read_bytes())) as archive:
+                kept = {name: archive[name] for name in archive.files}
             said = json.loads(str(kept["said"]))
             values = {name: kept[f"value {name}"] for name in self.computed.values}
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
@@ -266,7 +266,7 @@ class _Reached:
         self.state = state or None
 
 
-def sweep(store: Store, chunk: int, told: Told | None) -> Computed:
+def sweep(store: Store, chunk: int, progress: Told | None) -> Computed:
     """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
     plan, outputs = store.plan, store.outputs
     assert isinstance(plan, Sweeps)
@@ -277,23 +277,23 @@ def sweep(store: Store, chunk: int, told: Told | None) -> Computed:
     reached.read(store.part(chunk))
     kept = time.monotonic()
     for at, changes in cases[reached.count :]:
-        found = reached.computed
+        computed = reached.computed
         try:
             run = simulate(plan.model.with_(changes), initial=reached.state, audit=False)
             for name, value in outputs.of(run).items():
-                found.values[name][at] = value
-            found.outcome[at] = DONE
+                computed.values[name][at] = value
+            computed.outcome[at] = DONE
             end = run.trajectory
             reached.state = {"angle": end.angle[-1].tolist(), "velocity": end.velocity[-1].tolist()}
         except Cancelled:
             raise
         except Exception as error:  # as in a grid: a failure is a result
-            found.outcome[at] = code_of(error)
-            found.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
+            computed.outcome[at] = code_of(error)
+            computed.messages[at] = " ".join(f"{error}".split()) or type(error).__name__
         reached.count += 1
         if time.monotonic() - kept > _KEEP_EVERY:
             reached.keep(store.part(chunk))
             kept = time.monotonic()
-        if told is not None:
-            told(reached.count / len(cases))
+        if progress is not None:
+            progress(reached.count / len(cases))
     return reached.computed

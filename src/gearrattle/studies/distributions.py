@@ -67,7 +67,7 @@ class Distribution:
         return np.asarray(p["median"] * np.exp(np.log(p["factor"]) * standard))
 
 
-def distributions_of(given: Mapping[str, Any], model: Model) -> tuple[Distribution, ...]:
+def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribution, ...]:
     """Read distributions.
 
     Args:
@@ -78,15 +78,15 @@ def distributions_of(given: Mapping[str, Any], model: Model) -> tuple[Distributi
         ModelError: everything that is wrong with them.
     """
     problems: list[Problem] = []
-    found = []
-    for path, table in checked(AnyTable(), given, "vary").items():
+    distributions = []
+    for path, table in checked(AnyTable(), tables, "vary").items():
         try:
-            found.append(_distribution(path, table, model))
+            distributions.append(_distribution(path, table, model))
         except ModelError as error:
             problems += [Problem(f"vary {path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
     if problems:
         raise ModelError(problems)
-    return tuple(found)
+    return tuple(distributions)
 
 
 def _distribution(path: str, table: Any, model: Model) -> Distribution:
@@ -110,10 +110,10 @@ def _distribution(path: str, table: Any, model: Model) -> Distribution:
         p["cut"] = table.get("cut", CUT)
     numbers = {key: checked(Plain(), value, key) for key, value in p.items()}
     _check(kind, numbers)
-    found = Distribution(path, kind, numbers)
-    for end in found.quantile(np.array([0.0, 1.0])).tolist():
+    distribution = Distribution(path, kind, numbers)
+    for end in distribution.quantile(np.array([0.0, 1.0])).tolist():
         in_si(path, end, model)
-    return found
+    return distribution
 
 
 def _si(path: str, key: str, value: Any, model: Model) -> Any:
@@ -152,6 +152,6 @@ def sampled(
         base: (d,) the model's own values, for methods that go out from them.
     """
     shares = DESIGNS[method].shares(len(distributions), count, seed)
-    columns = [each.quantile(column) for each, column in zip(distributions, shares.T, strict=True)]
+    columns = [distribution.quantile(column) for distribution, column in zip(distributions, shares.T, strict=True)]
     points = np.column_stack(columns)
     return points if base is None else np.where(np.isnan(shares), base, points)

@@ -30,9 +30,9 @@ from gearrattle.studies.evolution import front_of, hypervolume
 from gearrattle.studies.goals import SENSES, Constraint, Objective
 from gearrattle.studies.kept import RESULTS
 from gearrattle.studies.outputs import Outputs
-from gearrattle.studies.places import Place
 from gearrattle.studies.plan import SAMPLE
 from gearrattle.studies.ranges import Range
+from gearrattle.studies.storage import Storage
 from gearrattle.wording import counted
 from gearrattle.writing import staged
 
@@ -53,10 +53,10 @@ VARIABLES = ("value", "violation", "front", "exact", "certified", "born", "best"
 def valued(data: xr.Dataset, goals: Goals, models: Callable[[int], Model]) -> tuple[Array, Array]:
     """Return what designs are worth: (n, objectives), all to be small, and (n,) the sum of their violations."""
     objectives, constraints = goals
-    columns = [SENSES[each.sense] * each.quantity.values(data, models) for each in objectives]
+    columns = [SENSES[objective.sense] * objective.quantity.values(data, models) for objective in objectives]
     violation = np.zeros(data["outcome"].size)
-    for each in constraints:
-        violation = violation + each.violation(each.quantity.values(data, models))
+    for constraint in constraints:
+        violation = violation + constraint.violation(constraint.quantity.values(data, models))
     return np.column_stack(columns), violation
 
 
@@ -80,7 +80,7 @@ def finished(
 
     model, outputs = of
     joined = xr.concat(parts, SAMPLE, coords="minimal", compat="override", join="override").rename({SAMPLE: DESIGN})
-    paths = [each.path for each in ranges]
+    paths = [variable.path for variable in ranges]
     born = np.repeat(np.arange(len(parts)), [part.sizes[SAMPLE] for part in parts])
     at = np.column_stack([joined[path].values for path in paths])
 
@@ -91,7 +91,7 @@ def finished(
     feasible = (violation == 0.0) & np.isfinite(values).all(axis=1)
     on = _front(values, feasible)
     grown, best, (ideal, reference) = _growth(values, feasible, on, born)
-    signs = np.array([SENSES[each.sense] for each in goals[0]])
+    signs = np.array([SENSES[goal.sense] for goal in goals[0]])
     exact, certified = _certified(
         np.flatnonzero(on), designed, goals, lambda run: _alone(parts[0], outputs, run), values
     )
@@ -102,13 +102,13 @@ def finished(
         certified=(DESIGN, certified), best=(("generation", "objective"), best * signs),
         hypervolume=("generation", grown),
     ).assign_coords({
-        "born": (DESIGN, born), "objective": [each.quantity.label for each in goals[0]],
+        "born": (DESIGN, born), "objective": [goal.quantity.label for goal in goals[0]],
         **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
     })  # fmt: skip
     attributes = {
-        KIND: "study", "kind": "optimization", "variables": paths, "low": [each.low for each in ranges],
-        "high": [each.high for each in ranges], "log": [int(each.log) for each in ranges],
-        "senses": [each.sense for each in goals[0]], "units": [each.quantity.unit for each in goals[0]],
+        KIND: "study", "kind": "optimization", "variables": paths, "low": [variable.low for variable in ranges],
+        "high": [variable.high for variable in ranges], "log": [int(variable.log) for variable in ranges],
+        "senses": [goal.sense for goal in goals[0]], "units": [goal.quantity.unit for goal in goals[0]],
         "constraints": [each.words for each in goals[1]], "best": chosen,
         "ideal": (ideal * signs).tolist(), "reference": (reference * signs).tolist(), **settings,
     }  # fmt: skip
@@ -169,10 +169,10 @@ def _certified(
         try:
             model = designed(i)
             run = simulate(model, algorithm="exact", audit=True)
-            found = like(run)
+            confirmed = like(run)
         except GearRattleError:
             continue
-        alone, violation = valued(found, goals, lambda _, model=model: model)  # type: ignore[misc]
+        alone, violation = valued(confirmed, goals, lambda _, model=model: model)  # type: ignore[misc]
         exact[i] = alone[0]
         residual = run.cost.energy_residual
         same = np.abs(exact[i] - values[i]) <= _SAME * np.maximum(np.abs(values[i]), 1e-300)
@@ -182,21 +182,21 @@ def _certified(
 
 def _alone(like: xr.Dataset, outputs: Outputs, run: Run) -> xr.Dataset:
     """What one run gives, as a Dataset like that of a generation, of one design."""
-    found = like.isel({SAMPLE: [0]}).copy(deep=True)
+    dataset = like.isel({SAMPLE: [0]}).copy(deep=True)
     for name, value in outputs.of(run).items():
-        found[name].values[0] = value
-    return found
+        dataset[name].values[0] = value
+    return dataset
 
 
-def written(data: xr.Dataset, model: Model, place: Place) -> None:
+def written(data: xr.Dataset, model: Model, storage: Storage) -> None:
     """Replace what an optimisation has come to, all or nothing on a folder.
 
     All designs go to results.zarr, as ``open_study`` reads it, the best to best.toml, and the front, by its first
     objective, to front/001.toml and so on.
     """
     names = [str(name) for name in data.coords if name not in data.dims]
-    words = {str(name): each for name, each in data.coords.items() if each.dtype.kind in "OUT"}
-    texts = {name: (each.dims, each.values.astype(_WORDS)) for name, each in words.items()}
+    words = {str(name): coord for name, coord in data.coords.items() if coord.dtype.kind in "OUT"}
+    texts = {name: (variable.dims, variable.values.astype(_WORDS)) for name, variable in words.items()}
     order = [str(name) for name in data]
     whole = (
         data.drop_encoding()
@@ -209,7 +209,7 @@ def written(data: xr.Dataset, model: Model, place: Place) -> None:
         return model.with_({path: float(data[path][i]) for path in paths}).to_toml().encode()
 
     members = in_order(data)
-    with staged(place.local, partial(_sent, place, len(members))) as folder:
+    with staged(storage.local, partial(_sent, storage, len(members))) as folder:
         whole.to_zarr(str(folder / RESULTS), mode="w", consolidated=False)
         (folder / "front").mkdir()
         for rank, i in enumerate(members):
@@ -218,13 +218,13 @@ def written(data: xr.Dataset, model: Model, place: Place) -> None:
             (folder / "best.toml").write_bytes(text(int(data.attrs["best"])))
 
 
-def _sent(place: Place, members: int, folder: Path) -> None:
+def _sent(storage: Storage, members: int, folder: Path) -> None:
     """Send the files of a folder to an address: there is nothing to open until all of them are there."""
-    place.remove(f"{RESULTS}/zarr.json")
-    for name in place.names("front"):  # of an earlier, larger front
+    storage.remove(f"{RESULTS}/zarr.json")
+    for name in storage.names("front"):  # of an earlier, larger front
         if name.endswith(".toml") and name[:-5].isdigit() and int(name[:-5]) > members:
-            place.remove(f"front/{name}")
-    place.take(folder)
+            storage.remove(f"front/{name}")
+    storage.take(folder)
 
 
 def in_order(data: xr.Dataset) -> list[int]:

@@ -78,8 +78,8 @@ class Constraint:
     def words(self) -> str:
         """The limits, as a sentence says them."""
         limits = (("at most", self.below), ("at least", self.above))
-        told = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
-        return f"{self.quantity.label} {' and '.join(told)}"
+        parts = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+        return f"{self.quantity.label} {' and '.join(parts)}"
 
     def violation(self, values: Array) -> Array:
         """Return (n,) by how much values miss the limits, in units of the limit; 0 within, NaN without a value."""
@@ -88,7 +88,7 @@ class Constraint:
         return np.where(np.isnan(values), np.nan, np.maximum(np.maximum(over, under), 0.0))
 
 
-def objectives_of(given: Mapping[str, Any], outputs: Outputs) -> tuple[Objective, ...]:
+def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objective, ...]:
     """Read objectives.
 
     Args:
@@ -98,21 +98,21 @@ def objectives_of(given: Mapping[str, Any], outputs: Outputs) -> tuple[Objective
     Raises:
         ModelError: everything that is wrong with them.
     """
-    problems, found = [], []
-    if not checked(AnyTable(), given, "objectives"):
+    problems, objectives = [], []
+    if not checked(AnyTable(), requested, "objectives"):
         problems.append(Problem("objectives", "none", "an optimisation needs one at least", 'for example {...: "min"}'))
-    for label, sense in given.items():
+    for label, sense in requested.items():
         try:
             quantity = _quantity(f"objective {label}", label, outputs, small=sense == "min")
-            found.append(Objective(quantity, checked(Choice(tuple(SENSES)), sense, f"objective {label}")))
+            objectives.append(Objective(quantity, checked(Choice(tuple(SENSES)), sense, f"objective {label}")))
         except ModelError as error:
             problems += error.problems
     if problems:
         raise ModelError(problems)
-    return tuple(found)
+    return tuple(objectives)
 
 
-def constraints_of(given: Mapping[str, Any], outputs: Outputs, model: Model) -> tuple[Constraint, ...]:
+def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model) -> tuple[Constraint, ...]:
     """Read constraints.
 
     Args:
@@ -124,33 +124,33 @@ def constraints_of(given: Mapping[str, Any], outputs: Outputs, model: Model) -> 
         ModelError: everything that is wrong with them.
     """
     problems: list[Problem] = []
-    found = []
-    for label, table in checked(AnyTable(), given, "constraints").items():
+    constraints = []
+    for label, table in checked(AnyTable(), requested, "constraints").items():
         try:
-            found.append(_constraint(label, table, outputs, model))
+            constraints.append(_constraint(label, table, outputs, model))
         except ModelError as error:
             problems += error.problems
     if problems:
         raise ModelError(problems)
-    return tuple(found)
+    return tuple(constraints)
 
 
 def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Constraint:
-    place = f"constraint {label}"
+    location = f"constraint {label}"
     if not isinstance(table, Mapping) or not {"below", "above"} & set(table):
-        raise ModelError(Problem(place, shown(table), "must say below, above or both", "for example { below = 2.0 }"))
+        raise ModelError(Problem(location, shown(table), "must say below, above or both", "for example { below = 2.0 }"))
     unknown = [key for key in table if key not in ("below", "above", "of")]
     if unknown:
         remedy = did_you_mean(unknown[0], ("below", "above", "of"))
-        raise ModelError(Problem(place, unknown[0], "a constraint has below, above, of", remedy))
+        raise ModelError(Problem(location, unknown[0], "a constraint has below, above, of", remedy))
     limits = (table.get("below"), table.get("above"))
-    below, above = (None if value is None else checked(Plain(), value, place) for value in limits)
+    below, above = (None if value is None else checked(Plain(), value, location) for value in limits)
     if below is not None and above is not None and not above < below:
-        raise ModelError(Problem(place, f"above {above:g}, below {below:g}", "leaves nothing between"))
+        raise ModelError(Problem(location, f"above {above:g}, below {below:g}", "leaves nothing between"))
     if "of" not in table:
-        return Constraint(_quantity(place, label, outputs, small=below is not None), below, above)
+        return Constraint(_quantity(location, label, outputs, small=below is not None), below, above)
     if not callable(table["of"]):
-        raise ModelError(Problem(place, shown(table["of"]), "of must be a function that takes a Model"))
+        raise ModelError(Problem(location, shown(table["of"]), "of must be a function that takes a Model"))
     _called(table["of"], label, model)
     return Constraint(Quantity(label, of=table["of"]), below, above)
 
@@ -162,7 +162,7 @@ def _called(function: Callable[[Model], float], label: str, model: Model) -> flo
     return float(value)
 
 
-def _quantity(place: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
+def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Quantity:
     """Return what a label names.
 
     Args:
@@ -173,18 +173,18 @@ def _quantity(place: str, label: str, outputs: Outputs, *, small: bool) -> Quant
     """
     known = labels_of(outputs)
     if label not in known:
-        output = next((each for each in outputs.all if each.name == label), None)
+        output = next((candidate for candidate in outputs.all if candidate.name == label), None)
         if output is not None:
             several = ", ".join(f'"{subject}: {label}"' for subject in output.applies_to)
-            raise ModelError(Problem(place, f'"{label}"', "is of several parts", f"name one: {several}"))
+            raise ModelError(Problem(location, f'"{label}"', "is of several parts", f"name one: {several}"))
         rule = f"the study has no such output; it has {', '.join(known)}"
-        raise ModelError(Problem(place, f'"{label}"', rule, did_you_mean(label, tuple(known))))
+        raise ModelError(Problem(location, f'"{label}"', rule, did_you_mean(label, tuple(known))))
     output, subject = known[label]
     if small and not output.can_rank:
         rule = f"has no value where there is {output.lacking}, so such a design could not win"
         largest = label.replace("mean ", "largest ")
         remedy = f'take "{largest}", which is 0 there' if largest != label else "take an output that every motion has"
-        raise ModelError(Problem(place, f'"{label}"', rule, remedy))
+        raise ModelError(Problem(location, f'"{label}"', rule, remedy))
     units = dict(zip(output.applies_to, output.unit, strict=False)) if output.subjects else {"": output.unit[0]}
     unit = units.get(subject, output.unit[0])
     return Quantity(label, output.name, subject, None, "" if unit == "1" else unit)
@@ -192,13 +192,13 @@ def _quantity(place: str, label: str, outputs: Outputs, *, small: bool) -> Quant
 
 def labels_of(outputs: Outputs) -> dict[str, tuple[Output, str]]:
     """Return every label an output can be named by, with its subject."""
-    found: dict[str, tuple[Output, str]] = {}
+    labels: dict[str, tuple[Output, str]] = {}
     for output in outputs.all:
         subjects = [str(subject) for subject in output.applies_to] if output.dimension else [""]
-        found |= {f"{subject}: {output.name}" if subject else output.name: (output, subject) for subject in subjects}
+        labels |= {f"{subject}: {output.name}" if subject else output.name: (output, subject) for subject in subjects}
         if len(subjects) == 1:
-            found[output.name] = (output, subjects[0])
-    return found
+            labels[output.name] = (output, subjects[0])
+    return labels
 
 
 def named_outputs(labels: list[str]) -> list[str]:

@@ -76,9 +76,9 @@ def indices(y: Array, d: int, method: str, level: float = 0.95) -> Indices:
     ends = blocks[:, [0, -1]]
     if len(blocks) < _FEWEST or np.ptp(ends) <= 1e-12 * np.abs(ends).max():
         return Indices(nothing, nothing, nothing, nothing, pairs, pairs, len(blocks))
-    found = _analyzed(blocks.ravel(), d, method == PAIRS, level)
-    second, second_half = (_symmetric(found[key]) if key in found else pairs for key in ("S2", "S2_conf"))
-    first, around, total, about = (np.array(found[key], dtype=np.float64) for key in _FOUND)
+    estimates = _analyzed(blocks.ravel(), d, method == PAIRS, level)
+    second, second_half = (_symmetric(estimates[key]) if key in estimates else pairs for key in ("S2", "S2_conf"))
+    first, around, total, about = (np.array(estimates[key], dtype=np.float64) for key in _FOUND)
     return Indices(first, around, total, about, second, second_half, len(blocks))
 
 
@@ -104,8 +104,8 @@ def _by_salib(y: Array, d: int, pairs: bool, level: float) -> dict[str, Array]:
         raise NotInstalled(Problem("data", "", rule, "pip install 'gearrattle[studies]'")) from None
     cube = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
     drawn = np.random.default_rng(0)  # a generator: SALib takes a seed of 0 for none
-    found = analyze(cube, y, pairs, num_resamples=RESAMPLES, conf_level=level, seed=drawn)
-    return {key: np.asarray(found[key]) for key in found}
+    estimates = analyze(cube, y, pairs, num_resamples=RESAMPLES, conf_level=level, seed=drawn)
+    return {key: np.asarray(estimates[key]) for key in estimates}
 
 
 def _symmetric(upper: Array) -> Array:

@@ -7,7 +7,7 @@
 The markers say what counts. Results without a marker, or other than their checksums say, are shown as missing: a power
 cut may have taken some of them.
 
-Takes a Place; gives an xarray Dataset.
+Takes a Storage; gives an xarray Dataset.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from gearrattle.formats import check_format
 from gearrattle.result import KIND
 from gearrattle.studies.cases import MISSING
 from gearrattle.studies.claims import ABOUT, about_in
-from gearrattle.studies.places import Address, Place, place_of
+from gearrattle.studies.storage import Address, Storage, storage_of
 from gearrattle.wording import counted
 from gearrattle.writing import sweep
 
@@ -44,31 +44,31 @@ RESULTS, DONE_FOLDER = "results.zarr", "done"
 _REMEDY = "resume the study, or give another folder"
 
 
-def markers_in(place: Place) -> set[int]:
-    """Return the chunks that have a marker in a place."""
-    found = (name.removesuffix(".json") for name in place.names(DONE_FOLDER) if name.endswith(".json"))
-    return {int(stem) for stem in found if stem.isdigit()}
+def markers_in(storage: Storage) -> set[int]:
+    """Return the chunks that have a marker in a storage location."""
+    stems = (name.removesuffix(".json") for name in storage.names(DONE_FOLDER) if name.endswith(".json"))
+    return {int(stem) for stem in stems if stem.isdigit()}
 
 
-def marker_in(place: Place, chunk: int) -> dict[str, Any]:
-    """Return what a chunk's marker in a place says; empty if it cannot be read."""
+def marker_in(storage: Storage, chunk: int) -> dict[str, Any]:
+    """Return what a chunk's marker in a storage location says; empty if it cannot be read."""
     try:
-        said = json.loads(place.read(marker_name(chunk)))
+        said = json.loads(storage.read(marker_name(chunk)))
     except (OSError, ValueError):
         return {}
     return said if isinstance(said, dict) else {}
 
 
-def messages_in(place: Place, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
+def messages_in(storage: Storage, shape: tuple[int, ...], box: tuple[int, ...]) -> dict[tuple[int, ...], str]:
     """Return why cases failed, by their place in a grid of this shape whose chunks have the shape ``box``."""
-    found = {}
+    messages = {}
     along = [-(-length // taken) for length, taken in zip(shape, box, strict=True)]
-    for chunk in sorted(markers_in(place)):
+    for chunk in sorted(markers_in(storage)):
         begin = [int(i) * taken for i, taken in zip(np.unravel_index(chunk, along), box, strict=True)]
-        for at, text in marker_in(place, chunk).get("messages", {}).items():
+        for at, text in marker_in(storage, chunk).get("messages", {}).items():
             inside = [int(i) for i in at.split(",")] if at else []
-            found[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
-    return found
+            messages[tuple(i + b for i, b in zip(inside, begin, strict=True))] = text
+    return messages
 
 
 def failures_of(messages: Mapping[tuple[int, ...], str]) -> list[str]:
@@ -80,23 +80,23 @@ def messages_of(failures: Iterable[str]) -> dict[tuple[int, ...], str]:
     """Return why cases failed by their indices, from the attribute ``failures``."""
     parted = [failure.partition("): ") for failure in failures]
     places = [tuple(int(index) for index in at.strip("(").split(",") if index.strip()) for at, _, _ in parted]
-    return {place: text for place, (_, _, text) in zip(places, parted, strict=True)}
+    return {index: text for index, (_, _, text) in zip(places, parted, strict=True)}
 
 
-def is_whole(place: Place) -> bool:
-    """Return whether a place holds a study all of whose chunks are done."""
+def is_whole(storage: Storage) -> bool:
+    """Return whether a storage location holds a study all of whose chunks are done."""
     try:
-        return bool(len(markers_in(place)) == json.loads(place.read(ABOUT))["chunks"])
+        return bool(len(markers_in(storage)) == json.loads(storage.read(ABOUT))["chunks"])
     except (OSError, ValueError, KeyError):
         return False
 
 
 def kept_in(folder: Address) -> str:
-    """Return in words how much of a study a place holds; empty if it holds none."""
-    place = place_of(folder)
+    """Return in words how much of a study a storage location holds; empty if it holds none."""
+    storage = storage_of(folder)
     try:
-        chunks = json.loads(place.read(ABOUT))["chunks"]
-        return f"{len(markers_in(place))} of {counted(chunks, 'chunk')} are kept in {place.address}"
+        chunks = json.loads(storage.read(ABOUT))["chunks"]
+        return f"{len(markers_in(storage))} of {counted(chunks, 'chunk')} are kept in {storage.address}"
     except (OSError, ValueError, KeyError):
         return ""
 
@@ -114,31 +114,31 @@ def open_study(folder: Address) -> xr.Dataset:
     Raises:
         ModelError: there is no study, or it cannot be read, or is larger than what may be read.
     """
-    place = place_of(folder)
-    if place.local is not None:
-        sweep(place.local)  # an optimisation may have been killed while it replaced its results
-    if not place.exists(f"{RESULTS}/zarr.json"):
-        raise ModelError(Problem(place.address, "", "holds no study", "give the folder that a study was written to"))
+    storage = storage_of(folder)
+    if storage.local is not None:
+        sweep(storage.local)  # an optimisation may have been killed while it replaced its results
+    if not storage.exists(f"{RESULTS}/zarr.json"):
+        raise ModelError(Problem(storage.address, "", "holds no study", "give the folder that a study was written to"))
     try:
-        check_regular_files(place)
-        return loaded_from(place, limited=True)
+        check_regular_files(storage)
+        return loaded_from(storage, limited=True)
     except Refused as error:
-        raise ModelError(Problem(place.address, "", error.rule, error.remedy)) from None
+        raise ModelError(Problem(storage.address, "", error.rule, error.remedy)) from None
     except (ModelError, MemoryError, PermissionError):
         raise
     except Exception as error:  # what reads the parts of a damaged study complains as it likes
         words = " ".join(str(error).split())[:120] or type(error).__name__
         rule = "must be the folder of a study: it is damaged, or something else"
-        raise ModelError(Problem(place.address, words, rule, _REMEDY)) from None
+        raise ModelError(Problem(storage.address, words, rule, _REMEDY)) from None
 
 
-def check_regular_files(place: Place) -> None:
+def check_regular_files(storage: Storage) -> None:
     """Refuse a study whose results are not regular files within its folder: Zarr opens whatever is there.
 
     Raises:
         Refused: a pipe, a device, a socket, or a link to something outside.
     """
-    home = place.local
+    home = storage.local
     for root, folders, names in os.walk(home / RESULTS) if home is not None else ():
         assert home is not None
         for path in (Path(root) / name for name in (*folders, *names)):
@@ -147,44 +147,44 @@ def check_regular_files(place: Place) -> None:
                 raise Refused(f"{path.relative_to(home)} is no regular file", _REMEDY)
 
 
-def loaded_from(place: Place, *, limited: bool = False) -> xr.Dataset:
-    """Return the results in a place; ``limited``: refuse more than is read of a file."""
+def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
+    """Return the results in a storage location; ``limited``: refuse more than is read of a file."""
     import xarray as xr
     import zarr
 
     if limited:  # before xarray reads coordinates
-        group = zarr.open_group(place.zarr(RESULTS), mode="r")
+        group = zarr.open_group(storage.zarr(RESULTS), mode="r")
         within_limit(sum(array.nbytes for _, array in group.arrays()))
-    with xr.open_zarr(place.zarr(RESULTS), consolidated=False, chunks=None) as opened:
+    with xr.open_zarr(storage.zarr(RESULTS), consolidated=False, chunks=None) as opened:
         loaded = opened.load()
     if name := loaded.attrs.pop("format", ""):  # earlier versions named it in study.json alone
-        check_format(name, place.address, "study", "optimization")
-    about = about_in(place) if place.exists(ABOUT) else {}
+        check_format(name, storage.address, "study", "optimization")
+    about = about_in(storage) if storage.exists(ABOUT) else {}
     if about.get("owner", {}).get(OF) != loaded.attrs.pop(OF, about.get("owner", {}).get(OF)):
         rule = f"{RESULTS} holds another study than {ABOUT} says"
-        raise ModelError(Problem(place.address, "", rule, "put the results of this study back"))
+        raise ModelError(Problem(storage.address, "", rule, "put the results of this study back"))
     if "order" not in loaded.attrs:
-        raise ModelError(Problem(place.address, "", "holds a study that was stopped before it computed", "resume it"))
+        raise ModelError(Problem(storage.address, "", "holds a study that was stopped before it computed", "resume it"))
     grid = loaded[OUTCOME].shape
     box = loaded[OUTCOME].encoding.get("chunks") or grid
     if "chunks" in about:
-        _hide_unfinished(loaded, zarr.open_group(place.zarr(RESULTS), mode="r"), place, grid, box)
+        _hide_unfinished(loaded, zarr.open_group(storage.zarr(RESULTS), mode="r"), storage, grid, box)
     loaded.attrs.setdefault(KIND, "study")  # earlier versions did not name it
-    loaded.attrs.setdefault("failures", failures_of(messages_in(place, grid, box)))
+    loaded.attrs.setdefault("failures", failures_of(messages_in(storage, grid, box)))
     extra = [name for name in loaded.attrs.pop("other_coordinates", []) if name in loaded]
     order = list(loaded.attrs.pop("order"))
     ordered: xr.Dataset = loaded.set_coords(extra)[order]
     return ordered.drop_encoding()  # that of zarr: netCDF would take it for its own, and may not have it
 
 
-def _hide_unfinished(loaded: xr.Dataset, group: Any, place: Place, grid: tuple[int, ...], box: tuple[int, ...]) -> None:
+def _hide_unfinished(loaded: xr.Dataset, group: Any, storage: Storage, grid: tuple[int, ...], box: tuple[int, ...]) -> None:
     """Take the results of chunks out that have no marker, or are not what it says."""
     along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
-    names = [str(name) for name, found in loaded.data_vars.items() if found.shape[: len(grid)] == grid]
+    names = [str(name) for name, variable in loaded.data_vars.items() if variable.shape[: len(grid)] == grid]
     for chunk in range(prod(along)):
         at = np.unravel_index(chunk, along)
         where = tuple(slice(int(i) * taken, (int(i) + 1) * taken) for i, taken in zip(at, box, strict=True))
-        sums = marker_in(place, chunk).get("checksums") or {}
+        sums = marker_in(storage, chunk).get("checksums") or {}
         stored = {
             name: loaded[name].values[where] if loaded[name].dtype == group[name].dtype else group[name][where]
             for name in sums

@@ -49,8 +49,8 @@ def independent(data: xr.Dataset) -> xr.Dataset:
     method = sampling_of(data)
     if SAMPLE not in data.dims or method not in DESIGNS:
         return data
-    found = data.isel({SAMPLE: DESIGNS[method].independent(len(scattered(data)), data.sizes[SAMPLE])})
-    return found.assign_attrs(sampling="")  # what is left is no whole design
+    independent_cases = data.isel({SAMPLE: DESIGNS[method].independent(len(scattered(data)), data.sizes[SAMPLE])})
+    return independent_cases.assign_attrs(sampling="")  # what is left is no whole design
 
 
 def base_case(data: xr.Dataset) -> xr.Dataset:
@@ -95,8 +95,8 @@ def subject_names(data: xr.Dataset, output: str) -> list[str]:
 def units_of(data: xr.Dataset, output: str) -> dict[str, str]:
     """Units of an output by subject, "" for a plain number; one entry without a name if it has no subjects."""
     names, unit = subject_names(data, output), str(data[output].attrs.get("units", ""))
-    each = unit.split(", ") if ", " in unit else [unit] * len(names)
-    return {name: "" if one == "1" else one for name, one in zip(names, each, strict=True)}
+    units = unit.split(", ") if ", " in unit else [unit] * len(names)
+    return {name: "" if one == "1" else one for name, one in zip(names, units, strict=True)}
 
 
 def numbers_of(values: xr.DataArray) -> xr.DataArray:
@@ -126,15 +126,15 @@ def lacking_in(data: xr.Dataset) -> dict[tuple[str, str], int]:
 
     A case without impacts has 0 for the largest impact energy, and NaN for the mean: both count as "no impact".
     """
-    found: dict[tuple[str, str], int] = {}
+    counts: dict[tuple[str, str], int] = {}
     for output in outputs_in(data):
         lacking, absent = str(data[output].attrs.get("lacking", "")), data[output].attrs.get("absent")
         subject = subject_of(data, output)
         for name in subject_names(data, output) if lacking else ():
             values = values_of(data, output).sel({subject: name}) if subject else data[output]
             missing = (values.isnull() if isinstance(absent, str) else values == absent) & (data[OUTCOME] == DONE)
-            found.setdefault((name, lacking), int(missing.sum()))
-    return {key: count for key, count in found.items() if count}
+            counts.setdefault((name, lacking), int(missing.sum()))
+    return {key: count for key, count in counts.items() if count}
 
 
 def gaps_of(codes: xr.DataArray) -> xr.DataArray:

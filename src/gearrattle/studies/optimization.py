@@ -37,11 +37,11 @@ from gearrattle.studies.goals import Constraint, Objective, constraints_of, name
 from gearrattle.studies.kept import failures_of, is_whole
 from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
 from gearrattle.studies.pace import Cost, keeping, rounds, seconds_alone, seconds_together
-from gearrattle.studies.places import Address, Place, place_of
 from gearrattle.studies.plan import Plan, Samples
 from gearrattle.studies.prepared import Done, Progress, carry_out, fit_size, pays, span, workers_said
 from gearrattle.studies.ranges import Range, first_points, own_values, ranges_of
 from gearrattle.studies.schedulers import Scheduler, unreachable
+from gearrattle.studies.storage import Address, Storage, storage_of
 from gearrattle.studies.store import Store, check_array_names
 from gearrattle.studies.structures import structures_of
 from gearrattle.wording import counted
@@ -87,8 +87,8 @@ class Optimization:
         population, generations = self.size
         busy = min(workers or pays(scheduler, self.sensible()), self._generation_chunks())
         starting = _STARTING if (scheduler or self.scheduler) == "local" and busy > 1 else 0.0
-        each = starting + keeping(self._generation_chunks()) + self._generation_seconds(busy)
-        total = generations * each + self._certifying
+        per_generation = starting + keeping(self._generation_chunks()) + self._generation_seconds(busy)
+        total = generations * per_generation + self._certifying
         words = (
             f"{counted(population * generations, 'case')}, about {1e3 * self.seconds:.3g} ms each, in "
             f"{counted(generations, 'generation')} of {counted(population, 'design')}: "
@@ -122,14 +122,14 @@ class Optimization:
         return 1 if self.size[0] * self.seconds < _PAYS else os.cpu_count() or 1
 
     def kept(self, folder: Address) -> str:
-        """Return in words how many generations a place holds; empty if it holds no optimisation."""
-        place = place_of(folder)
-        if not place.exists(ABOUT):
+        """Return in words how many generations a storage location holds; empty if it holds no optimisation."""
+        storage = storage_of(folder)
+        if not storage.exists(ABOUT):
             return ""
         whole = 0
-        while whole < self.size[1] and is_whole(_generation(place, whole)):
+        while whole < self.size[1] and is_whole(_generation(storage, whole)):
             whole += 1
-        return f"{whole} of {counted(self.size[1], 'generation')} are kept whole in {place.address}"
+        return f"{whole} of {counted(self.size[1], 'generation')} are kept whole in {storage.address}"
 
     def carry_out(
         self,
@@ -145,16 +145,16 @@ class Optimization:
         if retry_failed:
             rule = "an optimisation goes on from what failed designs have told it: they stay as they are"
             raise ModelError(Problem("retry_failed", "", rule, "leave it out, or begin in another folder"))
-        place, begun = place_of(folder), time.perf_counter()
-        claim = Claim(place, resume=resume)
+        storage, begun = storage_of(folder), time.perf_counter()
+        claim = Claim(storage, resume=resume)
         try:
-            self._begin(place)
-            parts, messages, damaged = self._evolved(place, compute, progress, workers)
+            self._begin(storage)
+            parts, messages, damaged = self._evolved(storage, compute, progress, workers)
             settings = {"seed": self.seed, "population": self.size[0]}
             data = finished(parts, self.goals, self.ranges, (self.model, self.outputs), settings)
             data.attrs["failures"] = failures_of(messages)
             claim.check()
-            written(data, self.model, place)
+            written(data, self.model, storage)
         finally:
             claim.release()
         cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
@@ -162,7 +162,7 @@ class Optimization:
         return Done(data, messages, told_of(data), cost, _summary(data), notes)
 
     def _evolved(
-        self, place: Place, compute: Scheduler, progress: Progress | None, workers: int
+        self, storage: Storage, compute: Scheduler, progress: Progress | None, workers: int
     ) -> tuple[list[xr.Dataset], dict[tuple[int, ...], str], int]:
         """Every generation's results, why designs failed, and how many chunks were damaged."""
         population, generations = self.size
@@ -175,12 +175,12 @@ class Optimization:
             shares = search.ask()
             if not len(shares):
                 break
-            points = np.column_stack([each.at(share) for each, share in zip(self.ranges, shares.T, strict=True)])
+            points = np.column_stack([variable.at(share) for variable, share in zip(self.ranges, shares.T, strict=True)])
             if g == 0:
                 points[0] = own_values(self.ranges, self.model, points[0])
-            samples = Samples(tuple(each.path for each in self.ranges), points, "optimization")
+            samples = Samples(tuple(variable.path for variable in self.ranges), points, "optimization")
             plan = Plan(self.model, (), samples, fit_size(self.seconds, population))
-            store = Store.open(_generation(place, g), plan, self.outputs, resume=True)
+            store = Store.open(_generation(storage, g), plan, self.outputs, resume=True)
             shifted = None if progress is None else _Shifted(progress, g, generations, time.perf_counter() - begun)
             pace = (workers, self._generation_seconds(1) / store.plan.chunks)
             damaged += len(carry_out(store, compute, progress=shifted, pace=pace))
@@ -199,14 +199,14 @@ class Optimization:
         values[lost] = there.max(axis=0) if len(there) else 0.0
         return values, np.where(lost, _LOST, violation)
 
-    def _begin(self, place: Place) -> None:
-        """Begin in a place, or see that what it holds is this optimisation."""
+    def _begin(self, storage: Storage) -> None:
+        """Begin in a storage location, or see that what it holds is this optimisation."""
         owner = self._owner()
-        if place.exists(ABOUT):
-            check_owner(place, owner, "optimization")
+        if storage.exists(ABOUT):
+            check_owner(storage, owner, "optimization")
             return
-        place.put(ABOUT, json.dumps({"owner": owner}).encode(), new=True)
-        place.make("generations")
+        storage.put(ABOUT, json.dumps({"owner": owner}).encode(), new=True)
+        storage.make("generations")
 
     def _owner(self) -> dict[str, str]:
         """Everything that decides what is computed; the number of generations does not: more of them go on."""
@@ -214,10 +214,10 @@ class Optimization:
         objectives, constraints = self.goals
         return {
             "format": format_name("optimization"), "model": self.model.to_toml(), "variables": repr(self.ranges),
-            "objectives": repr([(each.quantity.label, each.sense) for each in objectives]),
-            "constraints": repr([(each.quantity.label, each.below, each.above) for each in constraints]),
+            "objectives": repr([(objective.quantity.label, objective.sense) for objective in objectives]),
+            "constraints": repr([(constraint.quantity.label, constraint.below, constraint.above) for constraint in constraints]),
             "seed": str(self.seed), "population": str(self.size[0]),
-            "outputs": json.dumps([each.name for each in self.outputs.all]),
+            "outputs": json.dumps([output.name for output in self.outputs.all]),
             "function": "" if function is None else f"{function.__module__}.{getattr(function, '__qualname__', '')}",
             **{name: version(name) for name in ("gearrattle", "numpy", "numba", "pymoo")},
         }  # fmt: skip
@@ -260,13 +260,13 @@ def prepare(
     run, alone = _run_twice(base)
     extra = set(function(run)) if function is not None else set()
     wanted = [name for name in dict.fromkeys(wanted) if name not in extra]
-    found = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
-    samples = Samples(tuple(each.path for each in ranges), np.zeros((1, len(ranges))))
-    check_array_names(Plan(base, (), samples, 1), found, VARIABLES)
-    seconds = _design_seconds(base, ranges, found, (run, population, seed))
-    goals = objectives_of(objectives, found), constraints_of(limits, found, base)
+    kept_outputs = outputs_of(wanted, run, function, structures) if wanted or function is not None else Outputs(())
+    samples = Samples(tuple(variable.path for variable in ranges), np.zeros((1, len(ranges))))
+    check_array_names(Plan(base, (), samples, 1), kept_outputs, VARIABLES)
+    seconds = _design_seconds(base, ranges, kept_outputs, (run, population, seed))
+    goals = objectives_of(objectives, kept_outputs), constraints_of(limits, kept_outputs, base)
     Evolution(np.zeros((2, len(ranges))), len(goals[0]), seed)
-    return Optimization(base, ranges, goals, found, (population, generations), seed, seconds, alone)
+    return Optimization(base, ranges, goals, kept_outputs, (population, generations), seed, seconds, alone)
 
 
 def optimize(
@@ -327,8 +327,8 @@ def _check_labels(outputs: Sequence[str], labels: Sequence[str], models: Sequenc
         try:
             check_names([label] if label in outputs else named_outputs([label]), models)
         except ModelError as error:
-            place = "outputs" if label in outputs else f"goal {label}"
-            problems += [replace(problem, place=place) for problem in error.problems]
+            location = "outputs" if label in outputs else f"goal {label}"
+            problems += [replace(problem, place=location) for problem in error.problems]
     if problems:
         raise ModelError(problems)
 
@@ -345,8 +345,8 @@ def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, o
     """What a design takes [s], from some of the first generation; ``of``: a run, the population, the seed."""
     run, population, seed = of
     shares = first_points(ranges, model, population, seed)
-    points = np.column_stack([each.at(share) for each, share in zip(ranges, shares.T, strict=True)])
-    plan = Plan(model, (), Samples(tuple(each.path for each in ranges), points, "optimization"), population)
+    points = np.column_stack([variable.at(share) for variable, share in zip(ranges, shares.T, strict=True)])
+    plan = Plan(model, (), Samples(tuple(variable.path for variable in ranges), points, "optimization"), population)
     begun = time.perf_counter()
     simulate(model, audit=False)
     alone = time.perf_counter() - begun
@@ -357,10 +357,10 @@ def _design_seconds(model: Model, ranges: tuple[Range, ...], outputs: Outputs, o
 
 def _corners(model: Model, ranges: tuple[Range, ...]) -> Plan:
     """The model itself, and each range's ends by themselves: among these is a design of every structure."""
-    low = np.array([each.low for each in ranges])
+    low = np.array([variable.low for variable in ranges])
     own = own_values(ranges, model, low)
     ends = [np.where(np.arange(len(ranges)) == i, end, own) for i, r in enumerate(ranges) for end in (r.low, r.high)]
-    return Plan(model, (), Samples(tuple(each.path for each in ranges), np.array([own, *ends]), "optimization"), 1)
+    return Plan(model, (), Samples(tuple(variable.path for variable in ranges), np.array([own, *ends]), "optimization"), 1)
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:
@@ -373,8 +373,8 @@ def _check_sizes(population: int, generations: int, seed: int) -> None:
         raise ModelError(problems)
 
 
-def _generation(place: Place, number: int) -> Place:
-    return place.under(f"generations/{number:04d}")
+def _generation(storage: Storage, number: int) -> Storage:
+    return storage.under(f"generations/{number:04d}")
 
 
 @dataclass(frozen=True)
@@ -398,21 +398,21 @@ class _Shifted:
 
     def expect(self, seconds: float) -> None:
         """Tell what remains: of this generation, and of as long ones after it."""
-        told = getattr(self.progress, "expect", None)
-        if told is not None:
-            each = self.taken / self.number if self.number else seconds
-            told(seconds + (self.of - self.number - 1) * each)
+        expect = getattr(self.progress, "expect", None)
+        if expect is not None:
+            per_case = self.taken / self.number if self.number else seconds
+            expect(seconds + (self.of - self.number - 1) * per_case)
 
 
 def _summary(data: xr.Dataset) -> dict[str, Any]:
     """The same for machines."""
     best = int(data.attrs["best"])
     front = np.flatnonzero(data["front"].values == 1)
-    told: dict[str, Any] = {"designs": int(data.sizes["design"]), "front": front.tolist(), "best": best}
+    summary: dict[str, Any] = {"designs": int(data.sizes["design"]), "front": front.tolist(), "best": best}
     if best >= 0:
-        told["values"] = {str(name): float(data[name][best]) for name in data.attrs["variables"]}
-        told["objectives"] = {
+        summary["values"] = {str(name): float(data[name][best]) for name in data.attrs["variables"]}
+        summary["objectives"] = {
             str(name): float(value)
             for name, value in zip(data["objective"].values, data["value"][best].values, strict=True)
         }
-    return told
+    return summary

@@ -148,7 +148,7 @@ class Outputs:
 
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run, (subjects,) or ()."""
-        found: dict[str, NDArray[Any]] = {}
+        values: dict[str, NDArray[Any]] = {}
         needed = {output.criterion for output in self.chosen}
         quantities = {output.quantity for output in self.chosen}
         criteria = [criterion for criterion in CRITERIA if criterion.name in needed]
@@ -157,24 +157,24 @@ class Outputs:
         rows += _measured(run, [metric for metric in METRICS if metric.name in needed], quantities)
         for output in self.chosen:
             if output.name in RUN_OUTPUTS:
-                found[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
+                values[output.name] = np.array(RUN_OUTPUTS[output.name][0](run))
                 continue
             wanted = (output.criterion, output.quantity)
             entries = {row.subject: row for row in rows if (row.name, row.quantity) == wanted}
             if not output.dimension and output.name != VERDICT:  # of the whole driveline
-                found[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
+                values[output.name] = np.array(next((float(e.value) for e in entries.values()), output.absent))
             elif output.name == VERDICT:  # the worst of the parts that rattle
                 gaps = gap_names(run.trajectory.layout)
                 codes = [output.words.index(str(entry.value)) for part, entry in entries.items() if part in gaps]
-                found[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
+                values[VERDICT] = np.array(max(codes, default=0), dtype=np.int8)
             else:
-                found[output.name] = _values(output, entries)
+                values[output.name] = _values(output, entries)
         if self.function is not None:
-            found |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
-            missing = [name for name in self.function_names if name not in found]
+            values |= {name: np.array(float(value)) for name, value in _called(self.function, run).items()}
+            missing = [name for name in self.function_names if name not in values]
             if missing:
                 raise GearRattleError(f"the function did not return {missing[0]}, as it did for the first case")
-        return {output.name: found[output.name] for output in self.all}
+        return {output.name: values[output.name] for output in self.all}
 
 
 def _measured(run: Run, metrics: Sequence[Quantity[Inputs]], quantities: Collection[str] | None = None) -> list[Row]:
@@ -193,17 +193,17 @@ def _values(output: Output, entries: Mapping[str, Row]) -> NDArray[Any]:
 
 
 def _called(function: Function, run: Run) -> Mapping[str, float]:
-    found = function(run)
-    if not isinstance(found, Mapping):
-        raise ModelError(Problem("function", type(found).__name__, "must return a mapping from names to numbers"))
-    if bad := [name for name, value in found.items() if not isinstance(value, Real | np.generic)]:
+    returned = function(run)
+    if not isinstance(returned, Mapping):
+        raise ModelError(Problem("function", type(returned).__name__, "must return a mapping from names to numbers"))
+    if bad := [name for name, value in returned.items() if not isinstance(value, Real | np.generic)]:
         raise ModelError(Problem("function", shown(bad[0]), "must return numbers", "float(...) makes one"))
-    return found
+    return returned
 
 
 def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[Run]) -> dict[str, Output]:
     """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
-    names, by_name, found = _names(runs), dict[str, dict[str, Row]](), dict[str, Output]()
+    names, by_name, outputs = _names(runs), dict[str, dict[str, Row]](), dict[str, Output]()
     for entry in (*said, *occasional):
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}
@@ -223,8 +223,8 @@ def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[R
             value = absent[name].value
             number = float(words.index(value) if isinstance(value, str) else value)
             output = replace(output, absent=number, lacking=absent[name].note)
-        found[name] = output
-    return found
+        outputs[name] = output
+    return outputs
 
 
 def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
@@ -238,10 +238,10 @@ def _names(runs: Sequence[Run]) -> dict[str, list[str]]:
 
 def _error_of(entries: Sequence[Row]) -> str:
     """Say how far values of one run may be off because they are of samples."""
-    told = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
-    if any(np.isnan(error) for error, _ in told):
+    estimates = [(entry.error, abs(float(entry.value))) for entry in entries if np.isfinite(float(entry.value))]
+    if any(np.isnan(error) for error, _ in estimates):
         return "of samples, not estimated"
-    largest = max((error / value for error, value in told if error > 0.0 and value > 0.0), default=0.0)
+    largest = max((error / value for error, value in estimates if error > 0.0 and value > 0.0), default=0.0)
     return f"of samples, about {100.0 * largest:.2g} % in the first case" if largest else "none"
 
 
@@ -261,7 +261,7 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
-    occasional = [entry for run in runs for each in CRITERIA for entry in each.occasional(run.trajectory.layout)]
+    occasional = [entry for run in runs for criterion in CRITERIA for entry in criterion.occasional(run.trajectory.layout)]
     known |= _outputs_in(said, occasional, runs)
     if names is not DEFAULT and any(name not in known for name in names):
         measured = _outputs_in([row for run in runs for row in _measured(run, METRICS)], (), runs)
@@ -358,11 +358,11 @@ def along_all(chosen: Sequence[Output], run: Run, subjects: Sequence[str] = ()) 
         run: any run of the driveline: its order of names is that of the lists.
         subjects: further names that the lists must have.
     """
-    layout, found = run.trajectory.layout, []
+    layout, outputs = run.trajectory.layout, []
     names = {"part": layout.element_names, "inertia": layout.inertia_names}
     for output in chosen:
         occurring = {name for other in chosen if other.dimension == output.dimension for name in other.subjects}
         listed = tuple(name for name in names.get(output.dimension, ()) if name in occurring | set(subjects))
         widened = bool(listed) and listed != output.subjects
-        found.append(replace(output, subjects=listed, only=output.subjects) if widened else output)
-    return tuple(found)
+        outputs.append(replace(output, subjects=listed, only=output.subjects) if widened else output)
+    return tuple(outputs)

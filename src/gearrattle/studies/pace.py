@@ -50,7 +50,7 @@ def spread(count: int, most: int) -> Iterator[int]:
             yield at
 
 
-def spread_places(shape: tuple[int, ...], most: int) -> list[tuple[int, ...]]:
+def spread_indices(shape: tuple[int, ...], most: int) -> list[tuple[int, ...]]:
     """Return up to ``most`` places spread over a grid."""
     count = prod(shape)
     return [tuple(map(int, np.unravel_index(at, shape))) for at in spread(count, most)]
@@ -76,17 +76,17 @@ def seconds_alone(
     begun = time.perf_counter()
     outputs(Run(run.trajectory, run.model))
     taken = [seconds + time.perf_counter() - begun]
-    for place in spread_places(plan.shape, MOST_TRIED)[1:] if taken[0] < _TOO_LONG else ():
+    for index in spread_indices(plan.shape, MOST_TRIED)[1:] if taken[0] < _TOO_LONG else ():
         begun = time.perf_counter()
         try:
-            values = outputs(simulate(plan.model.with_(plan.changes(place)), audit=False))
+            values = outputs(simulate(plan.model.with_(plan.changes(index)), audit=False))
         except Cancelled:
             raise
         except Exception:  # a case may fail for any reason, as in the study, where it is told
             continue
         taken.append(time.perf_counter() - begun)
         if known is not None:
-            known[place] = values
+            known[index] = values
         if sum(taken) > 2.0 * _TRIED:
             break
     return sum(taken) / len(taken)
@@ -109,7 +109,7 @@ def seconds_together(plan: Plan, outputs: Outputs, alone: float) -> float:
 
 def _few(plan: Plan, count: int) -> Plan:
     """A plan of some cases spread over another one's grid, in one chunk."""
-    cases = [plan.changes(place) for place in spread_places(plan.shape, count)]
+    cases = [plan.changes(index) for index in spread_indices(plan.shape, count)]
     if any(type(value) is not float for case in cases for value in case.values()):
         return Plan(plan.model, plan.axes, plan.samples, count)  # words cannot be samples: neighbours instead
     paths = tuple(cases[0])

@@ -118,15 +118,15 @@ class Plan:
         """Return by path what every case of a chunk is given, (cases,) in the chunk's order; no number: objects."""
         grid = np.indices([part.stop - part.start for part in self.box(chunk)]).reshape(len(self.shape), -1)
         grid += np.array([part.start for part in self.box(chunk)])[:, None]
-        found: dict[str, NDArray[Any]] = {}
+        columns: dict[str, NDArray[Any]] = {}
         for axis, at in zip(self.axes, grid, strict=False):
             for path, values in axis.values.items():
                 chosen = [values[i] for i in at.tolist()]
                 is_plain = all(type(value) is float for value in chosen)
-                found[path] = np.array(chosen) if is_plain else _objects(chosen)
+                columns[path] = np.array(chosen) if is_plain else _objects(chosen)
         if self.samples is not None:
-            found |= dict(zip(self.samples.paths, self.samples.points[grid[-1]].T, strict=True))
-        return found
+            columns |= dict(zip(self.samples.paths, self.samples.points[grid[-1]].T, strict=True))
+        return columns
 
     def cases(self, chunk: int) -> Iterator[tuple[tuple[int, ...], dict[str, Any]]]:
         """Yield every case of a chunk: where it lies in the chunk's box, and what it changes."""
@@ -136,12 +136,12 @@ class Plan:
 
     def changes(self, at: tuple[int, ...]) -> dict[str, Any]:
         """Return what the case at one place of the grid changes, by path."""
-        found: dict[str, Any] = {}
+        changes: dict[str, Any] = {}
         for axis, i in zip(self.axes, at, strict=False):
-            found |= axis.at(i)
+            changes |= axis.at(i)
         if self.samples is not None:
-            found |= dict(zip(self.samples.paths, self.samples.points[at[-1]].tolist(), strict=True))
-        return found
+            changes |= dict(zip(self.samples.paths, self.samples.points[at[-1]].tolist(), strict=True))
+        return changes
 
     @cached_property
     def fingerprint(self) -> str:
@@ -157,6 +157,6 @@ class Plan:
 
 def _objects(values: list[Any]) -> NDArray[Any]:
     """An array of objects, whatever they are."""
-    found = np.empty(len(values), dtype=object)
-    found[:] = values
-    return found
+    array = np.empty(len(values), dtype=object)
+    array[:] = values
+    return array

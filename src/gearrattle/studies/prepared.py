@@ -21,10 +21,10 @@ from gearrattle.studies.designs import DESIGNS
 from gearrattle.studies.kept import kept_in
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.pace import Cost, Pace, keeping, rounds, spread
-from gearrattle.studies.places import Address
 from gearrattle.studies.plan import Plan
 from gearrattle.studies.probability import samples_needed, wilson
 from gearrattle.studies.schedulers import Scheduler, unreachable
+from gearrattle.studies.storage import Address
 from gearrattle.studies.store import Store, Work, case_by_case, check_array_names
 from gearrattle.wording import counted
 
@@ -52,7 +52,7 @@ class Done:
 
     data: xr.Dataset
     messages: Mapping[tuple[int, ...], str]
-    told: str
+    outcome_counts: str
     cost: str
     summary: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -171,8 +171,8 @@ class Prepared:
         counts = {word: int((data["outcome"] == code).sum()) for code, word in enumerate(OUTCOMES)}
         sizes = {str(name): int(size) for name, size in data.sizes.items()}
         summary = {"sizes": sizes, "outcomes": counts, "outputs": list(map(str, data))}
-        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        return Done(data, store.messages(), told, cost, summary, notes)
+        outcome_counts = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        return Done(data, store.messages(), outcome_counts, cost, summary, notes)
 
     def completed(self, store: Store) -> xr.Dataset:
         """Return what is made of a store all of whose chunks are done."""
@@ -180,11 +180,11 @@ class Prepared:
 
     def _cost(self, store: Store, before: int, seconds: float) -> str:
         """What a case takes, and what this run took, in a sentence; ``before`` chunks were there already."""
-        each, chunks = f"A case takes about {1e3 * self.seconds:.3g} ms", store.plan.chunks
+        sentence, chunks = f"A case takes about {1e3 * self.seconds:.3g} ms", store.plan.chunks
         if before == chunks:
-            return f"{each}."
+            return f"{sentence}."
         left = f" for what was left, {before} of {counted(chunks, 'chunk')} were there" if before else ""
-        return f"{each}; this run took {seconds:.3g} s{left}."
+        return f"{sentence}; this run took {seconds:.3g} s{left}."
 
 
 def carry_out(
@@ -210,7 +210,7 @@ def carry_out(
     done = store.done()
     chunks = store.plan.chunks
     left = [chunk for chunk in spread(chunks, chunks) if chunk not in done]
-    found = Pace(len(left), *pace)
+    clock = Pace(len(left), *pace)
     expect = getattr(progress, "expect", None)
 
     finished_share = 0.0
@@ -219,17 +219,17 @@ def carry_out(
         nonlocal finished_share
         store.check_claim()
         if expect is not None:
-            expect(found.remaining(shares))
+            expect(clock.remaining(shares))
         if progress is not None:
             under_way = sum((shares or {}).values())
-            share = (chunks - len(left) + found.reached + under_way) / chunks
+            share = (chunks - len(left) + clock.reached + under_way) / chunks
             finished_share = min(1.0, max(finished_share, share))
             progress(finished_share)
 
     with closing(compute(store, left, tick)) as finished:
         for _ in finished:
-            found.chunk_done()
-            if found.reached == len(left):
+            clock.chunk_done()
+            if clock.reached == len(left):
                 tick()
     return damaged
 
@@ -239,9 +239,9 @@ def fit_size(seconds: float, count: int) -> int:
 
     A power of two: machines of about one speed cut a study alike, and can go on with each other's.
     """
-    each = max(seconds, 1e-6)
-    share = max(count // _CHUNKS, min(SHORTEST_CHUNK / each, count // _FEWEST_CHUNKS))
-    fitting = int(min(CHUNK_SECONDS / each, MOST_IN_CHUNK, max(1, share)))
+    per_case = max(seconds, 1e-6)
+    share = max(count // _CHUNKS, min(SHORTEST_CHUNK / per_case, count // _FEWEST_CHUNKS))
+    fitting = int(min(CHUNK_SECONDS / per_case, MOST_IN_CHUNK, max(1, share)))
     return 1 << max(0, fitting.bit_length() - 1)
 
 

@@ -54,7 +54,7 @@ class Range:
         return (value - self.low) / (self.high - self.low)
 
 
-def ranges_of(given: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
+def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     """Read ranges.
 
     Args:
@@ -64,29 +64,29 @@ def ranges_of(given: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     Raises:
         ModelError: everything that is wrong with them.
     """
-    problems, found = [], []
-    if not checked(AnyTable(), given, "variables"):
+    problems, ranges = [], []
+    if not checked(AnyTable(), requested, "variables"):
         problems.append(Problem("variables", "none", "an optimisation needs one at least"))
-    for path, table in given.items():
+    for path, table in requested.items():
         try:
-            found.append(_range(path, table, model))
+            ranges.append(_range(path, table, model))
         except ModelError as error:
             problems += [Problem(f"variable {path}: {p.place}", p.value, p.rule, p.remedy) for p in error.problems]
     if problems:
         raise ModelError(problems)
-    return tuple(found)
+    return tuple(ranges)
 
 
-def _range(path: str, given: Any, model: Model) -> Range:
-    if not isinstance(given, Mapping) and len(pair := listed_values(given)) == 2:
-        given = {"from": pair[0], "to": pair[1]}
-    if not isinstance(given, Mapping) or not {"from", "to"} <= set(given):
-        raise ModelError(Problem("range", shown(given), "must be a pair, or have from and to"))
-    unknown = [key for key in given if key not in _KEYS]
+def _range(path: str, entry: Any, model: Model) -> Range:
+    if not isinstance(entry, Mapping) and len(pair := listed_values(entry)) == 2:
+        entry = {"from": pair[0], "to": pair[1]}
+    if not isinstance(entry, Mapping) or not {"from", "to"} <= set(entry):
+        raise ModelError(Problem("range", shown(entry), "must be a pair, or have from and to"))
+    unknown = [key for key in entry if key not in _KEYS]
     if unknown:
         raise ModelError(Problem(unknown[0], "", f"a range has {', '.join(_KEYS)}", did_you_mean(unknown[0], _KEYS)))
-    spacing = checked(SPACING, given.get("spacing", "linear"), "spacing")
-    low, high = (in_si(path, given[key], model) for key in ("from", "to"))
+    spacing = checked(SPACING, entry.get("spacing", "linear"), "spacing")
+    low, high = (in_si(path, entry[key], model) for key in ("from", "to"))
     if any(isinstance(end, bool) or not isinstance(end, int | float) for end in (low, high)):
         raise ModelError(Problem("range", f"{shown(low)} to {shown(high)}", "a range is of numbers"))
     if not low < high:
@@ -104,18 +104,18 @@ def first_points(ranges: tuple[Range, ...], model: Model, count: int, seed: int)
     from scipy.stats import qmc
 
     points = np.asarray(qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count))
-    inside = np.array([each.low for each in ranges])
+    inside = np.array([variable.low for variable in ranges])
     own = own_values(ranges, model, inside - 1.0)
     if (own >= inside).all():
-        points[0] = [each.share(value) for each, value in zip(ranges, own.tolist(), strict=True)]
+        points[0] = [variable.share(value) for variable, value in zip(ranges, own.tolist(), strict=True)]
     return points
 
 
 def own_values(ranges: tuple[Range, ...], model: Model, otherwise: Array) -> Array:
     """Return (d,) the model's own values to the bit, where all lie within the ranges, else what is given."""
     tables = model.to_tables()
-    own = [value_at(tables, each.path) for each in ranges]
+    own = [value_at(tables, variable.path) for variable in ranges]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in own)
-    if not numbers or not all(each.low <= value <= each.high for each, value in zip(ranges, own, strict=True)):
+    if not numbers or not all(variable.low <= value <= variable.high for variable, value in zip(ranges, own, strict=True)):
         return otherwise
     return np.array(own, dtype=np.float64)

@@ -97,7 +97,7 @@ def screen(
     dims = (SPEED, LOAD, GEAR)
     with np.errstate(divide="ignore"):
         margin = 20.0 * np.log10(ratio)
-    found = xr.Dataset(
+    screening = xr.Dataset(
         {
             "separation_ratio": (dims, ratio, {"units": "1"}),
             "margin": (dims, margin, {"units": "dB"}),
@@ -107,23 +107,23 @@ def screen(
         {**_coordinates(layout, gears), **_positions(model, speed, load, factors, BY_PATH if by_path else BY_FACTOR)},
         {KIND: "screening", "title": f"screening of {model.name}", "units": model.units},
     )
-    return _simulated(found, model, (speed, load), workers, progress) if simulate else found
+    return _simulated(screening, model, (speed, load), workers, progress) if simulate else screening
 
 
 def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | None, tuple[float, ...]]:
     """Read speeds and loads; the factors, or the numbers of the loads."""
-    given: dict[str, Any] = {SPEED: {_PATH: speeds}}
+    axis_values: dict[str, Any] = {SPEED: {_PATH: speeds}}
     factors: tuple[float, ...] = (1.0,)
     if isinstance(loads, Mapping):
-        given[LOAD] = dict(loads)
+        axis_values[LOAD] = dict(loads)
     elif loads is not None:
         factors = tuple(float(factor) for factor in loads)
         wrong = [factor for factor in factors if not 0.0 <= factor < np.inf]
         if wrong or not factors:
-            told = ", ".join(map(str, wrong)) or "none"
-            raise ModelError(Problem("loads", told, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]"))
-        given[LOAD] = {path: [value * factor for factor in factors] for path, value in _amplitudes(model).items()}
-    axes = axes_of(given, model)
+            listed_factors = ", ".join(map(str, wrong)) or "none"
+            raise ModelError(Problem("loads", listed_factors, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]"))
+        axis_values[LOAD] = {path: [value * factor for factor in factors] for path, value in _amplitudes(model).items()}
+    axes = axes_of(axis_values, model)
     load = axes[1] if len(axes) > 1 else None
     numbered = isinstance(loads, Mapping) and load is not None
     return axes[0], load, tuple(float(i) for i in range(len(load))) if numbered and load else factors
@@ -131,7 +131,7 @@ def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | 
 
 def _amplitudes(model: Model) -> dict[str, float]:
     """Every amplitude of a torque's harmonics, by path [N m]."""
-    found: dict[str, float] = {}
+    amplitudes: dict[str, float] = {}
     for i, table in enumerate(model.to_tables().get("torque", ())):
         plain = [h.get("amplitude") for h in table.get("harmonics", ())]
         if "engine" in table or any(not isinstance(amplitude, int | float) for amplitude in plain):
@@ -139,11 +139,11 @@ def _amplitudes(model: Model) -> dict[str, float]:
             what = "an engine, or amplitudes over speed"
             remedy = 'give loads by path, for example {"torque.0.mean": [5.0, 10.0]}'
             raise ModelError(Problem(f"torque.{i}", what, rule, remedy))
-        found |= {f"torque.{i}.harmonics.{j}.amplitude": float(amplitude) for j, amplitude in enumerate(plain)}
-    if not found:
+        amplitudes |= {f"torque.{i}.harmonics.{j}.amplitude": float(amplitude) for j, amplitude in enumerate(plain)}
+    if not amplitudes:
         rule = "factors need torque harmonics to scale"
         raise ModelError(Problem("loads", "given", rule, "leave them out, or give loads by path"))
-    return found
+    return amplitudes
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
@@ -216,18 +216,18 @@ def _coordinates(layout: Layout, gears: Sequence[LooseGear]) -> dict[str, Any]:
 
 def _positions(model: Model, speed: Axis, load: Axis | None, factors: tuple[float, ...], words: str) -> dict[str, Any]:
     unit = "rad/s" if model.units == "SI" else "1"
-    found: dict[str, Any] = {
+    positions: dict[str, Any] = {
         SPEED: (SPEED, np.array(speed.values[_PATH], dtype=np.float64), {"units": unit}),
         LOAD: (LOAD, np.array(factors), {"units": "1", "long_name": words}),
     }
     for path, values in (load.values if load else {}).items():
         label = path_label(path, model)
-        found[path] = (LOAD, list(values), {"long_name": label.words, "units": label.unit})
-    return found
+        positions[path] = (LOAD, list(values), {"long_name": label.words, "units": label.unit})
+    return positions
 
 
 def _simulated(
-    found: xr.Dataset,
+    screening: xr.Dataset,
     model: Model,
     axes: tuple[Axis, Axis | None],
     workers: int | None,
@@ -235,10 +235,10 @@ def _simulated(
 ) -> xr.Dataset:
     """Add the regime of every loose gear's mesh, from a study of the same cases."""
     speed, load = axes
-    given: dict[str, Any] = {SPEED: {_PATH: list(speed.values[_PATH])}}
+    axis_values: dict[str, Any] = {SPEED: {_PATH: list(speed.values[_PATH])}}
     if load is not None:
-        given[LOAD] = {path: list(values) for path, values in load.values.items()}
-    done = study(model, given, ["regime"], workers=workers, progress=_part(progress, _SHARE, 1.0))
-    regime = done["regime"].sel(part=[str(name) for name in found[GEAR].values])
-    codes = np.asarray(regime.values).reshape(found["margin"].shape)
-    return found.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))
+        axis_values[LOAD] = {path: list(values) for path, values in load.values.items()}
+    done = study(model, axis_values, ["regime"], workers=workers, progress=_part(progress, _SHARE, 1.0))
+    regime = done["regime"].sel(part=[str(name) for name in screening[GEAR].values])
+    codes = np.asarray(regime.values).reshape(screening["margin"].shape)
+    return screening.assign(regime=((SPEED, LOAD, GEAR), codes, dict(regime.attrs)))

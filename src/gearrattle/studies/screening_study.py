@@ -21,7 +21,7 @@ _SPEED = "excitation.speed"
 _REMEDY = "give speeds and loads beside the model file instead"
 
 
-def screening_of(asked: StudyFile, place: str) -> tuple[Model, list[float], dict[str, list[Any]] | None]:
+def screening_of(asked: StudyFile, location: str) -> tuple[Model, list[float], dict[str, list[Any]] | None]:
     """Return the model with its fixed values, the speeds [rad/s], and the loads by path; None without a load.
 
     Args:
@@ -34,22 +34,22 @@ def screening_of(asked: StudyFile, place: str) -> tuple[Model, list[float], dict
     """
     if asked.spec.kind != "grid":
         rule = f'a screening takes a study of the kind "grid", and this one is "{asked.spec.kind}"'
-        raise ModelError(Problem(f"{place}: kind", asked.spec.kind, rule, _REMEDY))
-    given = asked.arguments
-    if given["vary"]:
+        raise ModelError(Problem(f"{location}: kind", asked.spec.kind, rule, _REMEDY))
+    arguments = asked.arguments
+    if arguments["vary"]:
         rule = "a screening has speeds and loads, and nothing that scatters"
-        raise ModelError(Problem(f"{place}: vary", listed(list(given["vary"])), rule, "leave vary out"))
-    model = given["model"].with_(dict(given["fixed"])) if given["fixed"] else given["model"]
-    axes = axes_of(given["axes"], model)
+        raise ModelError(Problem(f"{location}: vary", listed(list(arguments["vary"])), rule, "leave vary out"))
+    model = arguments["model"].with_(dict(arguments["fixed"])) if arguments["fixed"] else arguments["model"]
+    axes = axes_of(arguments["axes"], model)
     speeds = [axis for axis in axes if list(axis.values) == [_SPEED]]
     others = [axis for axis in axes if axis not in speeds]
     if len(speeds) != 1:
-        found = listed([axis.name for axis in axes]) or "none"
+        names = listed([axis.name for axis in axes]) or "none"
         rule = f"a screening needs an axis of {_SPEED} alone"
-        raise ModelError(Problem(f"{place}: axis", found, rule, f'"{_SPEED}" = ["800 rpm", "1200 rpm"]'))
+        raise ModelError(Problem(f"{location}: axis", names, rule, f'"{_SPEED}" = ["800 rpm", "1200 rpm"]'))
     if len(others) > 1:
         rule = "a screening has one axis of loads beside the speed"
         remedy = f"name their paths in one axis, [axis.{LOAD}]"
-        raise ModelError(Problem(f"{place}: axis", listed([axis.name for axis in others]), rule, remedy))
+        raise ModelError(Problem(f"{location}: axis", listed([axis.name for axis in others]), rule, remedy))
     loads = {path: list(values) for path, values in others[0].values.items()} if others else None
     return model, list(speeds[0].values[_SPEED]), loads

@@ -149,7 +149,7 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
     """Unit of every quantity: half the clearance, and that times 2 pi / T; for inertias the smallest about them."""
     load = sum(abs(t.mean) + sum(abs(h.amplitude) for h in t.harmonics) for t in model.torques)
     rate = 2.0 * np.pi / period_of(model).period
-    found: dict[str, float] = {}
+    scales: dict[str, float] = {}
     angles = np.full(system.size, np.inf)
     for k, element in enumerate(model.elements):
         law = system.laws[k]
@@ -157,11 +157,11 @@ def _scales(model: Model, system: PiecewiseSystem) -> dict[str, float]:
         arms = np.abs(system.rows[k])
         slope = float(law.stiffness.max()) * float(arms.max())
         size = corner or (load / slope if load > 0.0 and slope > 0.0 else 1.0)
-        found[f"deflection.{element.name}"], found[f"rate.{element.name}"] = size, size * rate
+        scales[f"deflection.{element.name}"], scales[f"rate.{element.name}"] = size, size * rate
         angles[arms > 0.0] = np.minimum(angles[arms > 0.0], size / arms[arms > 0.0])
     for inertia, angle in zip(model.inertias, np.where(np.isfinite(angles), angles, 1.0).tolist(), strict=True):
-        found[f"angle.{inertia.name}"], found[f"velocity.{inertia.name}"] = angle, angle * rate
-    return found
+        scales[f"angle.{inertia.name}"], scales[f"velocity.{inertia.name}"] = angle, angle * rate
+    return scales
 
 
 def _quantity(name: str, run: Run, system: PiecewiseSystem, phase: float, stops: NDArray[np.int64]) -> Array:
@@ -218,38 +218,38 @@ class Sections(Outputs):
     def all(self) -> tuple[Output, ...]:
         """Those of criteria, the section's, and those of the motion."""
         last = tuple(range(-self.points + 1, 1))
-        found = [
+        outputs = [
             Output(name, "cycle", last, (unit,)) for name, unit in zip(self.section.names, self.units, strict=True)
         ]
-        found += [Output("motion", "", (), ("",), MOTIONS), Output("period", "", (), ("cycles",))]
-        found += [Output(EXPONENT, "", (), (self.own_units[0],))]
+        outputs += [Output("motion", "", (), ("",), MOTIONS), Output("period", "", (), ("cycles",))]
+        outputs += [Output(EXPONENT, "", (), (self.own_units[0],))]
         numbers = tuple(range(1, self.states + 1))
         parts = ("real", "imaginary") if self.states else ()
-        found += [Output(f"multiplier {part}", "multiplier", numbers, ("1",)) for part in parts]
+        outputs += [Output(f"multiplier {part}", "multiplier", numbers, ("1",)) for part in parts]
         ends = ("angle at the end", self.own_units[1]), ("velocity at the end", self.own_units[2])
-        found += [Output(name, "inertia", self.inertias, (unit,)) for name, unit in ends if self.inertias]
-        own = {output.name for output in found}
-        return (*found, *(output for output in self.chosen if output.name not in own))
+        outputs += [Output(name, "inertia", self.inertias, (unit,)) for name, unit in ends if self.inertias]
+        own = {output.name for output in outputs}
+        return (*outputs, *(output for output in self.chosen if output.name not in own))
 
     def of(self, run: Run) -> dict[str, NDArray[Any]]:
         """Return every output of one run."""
-        told = Outputs(self.chosen).of(run)
+        values = Outputs(self.chosen).of(run)
         shown = self.section.values(run, self.section.names)[-self.points :]
-        told |= {name: column.copy() for name, column in zip(self.section.names, shown.T, strict=True)}
+        values |= {name: column.copy() for name, column in zip(self.section.names, shown.T, strict=True)}
         n = period_number(self.section.scaled(run), self.tolerance, self.most)
-        told["period"] = np.array(float(n) if n else np.nan)
+        values["period"] = np.array(float(n) if n else np.nan)
         exponent, grows = (np.nan, False) if n else _growth(run)
-        told["motion"] = np.array(PERIODIC if n else CHAOTIC if grows else UNDECIDED, dtype=np.int8)
+        values["motion"] = np.array(PERIODIC if n else CHAOTIC if grows else UNDECIDED, dtype=np.int8)
         if self.states:
-            found = multipliers(run, n) if n else np.full(self.states, complex(np.nan, np.nan))
-            told |= {"multiplier real": found.real.copy(), "multiplier imaginary": found.imag.copy()}
+            eigenvalues = multipliers(run, n) if n else np.full(self.states, complex(np.nan, np.nan))
+            values |= {"multiplier real": eigenvalues.real.copy(), "multiplier imaginary": eigenvalues.imag.copy()}
             if n:  # exact, where an average over finite time is not
-                exponent = float(np.log(max(abs(found[0]), 1e-300))) / (n * run.trajectory.layout.period)
-        told[EXPONENT] = np.array(exponent)
+                exponent = float(np.log(max(abs(eigenvalues[0]), 1e-300))) / (n * run.trajectory.layout.period)
+        values[EXPONENT] = np.array(exponent)
         t = run.trajectory
         if self.inertias:
-            told |= {"angle at the end": t.angle[-1].copy(), "velocity at the end": t.velocity[-1].copy()}
-        return {output.name: told[output.name] for output in self.all}
+            values |= {"angle at the end": t.angle[-1].copy(), "velocity at the end": t.velocity[-1].copy()}
+        return {output.name: values[output.name] for output in self.all}
 
 
 def _gradient(run: Run, cycles: int) -> Array:
@@ -279,8 +279,8 @@ def is_isolated(run: Run, cycles: int) -> bool:
 
 def multipliers(run: Run, cycles: int) -> NDArray[np.complex128]:
     """Return (N,) eigenvalues of the gradient of the flow over the last cycles, the largest first."""
-    found = np.linalg.eigvals(_gradient(run, cycles)).astype(np.complex128)
-    return np.asarray(found[np.lexsort((-found.imag, -np.round(np.abs(found), 12)))])
+    eigenvalues = np.linalg.eigvals(_gradient(run, cycles)).astype(np.complex128)
+    return np.asarray(eigenvalues[np.lexsort((-eigenvalues.imag, -np.round(np.abs(eigenvalues), 12)))])
 
 
 def _growth(run: Run) -> tuple[float, bool]:

@@ -65,8 +65,8 @@ def rank_regression(x: Array, y: Array) -> tuple[Array, float]:
     if n <= d + 1 or np.ptp(y) == 0.0:
         return np.full(d, np.nan), float("nan")
     ranks, of_y = _standard_ranks(x), _standard_ranks(y[:, None])[:, 0]
-    found = np.linalg.lstsq(ranks, of_y, rcond=None)[0]
-    return np.asarray(found), 1.0 - float(np.mean((of_y - ranks @ found) ** 2))
+    coefficients = np.linalg.lstsq(ranks, of_y, rcond=None)[0]
+    return np.asarray(coefficients), 1.0 - float(np.mean((of_y - ranks @ coefficients) ** 2))
 
 
 def first_order(x: Array, y: Array, cosines: int = COSINES) -> Array:
@@ -137,10 +137,10 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
         raise ModelError(Problem("data", axes, "sensitivities are of one place of the axes", remedy))
     x = np.column_stack([np.asarray(data[path].values, dtype=np.float64) for path in paths])
     subject = subject_of(data, output)
-    each = values.transpose(subject, SAMPLE).values if subject else values.values[None, :]
-    told = _TOLD.get(method, _ranked)
-    rows = [told(x, y, method) for y in each]
-    found = {
+    responses = values.transpose(subject, SAMPLE).values if subject else values.values[None, :]
+    analyse = _TOLD.get(method, _ranked)
+    rows = [analyse(x, y, method) for y in responses]
+    variables = {
         name: ((*((subject,) if subject else ()), *over), np.array([row[name][1] for row in rows]))
         if subject
         else (over, np.asarray(rows[0][name][1]))
@@ -154,7 +154,7 @@ def sensitivities(data: xr.Dataset, output: str) -> xr.Dataset:
     units = list(units_of(data, output).values())
     coordinates["output_unit"] = (subject, units) if subject else units[0]
     attributes = {"output": output, "subject": subject, "cosines": COSINES, "sampling": method}
-    return xr.Dataset(found, coordinates, {KIND: "sensitivities", **attributes})
+    return xr.Dataset(variables, coordinates, {KIND: "sensitivities", **attributes})
 
 
 Row = dict[str, tuple[tuple[str, ...], Any]]
@@ -165,37 +165,37 @@ def _ranked(x: Array, y: Array, _method: str) -> Row:
     """Coefficients from independent samples."""
     coefficients, figures = _row(x, y)
     names = ("spearman", "rank_regression", "first_order")
-    found: Row = {name: (("value",), array) for name, array in zip(names, coefficients, strict=True)}
-    told = ("explained", "samples", "chance_correlation", "chance_first_order")
-    return found | {name: ((), figure) for name, figure in zip(told, figures, strict=True)}
+    row: Row = {name: (("value",), array) for name, array in zip(names, coefficients, strict=True)}
+    figure_names = ("explained", "samples", "chance_correlation", "chance_first_order")
+    return row | {name: ((), figure) for name, figure in zip(figure_names, figures, strict=True)}
 
 
 def _sobol(x: Array, y: Array, method: str) -> Row:
     """Sobol' indices, and rank coefficients of the samples that are independent."""
     d = x.shape[1]
-    told = indices(y, d, method)
+    estimates = indices(y, d, method)
     apart = DESIGNS[method].independent(d, len(y))
-    found = _ranked(x[apart], y[apart], method) | {
-        "first_order": (("value",), told.first), "first_order_half_width": (("value",), told.first_half),
-        "total_order": (("value",), told.total), "total_order_half_width": (("value",), told.total_half),
-        "base_points": ((), told.base_points),
+    row = _ranked(x[apart], y[apart], method) | {
+        "first_order": (("value",), estimates.first), "first_order_half_width": (("value",), estimates.first_half),
+        "total_order": (("value",), estimates.total), "total_order_half_width": (("value",), estimates.total_half),
+        "base_points": ((), estimates.base_points),
     }  # fmt: skip
-    del found["chance_first_order"]
+    del row["chance_first_order"]
     if method == PAIRS:
         over = ("value", _WITH)
-        found |= {"second_order": (over, told.second), "second_order_half_width": (over, told.second_half)}
-    return found
+        row |= {"second_order": (over, estimates.second), "second_order_half_width": (over, estimates.second_half)}
+    return row
 
 
 def _swung(x: Array, y: Array, _method: str) -> Row:
     """What an output is at both ends of every value."""
     d = x.shape[1]
-    told, places = swings(y, d), np.arange(d)
+    swing, places = swings(y, d), np.arange(d)
     columns = {
-        "low": told.low, "high": told.high, "swing": told.swing, "base_value": x[0],
+        "low": swing.low, "high": swing.high, "swing": swing.swing, "base_value": x[0],
         "low_value": x[2 * places + 1, places], "high_value": x[2 * places + 2, places],
     }  # fmt: skip
-    return {"base": ((), told.base), **{name: (("value",), column) for name, column in columns.items()}}
+    return {"base": ((), swing.base), **{name: (("value",), column) for name, column in columns.items()}}
 
 
 _TOLD: Mapping[str, Callable[[Array, Array, str], Row]] = {SALTELLI: _sobol, PAIRS: _sobol, ONE_AT_A_TIME: _swung}

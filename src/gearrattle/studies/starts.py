@@ -55,8 +55,8 @@ class Half:
     def at(self, values: Mapping[str, float]) -> list[float]:
         """Return (n,) angles or velocities."""
         wanted = np.array([values[name] for name in self.names])
-        found: list[float] = (self.base + self.gain @ (wanted - self.zero)).tolist()
-        return found
+        state: list[float] = (self.base + self.gain @ (wanted - self.zero)).tolist()
+        return state
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How a study's results are kept: in a folder, or behind an address (``places``), surviving whatever ends the program.
+"""How a study's results are kept: in a folder, or behind an address (``storage``), surviving whatever ends the program.
 
     results.zarr/        one array an output over the whole grid, with names and coordinates: any xarray opens it
     study.json           what is computed: format, fingerprint, versions, outputs
@@ -45,8 +45,8 @@ from gearrattle.studies.kept import (
     messages_in,
 )  # fmt: skip
 from gearrattle.studies.outputs import Outputs
-from gearrattle.studies.places import Address, File, Place, place_of
 from gearrattle.studies.plan import SAMPLE, Plan
+from gearrattle.studies.storage import Address, File, Storage, storage_of
 from gearrattle.writing import flush, in_temporary_folder
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ _LONGEST_NAME = 200
 Told = Callable[[float], None]
 
 
-def case_by_case(store: Store, chunk: int, told: Told | None) -> Computed:
+def case_by_case(store: Store, chunk: int, progress: Told | None) -> Computed:
     """Compute a chunk whose cases do not know of each other."""
-    return compute(store.plan, store.outputs, chunk, told)
+    return compute(store.plan, store.outputs, chunk, progress)
 
 
 Work = Callable[["Store", int, Told | None], Computed]
@@ -69,13 +69,13 @@ class Store:
     """A study's folder.
 
     Attributes:
-        place: where.
+        storage: where.
         plan, outputs: what it is of.
         work: what computes a chunk.
     """
 
-    def __init__(self, place: Place, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
-        self.place, self.plan, self.outputs, self.work = place, plan, outputs, work
+    def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
+        self.storage, self.plan, self.outputs, self.work = storage, plan, outputs, work
         self._opened: dict[str, Any] = {}
         self._claim: Claim | None = None
 
@@ -98,8 +98,8 @@ class Store:
             NotInstalled: a library for the address is not here.
             OSError: it cannot be written.
         """
-        store = cls(place_of(folder), plan, outputs, work)
-        store._claim = Claim(store.place, resume=resume)
+        store = cls(storage_of(folder), plan, outputs, work)
+        store._claim = Claim(store.storage, resume=resume)
         try:
             store._begin()
         except BaseException:
@@ -108,12 +108,12 @@ class Store:
         return store
 
     def _begin(self) -> None:
-        """Begin in a place, or go on with what it holds."""
-        place, plan = self.place, self.plan
-        if place.exists(ABOUT):
-            size = check_owner(place, self._owner(), "study").get("chunk_size")
+        """Begin in a storage location, or go on with what it holds."""
+        storage, plan = self.storage, self.plan
+        if storage.exists(ABOUT):
+            size = check_owner(storage, self._owner(), "study").get("chunk_size")
             if isinstance(size, bool) or not isinstance(size, int) or size < 1:
-                damaged, rule = f"{place.address}: {ABOUT}: chunk_size", "must be a whole number of cases"
+                damaged, rule = f"{storage.address}: {ABOUT}: chunk_size", "must be a whole number of cases"
                 raise ModelError(Problem(damaged, str(size), rule, "give another folder"))
             self.plan = replace(plan, chunk_size=size)
             if not self._is_laid_out():
@@ -122,14 +122,14 @@ class Store:
         about = {"owner": self._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
                  "chunk_size": plan.chunk_size}  # fmt: skip
         try:
-            place.put(ABOUT, json.dumps(about).encode(), new=True)
+            storage.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
-            raise holds_one(place) from None
-        place.make(DONE_FOLDER)
+            raise holds_one(storage) from None
+        storage.make(DONE_FOLDER)
         self._lay_out()
 
     def check_claim(self) -> None:
-        """Refuse to go on where a later study of this program writes into the place.
+        """Refuse to go on where a later study of this program writes into the storage location.
 
         Raises:
             ModelError: it does.
@@ -138,14 +138,14 @@ class Store:
             self._claim.check()
 
     def release(self) -> None:
-        """Let others write into the place."""
+        """Let others write into the storage location."""
         if self._claim is not None:
             self._claim.release()
 
     def flush(self, folder: str = "") -> None:
         """Have everything in a folder on the disk, unless it is soon removed."""
-        if self.place.local is not None and not in_temporary_folder(self.place.local):
-            flush(self.place.local / folder)
+        if self.storage.local is not None and not in_temporary_folder(self.storage.local):
+            flush(self.storage.local / folder)
 
     def _owner(self) -> dict[str, str]:
         names = [output.name for output in self.outputs.all]
@@ -157,7 +157,7 @@ class Store:
         }  # fmt: skip
 
     def _group(self) -> Any:
-        return _zarr().open_group(self.place.zarr(RESULTS), mode="r+")
+        return _zarr().open_group(self.storage.zarr(RESULTS), mode="r+")
 
     def _is_laid_out(self) -> bool:
         """Whether all arrays were made: who began the study may have been killed before, or the power cut.
@@ -166,20 +166,20 @@ class Store:
             ModelError: they are of another study, or no regular files.
         """
         try:
-            if self.place.local is not None:
-                for name in self.place.local.rglob("*.partial"):  # Zarr's, of a program that was killed
+            if self.storage.local is not None:
+                for name in self.storage.local.rglob("*.partial"):  # Zarr's, of a program that was killed
                     name.unlink(missing_ok=True)
-            check_regular_files(self.place)
+            check_regular_files(self.storage)
             group = self._group()
             kept = group.attrs.get(OF, self.plan.fingerprint)
             whole = "order" in group.attrs and all(name in group for name in self._arrays())
         except Refused as error:
-            raise ModelError(Problem(self.place.address, "", error.rule, error.remedy)) from None
+            raise ModelError(Problem(self.storage.address, "", error.rule, error.remedy)) from None
         except Exception:  # Zarr may raise anything over damaged files
             return False
         if kept != self.plan.fingerprint:
             rule = f"{RESULTS} holds another study than {ABOUT} says"
-            raise ModelError(Problem(self.place.address, "", rule, "give another folder"))
+            raise ModelError(Problem(self.storage.address, "", rule, "give another folder"))
         return whole
 
     def _arrays(self) -> list[str]:
@@ -187,7 +187,7 @@ class Store:
 
     def _lay_out(self) -> None:
         """Make every array, empty, with its names; and the coordinates."""
-        group, plan = _zarr().open_group(self.place.zarr(RESULTS), mode="w"), self.plan
+        group, plan = _zarr().open_group(self.storage.zarr(RESULTS), mode="w"), self.plan
         for axis in plan.axes:
             for path, values in axis.values.items():
                 single = len(axis.values) == 1
@@ -239,33 +239,33 @@ class Store:
         return {"long_name": label.words, "units": label.unit}
 
     def _extra_coordinates(self) -> list[str]:
-        found = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
-        return [*found, *(self.plan.samples.paths if self.plan.samples is not None else ())]
+        paths = [path for axis in self.plan.axes if len(axis.values) > 1 for path in axis.values]
+        return [*paths, *(self.plan.samples.paths if self.plan.samples is not None else ())]
 
     def begin(self, chunk: int, attempt: str = "") -> None:
         """Note that a worker has begun a chunk, and by which attempt: if it dies, this may be why."""
-        self.place.write(_begun(chunk), attempt.encode())
+        self.storage.write(_begun(chunk), attempt.encode())
 
     def attempt(self, chunk: int) -> str:
         """Return the attempt by which a worker had begun a chunk and not ended it; empty if there is none."""
         try:
-            return self.place.read(_begun(chunk)).decode()
+            return self.storage.read(_begun(chunk)).decode()
         except FileNotFoundError:
             return ""
 
     def was_begun(self, chunk: int) -> bool:
         """Return whether a worker had begun a chunk and not ended it, and forget it."""
-        begun = self.place.exists(_begun(chunk))
-        self.place.remove(_begun(chunk))
+        begun = self.storage.exists(_begun(chunk))
+        self.storage.remove(_begun(chunk))
         return begun
 
-    def compute(self, chunk: int, told: Told | None = None) -> Computed:
+    def compute(self, chunk: int, progress: Told | None = None) -> Computed:
         """Compute a chunk; ``told`` is called often with its finished share, and what it raises ends the work."""
-        return self.work(self, chunk, told)
+        return self.work(self, chunk, progress)
 
     def part(self, chunk: int) -> File:
         """Return where work may keep how far a chunk has come; it is removed with the chunk's end."""
-        return File(self.place, f"{DONE_FOLDER}/{chunk:07d}.part")
+        return File(self.storage, f"{DONE_FOLDER}/{chunk:07d}.part")
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
@@ -279,17 +279,17 @@ class Store:
         messages = {",".join(map(str, at)): text for at, text in computed.messages.items()}
         failed = int(np.count_nonzero(computed.outcome != DONE))
         said = {"checksums": sums, "messages": messages, "failed": failed}
-        self.place.put(marker_name(chunk), json.dumps(said).encode())
-        self.place.remove(_begun(chunk))
+        self.storage.put(marker_name(chunk), json.dumps(said).encode())
+        self.storage.remove(_begun(chunk))
         self.part(chunk).unlink(missing_ok=True)
 
     def done(self) -> set[int]:
         """Return the chunks that have a marker."""
-        return markers_in(self.place)
+        return markers_in(self.storage)
 
     def marker(self, chunk: int) -> dict[str, Any]:
         """Return what a chunk's marker says; empty if it cannot be read."""
-        return marker_in(self.place, chunk)
+        return marker_in(self.storage, chunk)
 
     def damaged(self) -> list[int]:
         """Return the chunks whose results are not those their markers speak of."""
@@ -307,11 +307,11 @@ class Store:
 
     def is_done(self, chunk: int) -> bool:
         """Return whether a chunk has a marker."""
-        return self.place.exists(marker_name(chunk))
+        return self.storage.exists(marker_name(chunk))
 
     def forget(self, chunk: int) -> None:
         """Take a chunk's marker away: it will be computed again."""
-        self.place.remove(marker_name(chunk))
+        self.storage.remove(marker_name(chunk))
 
     def failed(self) -> list[int]:
         """Return the chunks with a case that failed."""
@@ -319,35 +319,35 @@ class Store:
 
     def messages(self) -> dict[tuple[int, ...], str]:
         """Return why cases failed, by their place in the grid."""
-        return messages_in(self.place, self.plan.shape, self.plan.chunk_shape)
+        return messages_in(self.storage, self.plan.shape, self.plan.chunk_shape)
 
-    def add(self, found: xr.Dataset) -> None:
+    def add(self, dataset: xr.Dataset) -> None:
         """Write what was made of the whole beside the results; what is there by these names is replaced.
 
         Until all of it is written nobody is told of it.
         """
         group = self._group()
-        known = [name for name in group.attrs["order"] if name not in found]
+        known = [name for name in group.attrs["order"] if name not in dataset]
         group.attrs["order"] = known
-        for name in found.variables:
-            values = np.asarray(found[name].values)
+        for name in dataset.variables:
+            values = np.asarray(dataset[name].values)
             words = values.dtype.kind in "OU"
             data = np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
-            dimensions, kind = [str(dim) for dim in found[name].dims], str if words else values.dtype
+            dimensions, kind = [str(dim) for dim in dataset[name].dims], str if words else values.dtype
             array = group.create_array(
                 str(name), shape=values.shape, chunks=tuple(max(1, size) for size in values.shape), dtype=kind,
                 dimension_names=dimensions, overwrite=True,
             )  # fmt: skip
             array[...] = data if words else values
-            array.attrs.update(found[name].attrs)
-        group.attrs.update(found.attrs)
-        for name in map(str, found.variables):
+            array.attrs.update(dataset[name].attrs)
+        group.attrs.update(dataset.attrs)
+        for name in map(str, dataset.variables):
             self.flush(f"{RESULTS}/{name}")
-        group.attrs["order"] = [*known, *map(str, found.data_vars)]
+        group.attrs["order"] = [*known, *map(str, dataset.data_vars)]
 
     def dataset(self) -> xr.Dataset:
         """Return everything, in memory."""
-        return loaded_from(self.place)
+        return loaded_from(self.storage)
 
 
 def check_array_names(plan: Plan, outputs: Outputs, taken: Collection[str] = ()) -> None:

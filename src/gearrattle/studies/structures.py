@@ -38,14 +38,14 @@ def structures_of(plan: Plan) -> list[Model]:
     Args:
         plan: the study's cases; those that are no model are passed over. Without any the plan's own model is left.
     """
-    found: dict[Any, Model] = {}
-    for place in _places(plan):
+    models: dict[Any, Model] = {}
+    for index in _places(plan):
         try:
-            model = plan.model.with_(plan.changes(place))
-            found.setdefault(_structure(model), model)
+            model = plan.model.with_(plan.changes(index))
+            models.setdefault(_structure(model), model)
         except GearRattleError:
             continue
-    return list(found.values()) or [plan.model]
+    return list(models.values()) or [plan.model]
 
 
 def _structure(model: Model) -> Any:
@@ -88,4 +88,4 @@ def _tried(model: Model, values: dict[str, Sequence[Any]] | Any) -> list[int]:
 
 def _even(count: int) -> list[int]:
     """Return up to ``MOST_WORDS`` places spread evenly over a dimension, both ends included."""
-    return sorted({int(place) for place in np.linspace(0, count - 1, min(count, MOST_WORDS)).round()})
+    return sorted({int(index) for index in np.linspace(0, count - 1, min(count, MOST_WORDS)).round()})

@@ -79,15 +79,15 @@ def prepare(
     refused = _Refused()
     base = refused.by(lambda: settled(model.with_(fixed) if fixed else model, {}), settled(model, {}))
     none: tuple[Axis, ...] = ()
-    given = refused.by(lambda: axes_of(axes or {}, base), none)
+    swept_axes = refused.by(lambda: axes_of(axes or {}, base), none)
     refused.by(lambda: len(distributions_of(vary or {}, base)), 0)
     refused.by(lambda: design_of(method, samples, len(vary or {})), None)
     refused.by(lambda: check_list(outputs, function), None)
     if refused.problems:
         raise ModelError(refused.problems)
     points = _points(vary or {}, samples, method, seed, base)
-    check_paths([*(path for axis in given for path in axis.values), *(points.paths if points else ())])
-    plan = Plan(base, given, points, 1)
+    check_paths([*(path for axis in swept_axes for path in axis.values), *(points.paths if points else ())])
+    plan = Plan(base, swept_axes, points, 1)
     if not plan.dimensions:
         raise ModelError(Problem("axes", "none", "a study needs an axis, or something that scatters"))
     structures = structures_of(plan)
@@ -95,12 +95,12 @@ def prepare(
     if plan.count > most:
         raise ModelError(_wrong_count(plan, base, most))
     run, seconds = first_run(plan)
-    found = outputs_of(outputs, run, function, structures)
-    if can_batch(found, plan):
-        seconds = seconds_together(plan, found, seconds)
+    kept_outputs = outputs_of(outputs, run, function, structures)
+    if can_batch(kept_outputs, plan):
+        seconds = seconds_together(plan, kept_outputs, seconds)
     else:
-        seconds = seconds_alone(plan, found.of, run, seconds, found.known if function is None else None)
-    return Prepared(Plan(base, given, points, fit_size(seconds, plan.count)), found, seconds)
+        seconds = seconds_alone(plan, kept_outputs.of, run, seconds, kept_outputs.known if function is None else None)
+    return Prepared(Plan(base, swept_axes, points, fit_size(seconds, plan.count)), kept_outputs, seconds)
 
 
 def study(
@@ -171,7 +171,7 @@ def _points(vary: Mapping[str, Any], samples: int, method: str, seed: int, model
         return None
     if design.cases(len(vary), samples) > MOST * 100:
         raise ModelError(Problem("samples", shown(samples), f"more than {MOST * 100} cases cannot be held"))
-    paths = tuple(each.path for each in distributions)
+    paths = tuple(distribution.path for distribution in distributions)
     base = None if design.counted else np.array([_own_value(path, model) for path in paths])
     return Samples(paths, sampled(distributions, samples, method, seed, base), method)
 
@@ -207,12 +207,12 @@ def first_run(plan: Plan) -> tuple[Run, float]:
     trouble: Exception | None = None
     at = (0,) * len(plan.shape)
     last = tuple(length - 1 for length in plan.shape)
-    for place in (at, last, tuple(length // 2 for length in plan.shape)):
+    for index in (at, last, tuple(length // 2 for length in plan.shape)):
         try:
-            changed = plan.model.with_(plan.changes(place))
+            changed = plan.model.with_(plan.changes(index))
             simulate(changed, audit=False)
             begun = time.perf_counter()
-            run = simulate(plan.model.with_(plan.changes(place)), audit=False)
+            run = simulate(plan.model.with_(plan.changes(index)), audit=False)
             return run, time.perf_counter() - begun
         except (ModelError, ConvergenceError) as error:
             trouble = trouble or error

@@ -162,7 +162,7 @@ def test_a_motion_without_bound_is_an_outcome(name, capfd):
     while (outcome := march.advance()) is Outcome.SLICE_SPENT:
         pass
     assert outcome is Outcome.NON_FINITE
-    assert 0.0 < march.place().time < 1.0
+    assert 0.0 < march.position().time < 1.0
     assert SOLVERS[name](task(oscillator(GAP), [1.0], [np.nan])).advance() is Outcome.NON_FINITE
     assert capfd.readouterr() == ("", "")
 

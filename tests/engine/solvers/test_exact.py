@@ -80,7 +80,7 @@ def test_chatter_is_judged_by_the_time_that_it_is(monkeypatch: pytest.MonkeyPatc
     march, told = ExactMarch(rattling(0)), list[tuple[float, float]]()
 
     def heard(_log: packed.Log, _count: int, now: float) -> bool:
-        told.append((now, march.place().time / march.flow.system.inputs.period))
+        told.append((now, march.position().time / march.flow.system.inputs.period))
         return False
 
     monkeypatch.setattr(exact, "_BUDGET", 7)

@@ -171,7 +171,7 @@ def test_a_tolerance_that_cannot_be_met_is_a_result_not_a_loop(name: str) -> Non
         assert march.motion().crossings.time[0] == pytest.approx(np.pi / 4, abs=1e-9)
         return
     assert outcome is Outcome.NO_CONVERGENCE
-    assert 0.0 <= march.place().time < 1.0
+    assert 0.0 <= march.position().time < 1.0
     assert "tolerance" in outcome.advice
 
 

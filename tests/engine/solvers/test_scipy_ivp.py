@@ -93,4 +93,4 @@ def test_a_motion_without_bound_is_an_outcome():
     while (outcome := march.advance()) is Outcome.SLICE_SPENT:
         pass
     assert outcome is Outcome.NON_FINITE
-    assert 0.0 < march.place().time < 1.0
+    assert 0.0 < march.position().time < 1.0

@@ -113,7 +113,7 @@ def test_an_unstable_motion_is_not_finite():
     while (outcome := march.advance()) is Outcome.SLICE_SPENT:
         pass
     assert outcome is Outcome.NON_FINITE
-    assert march.place().time > 0
+    assert march.position().time > 0
 
 
 def test_the_page_is_what_its_data_give():

@@ -167,4 +167,4 @@ def test_an_audit_of_millions_of_steps_an_interval_is_refused(monkeypatch: pytes
     while (outcome := march.advance()) is Outcome.SLICE_SPENT:
         pass
     assert outcome is Outcome.AUDIT_TOO_LONG
-    assert march.place().fastest == 0
+    assert march.position().fastest == 0

@@ -97,7 +97,7 @@ def test_f_limits_hold_where_bursts_raise_a_band_for_cycles() -> None:
         for band in rows:
             held += band.least <= 0.0 <= band.most
             inside = (spectra[0].frequency >= band.low) & (spectra[0].frequency < band.high)
-            n = [densities.gaussian_averages(each.density[inside, 0], each.each.shape[2]) for each in spectra]
+            n = [densities.gaussian_averages(each.density[inside, 0], each.periodograms.shape[2]) for each in spectra]
             low, high = densities.limits(10.0 ** (band.decibels / 10.0), *n)
             gaussian += low <= 1.0 <= high
         bands += len(rows)
@@ -111,7 +111,7 @@ def test_equivalent_averages_are_the_variance_of_a_bands_power() -> None:
     for _ in range(1500):
         record = cycles(generator.standard_normal((64, 16)))
         spectrum, _ = densities.densities(record, record)
-        inside = spectrum.each[10:20, 0]
+        inside = spectrum.periodograms[10:20, 0]
         powers.append(inside.sum(axis=0).mean())
         told.append(densities.gaussian_averages(inside.mean(axis=1), inside.shape[1]))
         seen.append(1.0 / densities.observed_averages(inside.sum(axis=0)))

@@ -44,7 +44,7 @@ def test_the_levels_pull_along_their_gradient(found: gr.typing.Validation) -> No
     assert [p.shift for p in told.parameters] == pytest.approx(shift.tolist(), rel=0.03)
     spread = np.eye(3) - np.outer(g, g) / (g @ g)
     assert [p.left for p in told.parameters] == pytest.approx(np.sqrt(np.diag(spread)).tolist(), rel=0.02)
-    assert np.array(told.found) == pytest.approx(correlation(spread), abs=0.02)
+    assert np.array(told.estimated) == pytest.approx(correlation(spread), abs=0.02)
     assert told.before == pytest.approx([100.0 * math.log(1.03)], abs=0.01)  # resampling passes within 1e-4
     assert abs(told.after[0]) < 0.01 * told.before[0]
     assert told.chi_square[1] < told.chi_square[0]
@@ -55,7 +55,7 @@ def test_exchangeable_parameters_are_named() -> None:
     """Inertia and the torque that moves it: a level tells their quotient alone."""
     found = gr.validate(made.run(), made.record(), parameters={J: 0.04, FIRST: 0.2}, draws=12)
     assert found.parameters is not None
-    assert found.parameters.found[0][1] > 0.99
+    assert found.parameters.estimated[0][1] > 0.99
     assert any("cannot be told apart" in sentence for sentence in found.findings)
     tables = parameter_tables(found)
     assert [table.title for table in tables] == [

@@ -188,13 +188,13 @@ class Overtones:
     def ratios(self, spectrum: Complex) -> tuple[Array, Array]:
         """(K,) gains and mean slopes."""
         oscillation, _ = self.waves(spectrum)
-        means, found = self.means(oscillation), []
+        means, ratio_pairs = self.means(oscillation), []
         for k in self.system.clearances:
             law, delta = self.system.laws[k], means[k] + oscillation[k]
             gain, size = best_line(elastic(law, delta), delta), largest_slope(law)
             at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
-            found.append(((at_mean if np.isnan(gain) else gain) / size, slopes(law, delta) / size))
-        gains, mean_slopes = np.array(found).reshape(-1, 2).T
+            ratio_pairs.append(((at_mean if np.isnan(gain) else gain) / size, slopes(law, delta) / size))
+        gains, mean_slopes = np.array(ratio_pairs).reshape(-1, 2).T
         return gains, mean_slopes
 
     def multiplier(self, spectrum: Complex) -> float:
@@ -237,7 +237,7 @@ def multipliers(system: PiecewiseSystem, deflection: Array) -> Array:
 
 def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, int, int]]:
     """Share of the period, element and piece entered, of every crossing in one period, in order of time."""
-    found = []
+    crossings = []
     for k in system.clearances:
         law, here = system.laws[k], deflection[k]
         after = np.roll(here, -1)
@@ -245,8 +245,8 @@ def _crossings(system: PiecewiseSystem, deflection: Array) -> list[tuple[float, 
             above = after >= corner
             for i in np.flatnonzero(above != (here >= corner)):
                 share = (corner - here[i]) / (after[i] - here[i])
-                found.append(((float(i) + float(share)) / here.size, k, c + int(above[i])))
-    return sorted(found)
+                crossings.append(((float(i) + float(share)) / here.size, k, c + int(above[i])))
+    return sorted(crossings)
 
 
 def balance(system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> Balance:

@@ -149,18 +149,18 @@ class Linearisation:
         """(2K,) gains and dampings of equal loss, as shares of the largest, on the motion that given ones make."""
         oscillation, rate = self.motion(shares)
         means = self.means(oscillation)
-        found = np.empty((2, len(self.moving)))
+        ratios = np.empty((2, len(self.moving)))
         for i, k in enumerate(self.moving):
             law, delta = self.system.laws[k], means[k] + oscillation[k]
             gain = best_line(elastic(law, delta), delta)
             at_mean = float(law.stiffness[law.piece_at(float(means[k]))])
-            found[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
+            ratios[0, i] = (at_mean if np.isnan(gain) else gain) / self.full[i]
             between = 0.5 * (rate[k] + np.roll(rate[k], -1))
             power = float(between @ between)
             loss = law.damping[0] + np.diff(law.damping) @ (beyond(law.corners, delta) @ between**2) / (power or 1.0)
             at_mean = float(law.damping[law.piece_at(float(means[k]))])
-            found[1, i] = (loss if power > 0.0 else at_mean) / self.loss[i]
-        return found.ravel()
+            ratios[1, i] = (loss if power > 0.0 else at_mean) / self.loss[i]
+        return ratios.ravel()
 
     def point(self, shares: Array, starts: int, *, seek: bool = True) -> FixedPoint:
         """Describe the motion of a fixed point, for all clearances; ``seek`` the periodic motion it leads to."""
@@ -240,18 +240,18 @@ def forecast(system: PiecewiseSystem, *, thorough: bool = True) -> Forecast:
         return Forecast((linear.point(np.zeros(0), 1),), 1, 0)
     if linear.at_rest:  # every search ends at the slopes of the equilibrium
         return Forecast((linear.point(linear.answer(np.ones(2 * len(linear.moving))), 1, seek=False),), 1, 0)
-    found: list[tuple[Array, int]] = []
+    distinct: list[tuple[Array, int]] = []
     searches = ended = 0
     for start in _starts(len(linear.moving), thorough=thorough):
         searches += 1 if len(linear.moving) > _MANY else 2
         for shares in _search(linear, np.concatenate([start, start])):
             ended += 1
-            same = next((i for i, (other, _) in enumerate(found) if np.abs(other - shares).max() < SAME), None)
+            same = next((i for i, (other, _) in enumerate(distinct) if np.abs(other - shares).max() < SAME), None)
             if same is None:
-                found.append((shares, 1))
+                distinct.append((shares, 1))
             else:
-                found[same] = (found[same][0], found[same][1] + 1)
+                distinct[same] = (distinct[same][0], distinct[same][1] + 1)
     seek = thorough and len(linear.moving) <= _MOST_SOUGHT
-    points = [linear.point(shares, count, seek=seek) for shares, count in found]
+    points = [linear.point(shares, count, seek=seek) for shares, count in distinct]
     points.sort(key=lambda point: (not point.confirmed, -point.starts))
     return Forecast(tuple(points), searches, searches - ended)

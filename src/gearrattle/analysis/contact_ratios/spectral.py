@@ -121,8 +121,8 @@ def spectral(trajectory: Trajectory, taper: Taper = "hann") -> ContactRatio:
     for k in clearances(trajectory):
         law, deflection = law_of(trajectory.layout, k), window.periodic(trajectory.deflection[:, k])
         if np.ptp(deflection) > 1e-12 * np.abs(deflection).max():
-            found = gain(deflection, elastic(law, deflection), rate, segments, taper)
-            value[k] = found.value / largest_slope(law)
-            half[k] = student * found.deviation / largest_slope(law)
+            estimate = gain(deflection, elastic(law, deflection), rate, segments, taper)
+            value[k] = estimate.value / largest_slope(law)
+            half[k] = student * estimate.deviation / largest_slope(law)
     notes = ("one segment only: no random error can be told; simulate more cycles",) if segments == 1 else ()
     return ContactRatio("spectral", "equivalent gain", value, value - half, value + half, notes)

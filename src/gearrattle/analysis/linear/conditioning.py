@@ -57,8 +57,8 @@ def balanced(matrix: Array) -> tuple[Array, Array]:
     """Return T A T^-1 and the diagonal of T, (2n,) powers of two, that balance rows and columns."""
     from scipy.linalg import matrix_balance
 
-    found, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
-    return np.asarray(found), np.asarray(1.0 / scale)
+    balanced_matrix, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
+    return np.asarray(balanced_matrix), np.asarray(1.0 / scale)
 
 
 def conditions(
@@ -73,5 +73,5 @@ def conditions(
     """
     rigid = rigid_motions(system, stiffness)
     matrices = {name: jacobian(system, stiffness, damping, *unit) for name, unit in units.items()}
-    found = {name: condition(matrix, rigid) for name, matrix in matrices.items()}
-    return {**found, "balanced": condition(balanced(next(reversed(matrices.values())))[0], rigid)}
+    condition_numbers = {name: condition(matrix, rigid) for name, matrix in matrices.items()}
+    return {**condition_numbers, "balanced": condition(balanced(next(reversed(matrices.values())))[0], rigid)}

@@ -64,8 +64,8 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
         own = np.flatnonzero(np.isin(tied.references, bodies))
         rigid = tied.angle_from_reference[np.ix_(bodies, own)]
         factor = np.sqrt(stiffness[held])[:, None] * (system.rows[np.ix_(held, bodies)] / root[bodies])
-        found, kinetic, stored = _train(rigid * root[bodies, None], factor)
-        omega[column], normal[bodies, column] = found, kinetic
+        frequencies, kinetic, stored = _train(rigid * root[bodies, None], factor)
+        omega[column], normal[bodies, column] = frequencies, kinetic
         strain[:, first + own.size : column.stop] = 0.0
         strain[held, first + own.size : column.stop] = stored**2
         first = column.stop

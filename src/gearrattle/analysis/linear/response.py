@@ -54,12 +54,12 @@ def steady_angles(system: PiecewiseSystem, stiffness: Array, damping: Array) -> 
     error = (inputs.error_cosine - 1j * inputs.error_sine)[:, turning]
     spring = (system.rows.T * stiffness) @ system.rows
     loss = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
-    found = np.empty(torque.shape, dtype=np.complex128)
+    angles = np.empty(torque.shape, dtype=np.complex128)
     for j, w in enumerate(turning_rates(system)):
         push = torque[:, j] + system.rows.T @ ((stiffness + 1j * w * damping) * error[:, j])
         dynamic = spring - w * w * np.diag(system.inertia) + 1j * w * loss
-        found[:, j] = np.linalg.solve(dynamic, push)
-    return found
+        angles[:, j] = np.linalg.solve(dynamic, push)
+    return angles
 
 
 def turning_rates(system: PiecewiseSystem) -> Array:

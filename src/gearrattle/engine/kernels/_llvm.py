@@ -99,8 +99,8 @@ def group_reader(name: str, sample: Any, first: int) -> Any:
     group = _Group(name, sample)
 
     def read(_context: Any, words: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            entry = context.make_array(signature.args[0])(context, builder, given[0]).data
+        def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            entry = context.make_array(signature.args[0])(context, builder, operands[0]).data
             return builder.gep(entry, [ir.IntType(64)(first)])
 
         return group(words), write
@@ -117,11 +117,11 @@ def _foreign(result: Any) -> Any:
 
     @intrinsic
     def call(_context: Any, address: Any, values: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
             types = [context.get_value_type(kind) for kind in signature.args[1]]
             shape = ir.FunctionType(context.get_value_type(result), types)
-            function = builder.inttoptr(given[0], shape.as_pointer())
-            return builder.call(function, cgutils.unpack_tuple(builder, given[1]))
+            function = builder.inttoptr(operands[0], shape.as_pointer())
+            return builder.call(function, cgutils.unpack_tuple(builder, operands[1]))
 
         return result(address, values), write
 
@@ -138,11 +138,11 @@ def _native(result: Any) -> Any:
     def call(_context: Any, address: Any, values: Any) -> Any:
         kinds = [numba.types.unliteral(kind) for kind in values.types]
 
-        def write(context: Any, builder: Any, _: Any, given: Any) -> Any:
+        def write(context: Any, builder: Any, _: Any, operands: Any) -> Any:
             shape = context.call_conv.get_function_type(result, kinds)
-            function = builder.inttoptr(given[0], shape.as_pointer())
-            each = zip(cgutils.unpack_tuple(builder, given[1]), values.types, kinds, strict=True)
-            handed = [context.cast(builder, value, kind, plain) for value, kind, plain in each]
+            function = builder.inttoptr(operands[0], shape.as_pointer())
+            triples = zip(cgutils.unpack_tuple(builder, operands[1]), values.types, kinds, strict=True)
+            handed = [context.cast(builder, value, kind, plain) for value, kind, plain in triples]
             return context.call_conv.call_function(builder, function, result, kinds, handed)[1]
 
         return result(address, values), write
@@ -161,8 +161,8 @@ def _group(
     places = [builder.bitcast(builder.gep(out, [integer(4 * s)]), four) for s in range(count)]
     strips = [builder.gep(at, [builder.mul(stride, integer(s))]) for s in range(count)]
     sums = [cgutils.alloca_once(builder, _FOUR) for _ in range(count)]
-    for place, total in zip(places, sums, strict=True):
-        builder.store(builder.load(place, align=8) if adds else _FOUR([0.0] * 4), total)
+    for pointer, total in zip(places, sums, strict=True):
+        builder.store(builder.load(pointer, align=8) if adds else _FOUR([0.0] * 4), total)
     with cgutils.for_range(builder, columns) as loop:
         weight = builder.insert_element(_FOUR(ir.Undefined), builder.load(builder.gep(weights, [loop.index])), lane(0))
         spread = builder.shuffle_vector(weight, _FOUR(ir.Undefined), ir.VectorType(lane, 4)([0] * 4))
@@ -171,8 +171,8 @@ def _group(
             rows = builder.load(builder.bitcast(column, four), align=8)
             product = builder.fmul(rows, spread, flags=("contract",))
             builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
-    for place, total in zip(places, sums, strict=True):
-        builder.store(builder.load(total), place, align=8)
+    for pointer, total in zip(places, sums, strict=True):
+        builder.store(builder.load(total), pointer, align=8)
 
 
 def _strip_product(adds: bool) -> Any:
@@ -188,15 +188,15 @@ def _strip_product(adds: bool) -> Any:
                 out[at + 4 * i + r] = sums
 
     def product(_: Any, stack: Any, where: Any, y: Any, out: Any, at: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            kinds, (_, where, _, _, at) = signature.args, given
+        def write(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            kinds, (_, where, _, _, at) = signature.args, operands
             first, stride, apart, strips, columns = cgutils.unpack_tuple(builder, where)
-            data, weights, sums = (context.make_array(kinds[i])(context, builder, given[i]).data for i in (0, 2, 3))
-            entry, place, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
+            data, weights, sums = (context.make_array(kinds[i])(context, builder, operands[i]).data for i in (0, 2, 3))
+            entry, target, integer = builder.gep(data, [first]), builder.gep(sums, [at]), strips.type
 
             def group(begin: Any, count: int) -> None:
                 here, there = builder.mul(begin, stride), builder.mul(begin, integer(4))
-                strip, rows = builder.gep(entry, [here]), builder.gep(place, [there])
+                strip, rows = builder.gep(entry, [here]), builder.gep(target, [there])
                 _group(builder, count, strip, stride, apart, columns, weights, rows, adds)
 
             pairs = builder.ashr(strips, integer(1))

@@ -53,7 +53,7 @@ class March(NamedTuple):
     counts: Any  # (8,)
     numbers: Any  # (6,)
     current: Any  # (8,) CVODE's own counts
-    found: Any  # (2 K,) int32, the roots found
+    roots: Any  # (2 K,) int32, the roots found
     piece: Any  # (m,) int64
     deflection: Any  # (m,) at the end of the last step
     times: Any  # (samples,) output grid
@@ -175,12 +175,12 @@ def hold(field, held, i, piece):
 def _leave(field, held, library, m, after, root):
     """Change the pieces that end here, by CVODE's roots or, if it found none, by the deflections; how many did."""
     if root:
-        call_code(library.roots, (library.memory, m.found.ctypes.data))
+        call_code(library.roots, (library.memory, m.roots.ctypes.data))
     changed, first, time = 0, m.counts[EVENTS], m.numbers[TIME]
     for i in range(held.clearances.size):
         k, way = held.clearances[i], 0
         if root:
-            way = int(m.found[2 * i + 1] != 0) - int(m.found[2 * i] != 0)
+            way = int(m.roots[2 * i + 1] != 0) - int(m.roots[2 * i] != 0)
         elif after.deflection[k] < held.bounds[i, 0]:  # it turned back on the corner it had just passed
             way = -1
         elif after.deflection[k] > held.bounds[i, 1]:

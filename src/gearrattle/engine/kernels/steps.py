@@ -160,9 +160,9 @@ def _met(field, h, piece, old, new, roots):
     """The corners that a step with pieces held leads beyond, into ``roots``. Returns how many."""
     count, bracket = 0, np.empty(2)
     for k in range(field.laws.first.size - 1):
-        place = field.laws.first[k] + int(piece[k])
+        index = field.laws.first[k] + int(piece[k])
         for up in range(-1, 2, 2):
-            corner = field.laws.upper[place] if up > 0 else field.laws.lower[place]
+            corner = field.laws.upper[index] if up > 0 else field.laws.lower[index]
             if abs(corner) > 1e300:
                 continue
             gap, end = up * (corner - old[0][k]), up * (corner - new[0][k])

@@ -54,18 +54,18 @@ class Bench(NamedTuple):
 
 
 @kernel
-def _add_powers(network, bench, works, length, s, weight):
+def _add_powers(network, scratch, works, length, s, weight):
     """Add weight times every power at s of the window in the table."""
-    y, wave, slip, load, m = bench.y, bench.wave, bench.slip, bench.torque, bench.force.size
+    y, wave, slip, load, m = scratch.y, scratch.wave, scratch.slip, scratch.torque, scratch.force.size
     n = network.mean.size - m
-    stiffness, damping, offset = bench.stiffness, bench.damping, bench.offset
-    move(bench.table, s, y)
-    move(bench.waves, s, wave)
+    stiffness, damping, offset = scratch.stiffness, scratch.damping, scratch.offset
+    move(scratch.table, s, y)
+    move(scratch.waves, s, wave)
     for i in range(slip.shape[1]):
         value, rate = 0.0, 0.0
-        for j in range(bench.errors.shape[0] - 1, -1, -1):
+        for j in range(scratch.errors.shape[0] - 1, -1, -1):
             rate = rate * s + value
-            value = value * s + bench.errors[j, i]
+            value = value * s + scratch.errors[j, i]
         slip[0, i], slip[1, i] = value, rate / length
     for i in range(load.size):
         load[i] = network.mean[i]
@@ -86,31 +86,31 @@ def _add_powers(network, bench, works, length, s, weight):
 
 
 @kernel
-def _over(network, inputs, bench, works, windows, share, abscissas, weights):
+def _over(network, inputs, scratch, works, windows, share, abscissas, weights):
     """Add the powers over a share of a window from the state in the table, and move that to the end."""
     length = share * network.length
-    for j in range(bench.turn.size):
-        bench.turn[j] = share * network.turn[j]
-    inputs_at(inputs, bench.now[0], bench.now[1], bench.u)
-    tie_up(network, bench.table)
-    wave_series(bench.turn, bench.u, bench.waves)
-    error_series(network.error_at, network.error, bench.waves, bench.errors)
+    for j in range(scratch.turn.size):
+        scratch.turn[j] = share * network.turn[j]
+    inputs_at(inputs, scratch.now[0], scratch.now[1], scratch.u)
+    tie_up(network, scratch.table)
+    wave_series(scratch.turn, scratch.u, scratch.waves)
+    error_series(network.error_at, network.error, scratch.waves, scratch.errors)
     expand(
-        network, length, bench.stiffness, bench.damping, bench.offset, bench.waves, bench.errors, bench.table,
-        bench.force, bench.pull, bench.load, bench.reach,
+        network, length, scratch.stiffness, scratch.damping, scratch.offset, scratch.waves, scratch.errors, scratch.table,
+        scratch.force, scratch.pull, scratch.load, scratch.reach,
     )  # fmt: skip
     for q in range(weights.size):
-        _add_powers(network, bench, works, length, abscissas[q], length * weights[q])
-    move(bench.table, 1.0, bench.y)
-    bench.table[0] = bench.y
-    bench.now[1] += share / windows
-    if bench.now[1] >= 1.0:
-        bench.now[0] += 1.0
-        bench.now[1] -= 1.0
+        _add_powers(network, scratch, works, length, abscissas[q], length * weights[q])
+    move(scratch.table, 1.0, scratch.y)
+    scratch.table[0] = scratch.y
+    scratch.now[1] += share / windows
+    if scratch.now[1] >= 1.0:
+        scratch.now[0] += 1.0
+        scratch.now[1] -= 1.0
 
 
 @kernel
-def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, bench, works, nodes):
+def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, scratch, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
     Args:
@@ -123,16 +123,16 @@ def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle
     """
     for i in range(first, last):
         if path.sample[i] >= 0:
-            bench.table[0] = samples[path.sample[i]]
-            bench.now[0] = path.sample[i] // per_cycle
-            bench.now[1] = (path.sample[i] % per_cycle) / per_cycle
+            scratch.table[0] = samples[path.sample[i]]
+            scratch.now[0] = path.sample[i] // per_cycle
+            scratch.now[1] = (path.sample[i] % per_cycle) / per_cycle
         left = path.duration[i]
         while left > 0.0:
             share = min(left, 1.0)
-            _over(network, inputs, bench, works, windows, share, nodes[0], nodes[1])
+            _over(network, inputs, scratch, works, windows, share, nodes[0], nodes[1])
             left -= share
         c = path.clearance[i]
         if c >= 0:
             k = network.clearances[c]
             p = laws.first[k] + path.piece[i]
-            bench.stiffness[k], bench.damping[k], bench.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]
+            scratch.stiffness[k], scratch.damping[k], scratch.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]

@@ -230,7 +230,7 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
     return plan, np.array(words), np.array(addresses), count
 
 
-def _shapes(sizes: Sizes, place: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
+def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
     """What ``place`` makes of the shape and kind of every array."""
     m, n, r, states, harmonics, chain, references, clearances, companions, pieces = sizes
     inputs, watched, carried = 1 + 2 * harmonics, clearances + companions, references + clearances
@@ -238,13 +238,13 @@ def _shapes(sizes: Sizes, place: Callable[[tuple[int, ...], Any], Any]) -> Works
     rows = max(carried + z, ORDER + 1)
 
     def floats(*shape: int) -> Any:
-        return place(shape, np.float64)
+        return allocate(shape, np.float64)
 
     def integers(*shape: int) -> Any:
-        return place(shape, np.int64)
+        return allocate(shape, np.int64)
 
     def waves(*shape: int) -> Any:
-        return place(shape, np.complex128)
+        return allocate(shape, np.complex128)
 
     common = Common(
         motion=floats(r, z), balance=floats(n, z), rows=floats(m, n), deflection=floats(m, z), rate=floats(m, z),
@@ -254,7 +254,7 @@ def _shapes(sizes: Sizes, place: Callable[[tuple[int, ...], Any], Any]) -> Works
         cornered=integers(clearances), limits=floats(LIMITS), coarsest=integers(1), links=integers(1),
     )  # fmt: skip
     laws = Laws(integers(members + 1), *(floats(pieces) for _ in Laws._fields[1:]))
-    beside = Companions(
+    auxiliary = Companions(
         element=integers(companions), state=integers(companions), scale=floats(companions),
         by_memory=floats(pieces), moves=floats(pieces), by_deflection=floats(pieces), by_rate=floats(pieces),
         by_itself=floats(pieces),
@@ -279,10 +279,10 @@ def _shapes(sizes: Sizes, place: Callable[[tuple[int, ...], Any], Any]) -> Works
         pushed=floats(3 * watched, chain), followed=floats(watched, chain),
     )  # fmt: skip
     return Workspace(
-        common, laws, beside, region, free, modes, bounds,
+        common, laws, auxiliary, region, free, modes, bounds,
         Scratch(floats(rows, z), floats(rows, z), floats(rows, z), floats(rows, z), floats(ORDER + 1)),
         Solver(waves(states, states), waves(states), waves(states), waves(states), integers(states)),
-        Lapack(place((2,), np.uint8), place((5,), np.int32), waves((_LAPACK + 2) * states), integers(15)),
+        Lapack(allocate((2,), np.uint8), allocate((5,), np.int32), waves((_LAPACK + 2) * states), integers(15)),
     )  # fmt: skip
 
 

@@ -80,7 +80,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Place:
+class Position:
     """Where a run stands.
 
     Attributes:
@@ -105,7 +105,7 @@ class Marching(Protocol):
     def fraction(self) -> float:
         """How much of the run is done, 0 ... 1."""
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Where the run stands, for a message about a failure."""
 
     def motion(self) -> Motion:

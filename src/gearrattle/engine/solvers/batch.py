@@ -21,7 +21,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.slots import fresh_slots
@@ -50,7 +50,7 @@ class Ended(Generic[T]):
     index: int
     outcome: Outcome
     kept: T | None
-    place: Place | None = None
+    position: Position | None = None
     reason: str = ""
 
 
@@ -101,9 +101,9 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[
         while outcome is Outcome.SLICE_SPENT:
             outcome = march.advance()
     except (ConvergenceError, FloatingPointError) as error:
-        return Ended(index, Outcome.NON_FINITE, None, march.place(), str(error))
+        return Ended(index, Outcome.NON_FINITE, None, march.position(), str(error))
     if outcome is not Outcome.DONE:
-        return Ended(index, outcome, None, march.place())
+        return Ended(index, outcome, None, march.position())
     if isinstance(march, ExactMarch):
         rooms.append(march.slots.store.room())
     return Ended(index, outcome, keep(march.motion()))

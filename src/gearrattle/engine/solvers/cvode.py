@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gearrattle.engine.solvers import sundials
-from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.block import Block, contiguous
 from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
 from gearrattle.engine.solvers.vector_field import FieldProblem
@@ -122,14 +122,14 @@ class MultistepMarch:
         """Samples stored, as a fraction of all."""
         return float(self.march.counts[0] / len(self.march.times))
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Time, deflections (transmission errors left out) and the last clearance crossed."""
         from gearrattle.engine.kernels.multistep import EVENTS, TIME
 
         count = int(self.march.counts[EVENTS])
         last = int(self.march.event_element[count - 1]) if count else None
         step = None if self._newton else self._limit.average
-        return self.problem.place(float(self.march.numbers[TIME]), self.march.z * self.block.size, last, step)
+        return self.problem.position(float(self.march.numbers[TIME]), self.march.z * self.block.size, last, step)
 
     def motion(self) -> Motion:
         """Samples, crossings and CVODE's own counts; see ``kernels.multistep`` on rejected steps' sizes."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
-from gearrattle.engine.solvers.base import Motion, Place, Task
+from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -183,7 +183,7 @@ class ExactMarch:
             return marched
         return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Time, deflections and the last clearance crossed."""
         counts = self.march.counts
         cycle, fraction = counts[packed.CYCLE], self.march.clock[:2].sum()
@@ -193,7 +193,7 @@ class ExactMarch:
         z = np.concatenate([states, self.flow.inputs_at(np.array([cycle]), np.array([fraction]))[0]])
         deflection = self.flow.deflection[list(self.flow.system.clearances)] @ z
         time, pieces = (cycle + fraction) * self.flow.system.inputs.period, self.slots.pieces[counts[packed.SLOT]]
-        return Place(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
+        return Position(float(time), deflection, self._last_crossed(), fastest_of(self.flow.system, pieces))
 
     def _last_crossed(self) -> int | None:
         """The clearance that was crossed last, by itself or by what stands beside it."""

@@ -145,8 +145,8 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
         force = out["force"][part]
         force[...] = _forces_of_laws(system, pieces, deflection, rate)
         forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
-        for c, each in enumerate(system.companions):
-            force[:, each.element] += forces[part, c]
+        for c, companion in enumerate(system.companions):
+            force[:, companion.element] += forces[part, c]
         balance = torque - system.drag * sampled["velocity"] - _by_row(np.ascontiguousarray(system.rows.T), force)
         references = samples.states[part, flow.states :][:, : len(flow.coordinates.references)]
         turned = _by_row(flow.coordinates.angle_from_reference, np.ascontiguousarray(references))
@@ -181,10 +181,10 @@ def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rat
     """Force and state e of every companion at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
     memory = z @ flow.memory_rows.T
     force, first = np.empty_like(memory), len(flow.system.clearances)
-    for c, each in enumerate(flow.system.companions):
-        k, piece = each.element, pieces[:, first + c]
-        force[:, c] = each.stiffness[piece] * deflection[:, k] + each.damping[piece] * rate[:, k] + each.offset[piece]
-        force[:, c] += each.memory[piece] * memory[:, c]
+    for c, companion in enumerate(flow.system.companions):
+        k, piece = companion.element, pieces[:, first + c]
+        force[:, c] = companion.stiffness[piece] * deflection[:, k] + companion.damping[piece] * rate[:, k] + companion.offset[piece]
+        force[:, c] += companion.memory[piece] * memory[:, c]
     return force, memory
 
 

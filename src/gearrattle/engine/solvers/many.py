@@ -82,7 +82,7 @@ def march_variants(
     numbers: Coefficients,
     start: tuple[Array, Array],
     window: Array,
-    told: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[Tallies, NDArray[np.bool_]]:
     """March all variants and judge them.
 
@@ -96,14 +96,14 @@ def march_variants(
     Returns:
         Tallies with a leading axis, and (V,) which variants are judged.
     """
-    place = _Place(pattern, numbers, start, window)
-    while place.go_on():
-        if told is not None:
-            told(place.done / len(window))
-    return place.out, place.is_judged
+    cursor = _BatchState(pattern, numbers, start, window)
+    while cursor.go_on():
+        if progress is not None:
+            progress(cursor.done / len(window))
+    return cursor.out, cursor.is_judged
 
 
-class _Place:
+class _BatchState:
     """Everything the loop works on; one thread's."""
 
     def __init__(self, pattern: Pattern, numbers: Coefficients, start: tuple[Array, Array], window: Array) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.base import Marching, Motion, Place, Task
+from gearrattle.engine.solvers.base import Marching, Motion, Position, Task
 from gearrattle.engine.solvers.handover import MOST_CHOSEN, StepLimit
 from gearrattle.engine.solvers.stability import default_step, regions_visited, stability_notes
 from gearrattle.engine.solvers.tableaus import Tableau
@@ -99,13 +99,13 @@ class StepMarch:
 
         return float(self.stepper.counts[SAMPLE] / self.stepper.states.shape[0])
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Time, deflections (transmission errors left out) and the last element crossed."""
         from gearrattle.engine.kernels.steps import EVENTS, NOW
 
         count = int(self.stepper.counts[EVENTS])
         last = int(self.stepper.event_element[count - 1]) if count else None
-        return self.problem.place(float(self.stepper.clock[NOW]), self.stepper.y, last, self._limit.average)
+        return self.problem.position(float(self.stepper.clock[NOW]), self.stepper.y, last, self._limit.average)
 
     def motion(self) -> Motion:
         """Samples by the method's own shorter steps, accelerations and forces from the equation of motion at them."""

@@ -66,14 +66,14 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
     knots = flow.knots[counts[INTERVAL] + 1 : -1]
     knots = knots[: np.searchsorted(knots, end, side="right")]
     whole = np.floor(knots)
-    found: tuple[NDArray[Any], ...] = (whole, knots - whole, np.full(len(knots), -1))
+    instants: tuple[NDArray[Any], ...] = (whole, knots - whole, np.full(len(knots), -1))
     clock, first = flow.system.clock, len(flow.system.clearances)
     if clock is not None:
         cycle, fraction, companion = clock.ticks(int(counts[TICKS]), end, flow.system.inputs.period)
         ticks = cycle, fraction, companion + first
-        found = tuple(map(np.concatenate, zip(found, ticks, strict=True)))
-    order = np.lexsort((found[1], found[0]))
-    cycle, fraction, watch = (each[order] for each in found)
+        instants = tuple(map(np.concatenate, zip(instants, ticks, strict=True)))
+    order = np.lexsort((instants[1], instants[0]))
+    cycle, fraction, watch = (column[order] for column in instants)
     return Instants(np.append(cycle, np.inf), np.append(fraction, 0.0), np.append(watch, -1).astype(np.int64))
 
 
@@ -197,10 +197,10 @@ def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
 @kept
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
-    given = [part for part in (system.signals, system.clock) if part is not None]
-    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *given)
+    optional = [part for part in (system.signals, system.clock) if part is not None]
+    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *optional)
     arrays = [system.inertia, system.drag, system.rows]
-    arrays += [np.asarray(getattr(part, each.name)) for part in parts for each in fields(part) if each.compare]
+    arrays += [np.asarray(getattr(part, field.name)) for part in parts for field in fields(part) if field.compare]
     digest = sha256()
     for array in arrays:
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())

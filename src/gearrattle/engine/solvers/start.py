@@ -56,11 +56,11 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
 
 def _accompanied(flow: Flow, pieces: Sequence[int], z: Array) -> tuple[int, ...]:
     """The pieces of all elements, and those in which their companions start."""
-    beside = [
-        each.start(pieces[each.element], float(flow.deflection[each.element] @ z), float(flow.rate[each.element] @ z))
-        for each in flow.system.companions
+    companion_pieces = [
+        companion.start(pieces[companion.element], float(flow.deflection[companion.element] @ z), float(flow.rate[companion.element] @ z))
+        for companion in flow.system.companions
     ]
-    return (*pieces, *beside)
+    return (*pieces, *companion_pieces)
 
 
 def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.solvers.base import Motion, Place, Task
+from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.block import Block
 from gearrattle.engine.solvers.handover import StepLimit
 from gearrattle.engine.solvers.vector_field import FieldProblem
@@ -124,8 +124,8 @@ class StepwiseMarch:
         """(m,) deflections, rates and pieces at a state."""
         from gearrattle.engine.kernels.sampling import elements_at
 
-        found: tuple[Array, Array, NDArray[np.int64]] = elements_at(self.block.field, at, z * self.block.size)
-        return found
+        elements: tuple[Array, Array, NDArray[np.int64]] = elements_at(self.block.field, at, z * self.block.size)
+        return elements
 
     def _passed(
         self, k: int, target: int, after: float, begin: float, between: Interpolant
@@ -155,11 +155,11 @@ class StepwiseMarch:
         """Samples stored, as a fraction of all."""
         return self.stored / len(self.states)
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Time, deflections (transmission errors left out) and the last clearance crossed."""
         last = self.log[-1][1] if self.log else None
         step = None if self.stepper.implicit else self._limit.average
-        return self.problem.place(self.stepper.time, self.stepper.z * self.block.size, last, step)
+        return self.problem.position(self.stepper.time, self.stepper.z * self.block.size, last, step)
 
     def motion(self) -> Motion:
         """Samples, crossings and the stepper's counts."""

@@ -27,10 +27,10 @@ _MANY = 2**31 - 1
 _PARTS = ("core", "nvecserial", "sunmatrixdense", "sunlinsoldense", "cvode")
 
 
-def missing(algorithm: str, found: str) -> NotInstalled:
+def missing(algorithm: str, name: str) -> NotInstalled:
     """The error of a start without the library."""
     rule = f"{algorithm} needs SUNDIALS CVODE, an optional extra"
-    return NotInstalled(Problem("simulation.algorithm", found, rule, "pip install 'gearrattle[sundials]'"))
+    return NotInstalled(Problem("simulation.algorithm", name, rule, "pip install 'gearrattle[sundials]'"))
 
 
 @cache
@@ -39,13 +39,13 @@ def _libraries() -> dict[str, Any]:
     import sksundae.cvode  # noqa: F401 - loads them in their order
 
     try:
-        found = list(files("scikit-sundae") or ())
+        installed = list(files("scikit-sundae") or ())
     except PackageNotFoundError as lost:
         raise ImportError("scikit-sundae has no list of its files") from lost
     libraries = {}
     for part in _PARTS:
         stems = (f"libsundials_{part}-", f"libsundials_{part}.", f"sundials_{part}-", f"sundials_{part}.")
-        paths = [str(f.locate()) for f in found if f.name.startswith(stems)]
+        paths = [str(f.locate()) for f in installed if f.name.startswith(stems)]
         if len(paths) != 1:
             raise ImportError(f"scikit-sundae has {len(paths)} libraries sundials_{part}")
         libraries[part] = ctypes.CDLL(paths[0])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels.variants import Crossings
-from gearrattle.engine.solvers.base import Motion, Place, Task
+from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import (
     StepLimit,
     chatters,
@@ -162,7 +162,7 @@ class SweepMarch:
             return marched
         return 0.5 * marched if self.auditor is None else 0.5 + 0.5 * self.auditor.fraction()
 
-    def place(self) -> Place:
+    def position(self) -> Position:
         """Time, deflections and the last clearance crossed."""
         count, now = int(self.sweep.counts[packed.EVENTS]), self.sweep.clock[1]
         states = np.polynomial.polynomial.polyval(now, self.sweep.table)
@@ -175,7 +175,7 @@ class SweepMarch:
         pieces = [0] * len(self.flow.system.laws)
         for k, piece in zip(self.flow.system.clearances, self.sweep.piece, strict=True):
             pieces[k] = int(piece)
-        return Place(whole * self.flow.system.inputs.period, deflection, last, fastest_of(self.flow.system, pieces))
+        return Position(whole * self.flow.system.inputs.period, deflection, last, fastest_of(self.flow.system, pieces))
 
     def _states(self, columns: Array) -> Array:
         """(t, N + R + K) scaled states, reference angles and force integrals, from columns of the table."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Crossings
-from gearrattle.engine.solvers.base import Motion, Place, Task
+from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import rates_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.building import RegionBuilder
@@ -89,7 +89,7 @@ class FieldProblem:
         clearances = list(self.task.system.clearances)
         return np.asarray(self.field.combination[clearances] @ y[: len(self.flow.coordinates.elements)])
 
-    def place(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Place:
+    def position(self, time: float, y: Array, last_element: int | None, step: float | None = None) -> Position:
         """Where a run stands.
 
         Args:
@@ -100,7 +100,7 @@ class FieldProblem:
                 element, and not the error, may have held it so short, the place names that element.
         """
         last = None if last_element is None else list(self.task.system.clearances).index(last_element)
-        return Place(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
+        return Position(time, self.deflections(y), last, None if step is None else self._limiting(time, y, step))
 
     def _limiting(self, time: float, y: Array, step: float) -> int | None:
         from gearrattle.engine.kernels.sampling import elements_at

@@ -99,10 +99,10 @@ def _bench(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) ->
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
     present = np.array(laws, dtype=float).reshape(-1, 3).T
     m, n, count, errors = len(system.laws), system.size, system.inputs.count, network.erring.size
-    bench = Bench(
+    scratch = Bench(
         np.zeros(2), np.zeros((orders, columns)), np.zeros((orders + 1, 2 * count)), np.zeros((orders + 1, errors)),
         present[0].copy(), present[1].copy(), present[2].copy(), np.zeros(1 + 2 * count), np.zeros(columns),
         np.zeros(2 * count), np.zeros((2, errors)), np.zeros(m + n), np.zeros(network.driven.size), np.zeros(m),
         np.zeros(m + n), np.zeros(m), np.zeros(count),
     )  # fmt: skip
-    return bench, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))
+    return scratch, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))

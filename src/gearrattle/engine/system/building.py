@@ -117,7 +117,7 @@ def _sizes(flow: Flow) -> Sizes:
         references=len(coordinates.references),
         clearances=len(system.clearances),
         companions=len(system.companions),
-        pieces=sum(law.pieces for law in system.laws) + sum(beside.pieces for beside in system.companions),
+        pieces=sum(law.pieces for law in system.laws) + sum(companion.pieces for companion in system.companions),
     )
 
 

@@ -77,11 +77,11 @@ def shifted(coefficients: Array, by: Array) -> Array:
     """(G, D + 1) coefficients of the same polynomials about points (G,) further on."""
     degree = coefficients.shape[1] - 1
     out, further = coefficients.copy(), by != 0.0
-    given, powers = coefficients[further], by[further, None] ** np.arange(degree + 1)
-    moved = np.zeros_like(given)
+    original, powers = coefficients[further], by[further, None] ** np.arange(degree + 1)
+    moved = np.zeros_like(original)
     for i in range(degree + 1):
         for j in range(i, degree + 1):
-            moved[:, i] += comb(j, i) * given[:, j] * powers[:, j - i]
+            moved[:, i] += comb(j, i) * original[:, j] * powers[:, j - i]
     out[further] = moved
     return out
 

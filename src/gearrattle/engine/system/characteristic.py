@@ -122,27 +122,27 @@ def coefficients(
         omega: reference speed [rad/s].
         scales: what counts as one.
     """
-    w, found, inertia = scales.frequency, dict[str, float](), system.inertia
+    w, named_values, inertia = scales.frequency, dict[str, float](), system.inertia
     for i, drag in enumerate(system.drag.tolist()):
         if drag:
-            found[_name("xi", i, i)] = drag / (inertia[i] * w)
+            named_values[_name("xi", i, i)] = drag / (inertia[i] * w)
     lever = np.where(is_mesh, scales.radius, 1.0)[:, None] * np.abs(system.rows) / inertia
     for symbol, values, unit in (
         ("eta", [law.damping[-1] for law in system.laws], w),
         ("Omega2", [law.stiffness[-1] for law in system.laws], w**2),
     ):
         for k, i in np.argwhere(lever).tolist():
-            found[_name(symbol, k, i)] = lever[k, i] * values[k] / unit
-    found["Omega_e"] = omega / w
+            named_values[_name(symbol, k, i)] = lever[k, i] * values[k] / unit
+    named_values["Omega_e"] = omega / w
     for k, law in enumerate(system.laws):
-        found |= _stages(k, law, scales.length if is_mesh[k] else scales.angle)
+        named_values |= _stages(k, law, scales.length if is_mesh[k] else scales.angle)
     inputs, torque = system.inputs, inertia * w**2 * scales.angle
     amplitude = np.hypot(inputs.torque_sine, inputs.torque_cosine) / torque[:, None]
     error = np.hypot(inputs.error_sine, inputs.error_cosine) / scales.length
-    found |= {f"T_m{i + 1}": mean / torque[i] for i, mean in enumerate(inputs.mean.tolist()) if mean}
-    found |= {f"T_a{i + 1}_{orders[j]:g}": amplitude[i, j] for i, j in np.argwhere(amplitude).tolist()}
-    found |= {f"epsilon_{k + 1}_{orders[j]:g}": error[k, j] for k, j in np.argwhere(error).tolist()}
-    return {name: float(value) for name, value in found.items()}
+    named_values |= {f"T_m{i + 1}": mean / torque[i] for i, mean in enumerate(inputs.mean.tolist()) if mean}
+    named_values |= {f"T_a{i + 1}_{orders[j]:g}": amplitude[i, j] for i, j in np.argwhere(amplitude).tolist()}
+    named_values |= {f"epsilon_{k + 1}_{orders[j]:g}": error[k, j] for k, j in np.argwhere(error).tolist()}
+    return {name: float(value) for name, value in named_values.items()}
 
 
 def _name(symbol: str, first: int, second: int) -> str:
@@ -155,5 +155,5 @@ def _stages(element: int, law: PiecewiseLaw, unit: float) -> dict[str, float]:
     """Return alpha, beta and b of a symmetric two-stage law; nothing of another."""
     if law.corners.size != 2 or law.corners[0] != -law.corners[1] or law.stiffness[-1] == 0.0:
         return {}
-    found = {f"alpha_{element + 1}": law.stiffness[1] / law.stiffness[-1], f"b_{element + 1}": law.corners[1] / unit}
-    return found | ({f"beta_{element + 1}": law.damping[1] / law.damping[-1]} if law.damping[-1] else {})
+    values = {f"alpha_{element + 1}": law.stiffness[1] / law.stiffness[-1], f"b_{element + 1}": law.corners[1] / unit}
+    return values | ({f"beta_{element + 1}": law.damping[1] / law.damping[-1]} if law.damping[-1] else {})

@@ -92,7 +92,7 @@ def stored_energy(flow: Flow, deflection: Array, velocity: Array) -> float:
 
 def _sliders(flow: Flow) -> Array:
     """(companions,) half the stiffness of every slider's spring."""
-    return np.array([0.5 * each.memory.max() for each in flow.system.companions])
+    return np.array([0.5 * companion.memory.max() for companion in flow.system.companions])
 
 
 def _potential(law: PiecewiseLaw, deflection: float) -> float:
@@ -340,10 +340,10 @@ def _increments(matrix: Array, lengths: Array) -> Array:
     halved = max(0, int(np.ceil(np.log2(max(norm, 1e-300) / 0.25))))
     term = np.eye(len(matrix))
     terms = np.array([term := term @ (matrix * (longest / 2.0**halved)) / j for j in range(1, 17)])
-    found = np.tensordot((lengths / longest)[:, None] ** np.arange(1, 17), terms, axes=1)
+    increments = np.tensordot((lengths / longest)[:, None] ** np.arange(1, 17), terms, axes=1)
     for _ in range(halved):
-        found = 2.0 * found + found @ found
-    return found
+        increments = 2.0 * increments + increments @ increments
+    return increments
 
 
 def _forms(flow: Flow, pieces: Pieces) -> Array:
@@ -361,8 +361,8 @@ def _pairs(n: int, m: int) -> IntArray:
     velocity, torque, rate = inertia, n + inertia, 2 * n + element
     force, error_rate, loss, friction = (2 * n + i * m + element for i in range(1, 5))
     pairs = [(torque, velocity), (velocity, velocity), (loss, rate), (friction, rate), (force, error_rate)]
-    found = np.hstack([np.stack(pair) for pair in pairs])
-    return np.vstack([found, np.arange(2 * n + 3 * m)]).T.astype(np.int64)
+    combined = np.hstack([np.stack(pair) for pair in pairs])
+    return np.vstack([combined, np.arange(2 * n + 3 * m)]).T.astype(np.int64)
 
 
 def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
@@ -371,15 +371,15 @@ def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
     for k, (law, piece) in enumerate(zip(flow.system.laws, pieces, strict=False)):
         rows[k] = law.stiffness[piece] * flow.deflection[k]
         rows[k, flow.states] += law.offset[piece] / flow.scaling.inputs[0]
-    for each, piece, memory in flow.beside(pieces):
-        rows[each.element] += each.moves[piece] * each.memory[piece] * memory
+    for companion, piece, memory in flow.beside(pieces):
+        rows[companion.element] += companion.moves[piece] * companion.memory[piece] * memory
     return rows
 
 
 def _friction_rows(flow: Flow, pieces: Pieces) -> Array:
     """(m, Z) the part of every element's force that sliders which slip have: constant torques."""
     rows = np.zeros_like(flow.deflection)
-    for each, piece, _ in flow.beside(pieces):
-        if each.remembers:
-            rows[each.element, flow.states] += each.offset[piece] / flow.scaling.inputs[0]
+    for companion, piece, _ in flow.beside(pieces):
+        if companion.remembers:
+            rows[companion.element, flow.states] += companion.offset[piece] / flow.scaling.inputs[0]
     return rows

@@ -85,11 +85,11 @@ class Flow:
         for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=False)):
             rows[k] = law.stiffness[piece] * self.deflection[k] + law.damping[piece] * self.rate[k]
             rows[k, self.states] += law.offset[piece] * unit
-        for each, piece, memory in self.beside(pieces):
-            k = each.element
-            rows[k] += each.stiffness[piece] * self.deflection[k] + each.damping[piece] * self.rate[k]
-            rows[k] += each.memory[piece] * memory
-            rows[k, self.states] += each.offset[piece] * unit
+        for companion, piece, memory in self.beside(pieces):
+            k = companion.element
+            rows[k] += companion.stiffness[piece] * self.deflection[k] + companion.damping[piece] * self.rate[k]
+            rows[k] += companion.memory[piece] * memory
+            rows[k, self.states] += companion.offset[piece] * unit
         return rows
 
     def beside(self, pieces: Pieces) -> Iterator[tuple[Companion, int, Array]]:
@@ -118,8 +118,8 @@ class Flow:
         matrix[:r] = period * self.scaling.deflection[:, None] * (self.coordinates.basis @ self.velocity)
         moving = r + self.system.size
         matrix[r:moving] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
-        for i, (each, piece) in enumerate(self.remembering(pieces)):
-            matrix[moving + i] = each.moves[piece] * period * self.memory[i] * self.rate[each.element]
+        for i, (companion, piece) in enumerate(self.remembering(pieces)):
+            matrix[moving + i] = companion.moves[piece] * period * self.memory[i] * self.rate[companion.element]
         chained = self.states + self.inputs
         matrix[self.states : chained, self.states : chained] = oscillation(self.frequency)
         matrix[chained:, chained:] = self.pace_of_chains
@@ -166,7 +166,7 @@ class Flow:
 
     def known(self, pieces: Pieces) -> Array:
         """(S,) memories as they are known in a region, scaled; NaN where they go on."""
-        values = [each.known[piece] for each, piece in self.remembering(pieces)]
+        values = [companion.known[piece] for companion, piece in self.remembering(pieces)]
         return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
 
     def carried_rows(self, pieces: Pieces) -> Array:
@@ -192,9 +192,9 @@ class Flow:
         """(companions, Z) what every companion watches in its piece, in corner scales."""
         rows = np.zeros((len(self.system.companions), self.width))
         scales = self.corner_scale[len(self.system.clearances) :]
-        for c, (each, piece, memory) in enumerate(self.beside(pieces)):
-            of_deflection, of_rate, of_memory = each.watched[piece]
-            row = of_deflection * self.deflection[each.element] + of_rate * self.rate[each.element]
+        for c, (companion, piece, memory) in enumerate(self.beside(pieces)):
+            of_deflection, of_rate, of_memory = companion.watched[piece]
+            row = of_deflection * self.deflection[companion.element] + of_rate * self.rate[companion.element]
             rows[c] = (row + of_memory * memory) / scales[c]
         return rows
 
@@ -287,7 +287,7 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
-    scale = power_of_two(np.array([*sizes, *(each.scale for each in system.companions)]))
+    scale = power_of_two(np.array([*sizes, *(companion.scale for companion in system.companions)]))
     return Flow(
         system,
         coordinates,

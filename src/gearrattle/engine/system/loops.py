@@ -39,7 +39,7 @@ class Follower:
 
     def torque(self) -> float:
         """The torque as everything stands."""
-        law, springs = self.law, (each.memory[STICK] for each in self.sliders)
+        law, springs = self.law, (slider.memory[STICK] for slider in self.sliders)
         elastic = law.stiffness[self.piece] * self.here + law.offset[self.piece]
         return float(elastic + sum(s * e for s, e in zip(springs, self.held, strict=True)))
 
@@ -53,8 +53,8 @@ class Follower:
                 self._enter(self.piece + int(way))
                 continue
             stops = [target] if way * (corner - target) >= 0.0 else [corner]
-            for i, each in enumerate(self.sliders):
-                left = float(each.upper[STICK]) - way * self.held[i]
+            for i, slider in enumerate(self.sliders):
+                left = float(slider.upper[STICK]) - way * self.held[i]
                 if self._engaged(i) and left > _SAME * abs(self.here) and left > 0.0:
                     stops.append(self.here + way * left)
             self._move(min(stops, key=lambda stop: way * stop))
@@ -64,9 +64,9 @@ class Follower:
 
     def _move(self, stop: float) -> None:
         moved, self.here = stop - self.here, stop
-        for i, each in enumerate(self.sliders):
+        for i, slider in enumerate(self.sliders):
             if self._engaged(i):
-                self.held[i] = min(max(self.held[i] + moved, float(each.lower[STICK])), float(each.upper[STICK]))
+                self.held[i] = min(max(self.held[i] + moved, float(slider.lower[STICK])), float(slider.upper[STICK]))
         self.points.append((stop, self.torque()))
 
     def _enter(self, piece: int) -> None:

@@ -37,8 +37,8 @@ def ends_of(system: PiecewiseSystem) -> tuple[IntArray, Array]:
     """(m, 2) inertias every element joins and (m, 2) their entries in W; the ground has the other's index, entry 0."""
     ends = np.zeros((len(system.laws), 2), dtype=np.int64)
     for k, row in enumerate(system.rows):
-        found = np.flatnonzero(row)
-        ends[k] = (found[0], found[-1]) if found.size else (0, 0)
+        nonzero = np.flatnonzero(row)
+        ends[k] = (nonzero[0], nonzero[-1]) if nonzero.size else (0, 0)
     arm = np.take_along_axis(system.rows, ends, axis=1)
     arm[ends[:, 0] == ends[:, 1], 1] = 0.0
     return ends, np.ascontiguousarray(arm)
@@ -166,7 +166,7 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
 
     system, references = flow.system, list(flow.coordinates.references)
     arms = ends_of(system)[1]
-    inertias, elements, ends, active, found = [], [], [], [], []
+    inertias, elements, ends, active, positions = [], [], [], [], []
     for k in system.clearances:
         felt = bound.reached(k, length)
         began = felt[bound.ends].min(axis=1)  # an element acts on an inertia an order after it moves
@@ -176,7 +176,7 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
         links = np.argsort(first, kind="stable")[: np.count_nonzero(began <= ORDER)]
         places = np.full(system.size, here.size)
         places[here] = np.arange(here.size)
-        found.append(np.where(felt[references] <= ORDER, places[references], -1))
+        positions.append(np.where(felt[references] <= ORDER, places[references], -1))
         inertias.append(here)
         elements.append(links)
         ends.append(places[bound.ends[links]])
@@ -187,7 +187,7 @@ def near_of(flow: Flow, bound: Majorant, length: float) -> Near:
         _starts(inertias), unsigned(len(system.laws) + inertia), system.drag[inertia], 1.0 / system.inertia[inertia],
         _starts(elements), unsigned(element), unsigned(end[:, 0]), unsigned(end[:, 1]),
         arms[element, 0].copy(), arms[element, 1].copy(),
-        np.array(found, dtype=np.int64).reshape(len(found), len(references)),
+        np.array(positions, dtype=np.int64).reshape(len(positions), len(references)),
         np.array(active, dtype=np.int64).reshape(-1, ORDER + 1, 2),
     )  # fmt: skip
 

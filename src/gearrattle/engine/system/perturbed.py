@@ -184,9 +184,9 @@ def driveline_of(flow: Flow) -> Driveline:
     stiffness, damping = (
         np.array([getattr(law, name).max() for law in system.laws]) for name in ("stiffness", "damping")
     )
-    for each in system.companions:
-        stiffness[each.element] += each.stiffness.max()
-        damping[each.element] += np.abs(each.damping).max()
+    for companion in system.companions:
+        stiffness[companion.element] += companion.stiffness.max()
+        damping[companion.element] += np.abs(companion.damping).max()
     matrix = np.zeros((r + n, r + n))
     matrix[:r, r:] = turning
     matrix[r:, :r] = push @ (stiffness[:, None] * deflection)
@@ -209,14 +209,14 @@ def regions_of(flow: Flow, regions: list[Pieces]) -> Regions:
     stiffness, damping = np.empty((count, laws)), np.empty((count, laws))
     for k, law in enumerate(system.laws):
         stiffness[:, k], damping[:, k] = law.stiffness[pieces[:, k]], law.damping[pieces[:, k]]
-    for c, each in enumerate(system.companions):
-        stiffness[:, each.element] += each.stiffness[pieces[:, laws + c]]
-        damping[:, each.element] += each.damping[pieces[:, laws + c]]
+    for c, companion in enumerate(system.companions):
+        stiffness[:, companion.element] += companion.stiffness[pieces[:, laws + c]]
+        damping[:, companion.element] += companion.damping[pieces[:, laws + c]]
     memory, moves = np.empty((count, len(system.memories))), np.empty((count, len(system.memories)))
     for s, c in enumerate(system.memories):
-        each, piece = system.companions[c], pieces[:, laws + c]
-        memory[:, s] = each.memory[piece] / flow.memory[s]
-        moves[:, s] = each.moves[piece] * system.inputs.period * flow.memory[s]
+        companion, piece = system.companions[c], pieces[:, laws + c]
+        memory[:, s] = companion.memory[piece] / flow.memory[s]
+        moves[:, s] = companion.moves[piece] * system.inputs.period * flow.memory[s]
     return Regions(stiffness, damping, memory, moves)
 
 

@@ -82,7 +82,7 @@ class Ramp:
             (slope + bend * tick) * tick if tick <= over else final * tick + at_end
             for tick in ticks
         )  # fmt: skip
-        return np.array([(each & mask) >> kept for each in turned], dtype=np.uint64)
+        return np.array([(word & mask) >> kept for word in turned], dtype=np.uint64)
 
     def _rates(self, order: float) -> tuple[int, int, int, int]:
         """Turns per tick and tick squared while the speed changes; per tick, and to begin with, afterwards."""

@@ -106,8 +106,8 @@ class PiecewiseSystem:
 
     def element_watched(self, watch: int) -> int:
         """The element that one of those watched belongs to."""
-        beside = watch - len(self.clearances)
-        return self.companions[beside].element if beside >= 0 else self.clearances[watch]
+        index = watch - len(self.clearances)
+        return self.companions[index].element if index >= 0 else self.clearances[watch]
 
     def beyond(self, pieces: tuple[int, ...], watch: int, upward: int) -> tuple[int, ...]:
         """The pieces, of elements and then of companions, after one of those watched has left its own.
@@ -124,9 +124,9 @@ class PiecewiseSystem:
             return tuple(after)
         element = self.clearances[watch]
         after[element] += 1 if upward else -1
-        for c, each in enumerate(self.companions):
-            if each.element == element:
-                after[first + c] = int(each.follow[after[element], pieces[first + c]])
+        for c, candidate in enumerate(self.companions):
+            if candidate.element == element:
+                after[first + c] = int(candidate.follow[after[element], pieces[first + c]])
         return tuple(after)
 
     def stiffness_of(self, pieces: tuple[int, ...]) -> Array:

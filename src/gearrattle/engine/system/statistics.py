@@ -107,8 +107,8 @@ class _Parts:
             rounding: by which a length may differ from that between two samples.
         """
         whole = (self.sample >= 0) & (np.abs(self.duration - 1.0 / path.per_cycle) < rounding)
-        cycle, place = np.divmod(self.sample, path.per_cycle)
-        key = cycle * path.per_cycle + place // together[self.region]
+        cycle, sample = np.divmod(self.sample, path.per_cycle)
+        key = cycle * path.per_cycle + sample // together[self.region]
         goes_on = whole[1:] & whole[:-1] & (self.region[1:] == self.region[:-1]) & (key[1:] == key[:-1])
         begins = np.flatnonzero(np.append(True, ~goes_on))
         duration = np.add.reduceat(self.duration, begins)
@@ -136,8 +136,8 @@ def walk_of(flow: Flow, path: SampledMotion, series_of: Callable[[Pieces, float]
         return None
     series = {r: series_of(regions[r], length) for r in present}
     together, blocks = np.ones((2, len(regions)), dtype=np.int64)
-    for r, each in series.items():
-        together[r], blocks[r] = each.intervals, each.count
+    for r, region_series in series.items():
+        together[r], blocks[r] = region_series.intervals, region_series.count
     parts = parts.joined(together, path, _UNCUT * length)
     backward = parts.backward(_UNCUT * length, blocks == 1)
     forward = parts.sample >= 0
@@ -213,9 +213,9 @@ class Walk:
                 powers[:, i] = own / float(self.parts.duration[some].sum())
         m1, m2, m3, m4 = powers
         third, fourth = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
-        known = (np.where(marked, each, np.nan) for each in (about + m1, m2 - m1**2, third, fourth))
-        told = (low, high, *known)
-        return Statistics(*(told if cycles is not None else (each[0] for each in told)))
+        known = (np.where(marked, moment, np.nan) for moment in (about + m1, m2 - m1**2, third, fourth))
+        all_moments = (low, high, *known)
+        return Statistics(*(all_moments if cycles is not None else (moment[0] for moment in all_moments)))
 
     def exceeded(self, rows: Rows, share: float) -> Array | None:
         """Return (q,) what the modulus of each row exceeds for a share of the time; None as in ``statistics``.
@@ -289,10 +289,10 @@ class Walk:
         from gearrattle.engine.kernels.extremes import Rows as Compiled
 
         count, regions = len(next(iter(chosen.values()))), len(self.regions)
-        sizes, most = np.zeros((9, regions), dtype=np.int64), max(each.terms for each in self.series.values())
+        sizes, most = np.zeros((9, regions), dtype=np.int64), max(region_series.terms for region_series in self.series.values())
         block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
         moving = np.zeros((regions, count), dtype=np.bool_)
-        rules = {r: each.gauss for r, each in self.series.items()}
+        rules = {r: region_series.gauss for r, region_series in self.series.items()}
         abscissas, weights = np.zeros((2, regions, max(x.size for x, _ in rules.values())))
         flat: tuple[list[Array], ...] = ([], [], [], [])
         begun = [0, 0, 0, 0]
@@ -305,10 +305,10 @@ class Walk:
             sizes[:, r] = series.count, series.terms, series.cells, x.size, series.points.size, *begun
             block[r], known[r], moving[r] = series.block, series.known, np.any(chosen[r] != 0.0, axis=1)
             abscissas[r, : x.size], weights[r, : x.size] = x, weight
-            for k, each in enumerate((coefficients, rest, seen, looks)):
-                flat[k].append(each.ravel())
-                begun[k] += each.size
-        numbers, rests, seens, looked = (np.concatenate(each) for each in flat)
+            for k, array in enumerate((coefficients, rest, seen, looks)):
+                flat[k].append(array.ravel())
+                begun[k] += array.size
+        numbers, rests, seens, looked = (np.concatenate(arrays) for arrays in flat)
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
         return Compiled(
@@ -322,7 +322,7 @@ class Walk:
         """(q,) roughly the mean of every row: that of some samples."""
         begins = np.flatnonzero(self.parts.sample >= 0)[::4]
         at = {r: self.parts.sample[begins[self.parts.region[begins] == r]] for r in chosen}
-        sums = [each @ self.path.samples[at[r]].sum(axis=0) for r, each in chosen.items()]
+        sums = [weights @ self.path.samples[at[r]].sum(axis=0) for r, weights in chosen.items()]
         return np.asarray(np.sum(sums, axis=0) / begins.size)
 
 
@@ -337,7 +337,7 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
     """(C, Z) states carried on to the parts that begin with none and end with none that serves."""
     where = np.full(parts.sample.size, -1)
     where[carried] = np.arange(carried.size)
-    found = np.zeros((carried.size, path.samples.shape[1]))
+    carried_states = np.zeros((carried.size, path.samples.shape[1]))
     now = carried[parts.sample[carried - 1] >= 0] - 1
     states = path.samples[parts.sample[now]]
     while now.size:
@@ -347,12 +347,12 @@ def _carried(flow: Flow, path: SampledMotion, parts: _Parts, series: dict[int, S
         now = now + 1
         knot = parts.knot[now]
         states[knot >= 0, states.shape[1] - flow.chain.size :] = flow.chains[knot[knot >= 0]]
-        found[where[now]] = states
+        carried_states[where[now]] = states
         goes_on = ~parts.is_last[now]
         now, states = now[goes_on], states[goes_on]
         follows = where[now + 1] >= 0
         now, states = now[follows], states[follows]
-    return found
+    return carried_states
 
 
 def _parts_of(flow: Flow, path: SampledMotion, visited: IntArray) -> _Parts:

@@ -59,8 +59,8 @@ class Size:
         """Read them off a flow."""
         clearances = len(flow.system.clearances)
         carried = len(flow.coordinates.references) + clearances
-        beside = flow.system.watched, flow.memory.size, flow.chain.size
-        return cls(flow.states, flow.inputs, carried, clearances, *beside)
+        sizes = flow.system.watched, flow.memory.size, flow.chain.size
+        return cls(flow.states, flow.inputs, carried, clearances, *sizes)
 
     def made(self, width: int) -> int:
         """Strips of the rates of the carried quantities and of y."""

@@ -187,7 +187,7 @@ def _perturbed(
     crossed = np.array([*flow.system.clearances, -1], dtype=np.int64)[steps[:, 1]]
     ends = np.concatenate([[0], np.flatnonzero(steps[:, 2]) + 1])
     moving, engaged = np.split(kicks[:, len(flow.coordinates.elements) :], [flow.system.size], axis=1)
-    contiguous = [np.ascontiguousarray(each) for each in (steps[:, 0], durations, crossed, moving, engaged, reset)]
+    contiguous = [np.ascontiguousarray(array) for array in (steps[:, 0], durations, crossed, moving, engaged, reset)]
     return Perturbed(time, scale, driveline_of(flow), regions_of(flow, regions), kernel.Intervals(*contiguous), ends)
 
 
@@ -201,10 +201,10 @@ def _let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Arr
     """Torque of an element's sliders that vanishes where its piece changes."""
     total, companions = 0.0, flow.system.companions
     held = dict(zip(flow.system.memories, memory, strict=True))
-    for c, (each, old, _) in enumerate(flow.beside(before)):
+    for c, (companion, old, _) in enumerate(flow.beside(before)):
         new = after[len(flow.system.laws) + c]
-        if each.element == element and c in held and each.known[old] != 0.0 and companions[c].known[new] == 0.0:
-            total += float(each.memory[old] * held[c] + each.offset[old])
+        if companion.element == element and c in held and companion.known[old] != 0.0 and companions[c].known[new] == 0.0:
+            total += float(companion.memory[old] * held[c] + companion.offset[old])
     return total
 
 
@@ -212,8 +212,8 @@ def _engaged(flow: Flow, element: int, before: Pieces, after: Pieces) -> Array:
     """(S,) 1, scaled, for every slider of an element that is engaged where its piece changes."""
     old, new = flow.remembering(before), flow.remembering(after)
     moved = [
-        each.element == element and each.moves[p] == 0.0 and entered.moves[q] != 0.0
-        for (each, p), (entered, q) in zip(old, new, strict=True)
+        leaving.element == element and leaving.moves[p] == 0.0 and entered.moves[q] != 0.0
+        for (leaving, p), (entered, q) in zip(old, new, strict=True)
     ]
     return np.array(moved, dtype=float) * flow.memory
 

@@ -58,9 +58,9 @@ def read_data(data: Data, model: Model, default: State) -> Measurements:
         read = DataTables.model_validate(tables, context={"dimensionless": dimensionless})
     except ValidationError as error:
         raise model_error(error, tables, positions) from None
-    found = [*_mode_breaches(read.modes, model), *_response_breaches(read.responses, model)]
-    if found:
-        raise ModelError(Problem(place(b.location, {}, positions), _found(b), b.rule, b.remedy) for b in found)
+    breaches = [*_mode_breaches(read.modes, model), *_response_breaches(read.responses, model)]
+    if breaches:
+        raise ModelError(Problem(place(b.location, {}, positions), _found(b), b.rule, b.remedy) for b in breaches)
     assumed: list[str] = []
     modes = tuple(_mode(index, row, default, assumed) for index, row in enumerate(read.modes))
     responses = tuple(
@@ -78,7 +78,7 @@ def _tables(data: Data) -> tuple[Mapping[str, Any], Positions, Path]:
 
 
 def _found(item: Breach) -> str:
-    return "" if item.found is ... else shown(item.found)
+    return "" if item.value is ... else shown(item.value)
 
 
 def _state_breaches(at: tuple[str | int, ...], row: StateTable, model: Model) -> Iterator[Breach]:
@@ -190,8 +190,8 @@ def _response(
         words = ", ".join(f'"{word}"' for word in QUANTITIES)
         raise ModelError(Problem(where, "", f"needs quantity, as the file names no units: {words}"))
     if said is not None and samples.derivatives not in (None, said):
-        found = QUANTITIES[samples.derivatives or 0]
-        raise ModelError(Problem(f"{where}.quantity", shown(row.quantity), f"the file's unit is one of {found}"))
+        quantity = QUANTITIES[samples.derivatives or 0]
+        raise ModelError(Problem(f"{where}.quantity", shown(row.quantity), f"the file's unit is one of {quantity}"))
     magnitude = np.abs(samples.value)
     if not magnitude.any():
         raise ModelError(Problem(where, "zeros only", "a response must not vanish everywhere"))

@@ -122,8 +122,8 @@ def _told(
     chi_square = float(rows @ rows)
     freedom = rows.size - problem.scales - rank
     scale = math.sqrt(chi_square / freedom) if problem.data.assumed and freedom > 0 else 1.0
-    found = scale**2 * _covariance(problem, best, null)
-    spread = np.sqrt(np.diag(found))
+    covariances = scale**2 * _covariance(problem, best, null)
+    spread = np.sqrt(np.diag(covariances))
     ends: list[tuple[float, float] | None] = [None] * problem.count
     if profile:
         ends = _profiles(problem, parameters, best.x, (spread, scale), progress)
@@ -143,7 +143,7 @@ def _told(
         residuals=problem.told(best.x),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
-        covariance=found,
+        covariance=covariances,
         minima=tuple(
             LocalMinimum(
                 m.chi_square, dict(zip(parameters.paths, parameters.values(m.x).tolist(), strict=True)), m.times
@@ -160,13 +160,13 @@ def _covariance(problem: FitProblem, best: Minimum, null: Array) -> Array:
     """(P, P) covariance of the logarithms with parameters on a bound held there."""
     inside = best.at_bound == 0
     jacobian = problem.residuals(best.x)[1][:, inside]
-    found = np.full((problem.count, problem.count), np.nan)
-    found[np.ix_(inside, inside)] = covariance(jacobian, null_space(jacobian))
+    matrix = np.full((problem.count, problem.count), np.nan)
+    matrix[np.ix_(inside, inside)] = covariance(jacobian, null_space(jacobian))
     if problem.prior is None:
         for p in np.flatnonzero(np.any(np.abs(null) > 1e-5, axis=1) & inside):
-            found[p], found[:, p] = np.nan, np.nan
-            found[p, p] = np.inf
-    return found
+            matrix[p], matrix[:, p] = np.nan, np.nan
+            matrix[p, p] = np.inf
+    return matrix
 
 
 def _profiles(
@@ -180,15 +180,15 @@ def _profiles(
         return problem.residuals(y)
 
     spread, scale = errors
-    found: list[tuple[float, float] | None] = []
+    intervals: list[tuple[float, float] | None] = []
     for p, start in enumerate(parameters.start.tolist()):
         share = p / problem.count
         if math.isinf(spread[p]):
-            found.append((0.0, math.inf))
+            intervals.append((0.0, math.inf))
             continue
         low, high = profile_of(residuals, x, p, parameters.box, errors=(float(spread[p]), scale))
-        found.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
-    return found
+        intervals.append((start * math.exp(low), math.inf if math.isinf(high) else start * math.exp(high)))
+    return intervals
 
 
 def _notes(

@@ -118,11 +118,11 @@ def covariance(jacobian: Array, null: Array) -> Array:
         return np.diag(np.full(count, np.inf))
     values, vectors = np.linalg.svd(jacobian @ kept, full_matrices=False)[1:]
     root = kept @ (vectors.T / values)
-    found = root @ root.T
+    matrix = root @ root.T
     open_ones = np.any(np.abs(null) > _WHOLE, axis=1)
-    found[open_ones] = found[:, open_ones] = np.nan
-    found[open_ones, open_ones] = np.inf
-    return np.asarray(found)
+    matrix[open_ones] = matrix[:, open_ones] = np.nan
+    matrix[open_ones, open_ones] = np.inf
+    return np.asarray(matrix)
 
 
 def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float) -> tuple[Combination, ...]:
@@ -134,9 +134,9 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float
         null: its null space, split.
         scale: factor on the standard errors.
     """
-    found = [_structural(paths, row) for row in _echelon(null.exact.T)]
-    found += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
-    found += [_curved(paths, row, False) for row in _echelon(null.first_order.T)]
+    combinations = [_structural(paths, row) for row in _echelon(null.exact.T)]
+    combinations += [_curved(paths, row, True) for row in _echelon(null.curved.T)]
+    combinations += [_curved(paths, row, False) for row in _echelon(null.first_order.T)]
     whole = np.hstack(null)
     count = len(paths)
     kept = np.linalg.svd(whole, full_matrices=True)[0][:, whole.shape[1] :] if whole.shape[1] else np.eye(count)
@@ -145,8 +145,8 @@ def undetermined(paths: Sequence[str], jacobian: Array, null: Open, scale: float
         for value, direction in zip(values[::-1], vectors[::-1] @ kept.T, strict=True):
             spread = scale / value
             if spread > WEAK:
-                found.append(_weak(paths, direction, spread))
-    return tuple(found)
+                combinations.append(_weak(paths, direction, spread))
+    return tuple(combinations)
 
 
 def _echelon(rows: Array) -> Array:

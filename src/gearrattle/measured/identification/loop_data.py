@@ -96,18 +96,18 @@ def read_loop(data: Any, angle: str = "angle", torque: str = "torque") -> Loop:
         try:
             columns = read_columns(path, {angle: units.ANGLE, torque: units.TORQUE}, False)
         except RecordError as error:
-            raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
+            raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
         loop = _cut(columns.values[angle], columns.values[torque], str(path))
         degrees = units.convert(f"1 {columns.unit(angle)}", units.ANGLE) == units.convert("1 deg", units.ANGLE)
         return replace(loop, angle_unit="deg" if degrees else "rad")
     try:
-        deflection, torques = (np.asarray(each, dtype=np.float64) for each in data)
+        deflection, torques = (np.asarray(values, dtype=np.float64) for values in data)
     except (TypeError, ValueError):
         rule = "must be a path, or a pair of arrays: deflection [rad] and torque [N m]"
         raise ModelError(Problem("data", type(data).__name__, rule)) from None
     if deflection.ndim != 1 or deflection.shape != torques.shape:
-        found = f"shapes {deflection.shape} and {torques.shape}"
-        raise ModelError(Problem("data", found, "must be two arrays of the same length"))
+        shapes = f"shapes {deflection.shape} and {torques.shape}"
+        raise ModelError(Problem("data", shapes, "must be two arrays of the same length"))
     if not (np.isfinite(deflection).all() and np.isfinite(torques).all()):
         raise ModelError(Problem("data", "a value that is not finite", "must hold finite numbers only"))
     return _cut(deflection, torques, "arrays")
@@ -137,10 +137,10 @@ def _cut(deflection: Array, torque: Array, source: str) -> Loop:
     ]
     ways = {bool(deflection[last] > deflection[first]) for first, last in whole}
     if len(ways) < 2:
-        found = f"turns at {', '.join(f'{np.degrees(deflection[t]):.4g} deg' for t in turns[:8])}"
+        turns_text = f"turns at {', '.join(f'{np.degrees(deflection[t]):.4g} deg' for t in turns[:8])}"
         rule = "the loop is not closed: no way out and way back reach both of its ends"
         raise ModelError(
-            Problem(source, found, rule, "let the test go from one end to the other and back to the first")
+            Problem(source, turns_text, rule, "let the test go from one end to the other and back to the first")
         )
     _meets(deflection, torque, whole, source)
     return _gathered(deflection, torque, whole, source)

@@ -50,9 +50,9 @@ class Spread(NamedTuple):
     tau: float
     variance: float
 
-    def rest(self, found: Solved, slider: Slider) -> float:
+    def rest(self, solution: Solved, slider: Slider) -> float:
         """Standard error of the logarithm of a slider's height when its reach is known."""
-        row = next(i for i, (kind, *where) in enumerate(found.labels) if kind == "slider" and tuple(where) == slider)
+        row = next(i for i, (kind, *where) in enumerate(solution.labels) if kind == "slider" and tuple(where) == slider)
         if slider not in self.sliders:
             return 0.0
         column = self.covariance.shape[0] - len(self.sliders) + self.sliders.index(slider)
@@ -60,25 +60,25 @@ class Spread(NamedTuple):
         if not (np.all(np.isfinite(part)) and part[1, 1] > 0.0):
             return 0.0
         left = part[0, 0] - part[0, 1] ** 2 / part[1, 1]
-        return float(np.sqrt(max(left, 0.0)) / heights_of(found)[slider])
+        return float(np.sqrt(max(left, 0.0)) / heights_of(solution)[slider])
 
 
-def rubbing(found: Solved) -> tuple[Slider, ...]:
+def rubbing(solution: Solved) -> tuple[Slider, ...]:
     """Sliders with a height."""
-    return tuple(slider for slider, height in heights_of(found).items() if height > 0.0)
+    return tuple(slider for slider, height in heights_of(solution).items() if height > 0.0)
 
 
-def spread(polish: Polish, found: Solved) -> Spread:
+def spread(polish: Polish, solution: Solved) -> Spread:
     """Return the covariance of a law over every sample.
 
     Args:
         polish: the loop.
         found: the law.
     """
-    sliders = rubbing(found)
+    sliders = rubbing(solution)
     samples = Regression(polish.loop, 0, polish.moments.reach)
-    residual = samples.torque - samples.table(found.shape, found.labels) @ found.coefficients
-    linear = Linear(polish.moments, found, sliders)
+    residual = samples.torque - samples.table(solution.shape, solution.labels) @ solution.coefficients
+    linear = Linear(polish.moments, solution, sliders)
     tau = autocorrelation(residual)
     number = linear.columns.shape[1]
     variance = float(residual @ residual) / max(1, residual.size - number) * tau
@@ -88,12 +88,12 @@ def spread(polish: Polish, found: Solved) -> Spread:
 def _covariance(normal: Array, variance: float) -> Array:
     """Of all parameters; those whose column is empty are open."""
     size = np.sqrt(np.diag(normal))
-    told = size > 0.0
-    scaled = normal[np.ix_(told, told)] / size[told][:, None] / size[told]
+    used = size > 0.0
+    scaled = normal[np.ix_(used, used)] / size[used][:, None] / size[used]
     covariance = np.zeros(normal.shape)
     inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True)
-    covariance[np.ix_(told, told)] = variance * inverse / size[told][:, None] / size[told]
-    covariance[~told, ~told] = np.inf
+    covariance[np.ix_(used, used)] = variance * inverse / size[used][:, None] / size[used]
+    covariance[~used, ~used] = np.inf
     return covariance
 
 
@@ -112,7 +112,7 @@ def autocorrelation(residual: Array) -> float:
     return tau
 
 
-def resampled(polish: Polish, found: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
+def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[tuple[Polish, Solved]]:
     """Fit a law again to its own torque with blocks of residuals in another order.
 
     Args:
@@ -126,7 +126,7 @@ def resampled(polish: Polish, found: Solved, number: int, seed: int) -> list[tup
     """
     loop = polish.loop
     whole = Regression(loop, 0, polish.moments.reach)
-    fitted = whole.table(found.shape, found.labels) @ found.coefficients
+    fitted = whole.table(solution.shape, solution.labels) @ solution.coefficients
     residual = loop.torque - fitted
     length = max(8, math.ceil(4.0 * autocorrelation(residual) * residual.size ** (1.0 / 3.0)))
     blocks = -(-residual.size // length)
@@ -136,5 +136,5 @@ def resampled(polish: Polish, found: Solved, number: int, seed: int) -> list[tup
         starts = random.integers(0, residual.size, blocks)
         rows = (starts[:, None] + np.arange(length)).ravel()[: residual.size] % residual.size
         own = replace(polish, moments=Moments(loop.with_torque(fitted + residual[rows]), polish.moments.reach))
-        made.append((own, own.whole(own.at(found.shape))))
+        made.append((own, own.whole(own.at(solution.shape))))
     return made

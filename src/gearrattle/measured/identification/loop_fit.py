@@ -70,9 +70,9 @@ def fit_loop(
     loop = read_loop(data, angle, torque)
     low, high = loop.ends
     if not low < 0.0 < high:
-        found = f"{np.degrees(low):.4g} to {np.degrees(high):.4g} deg"
+        span = f"{np.degrees(low):.4g} to {np.degrees(high):.4g} deg"
         rule = "the loop must reach to both sides of zero: drive and coast side are fitted apart"
-        raise ModelError(Problem(loop.source, found, rule, "shift the angle's zero to the damper's rest"))
+        raise ModelError(Problem(loop.source, span, rule, "shift the angle's zero to the damper's rest"))
     return _fitted(loop, _numbers(stages), (name, between), (bootstrap, seed))
 
 
@@ -99,8 +99,8 @@ def _fitted(
     checked: Mapping[str, float] = {}
     if draws[0] > 0:
         again = resampled(polish, law, *draws)
-        made = [values_of(with_defaults(own, each) if fixed else each, fixed) for own, each in again]
-        checked = {key: float(np.std([each.get(key, np.nan) for each in made], ddof=1)) for key in values}
+        made = [values_of(with_defaults(own, solution) if fixed else solution, fixed) for own, solution in again]
+        checked = {key: float(np.std([repeat.get(key, np.nan) for repeat in made], ddof=1)) for key in values}
     return LoopFit(
         name=coupling[0],
         between=coupling[1],
@@ -147,17 +147,17 @@ def _stages(law: Mapping[str, float], key: str) -> tuple[FittedStage, ...]:
     )
 
 
-def _told(found: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
+def _told(solution: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
     notes = ["a slow loop says nothing of damping: it is left at 0"]
     words = ["the centre" if side == CENTRE else f"{side} stage {index}" for side, index in sorted(fixed)]
     if words:
         rule = f"stick stiffness of {', '.join(words)}: the samples behind the turns do not tell it"
         notes.append(f"{rule}; the default of {STICK:g} times the stage's slope stands")
-    if not rubbing(found):
+    if not rubbing(solution):
         notes.append("no friction was found")
     low, high = loop.ends
     for side, end in ((DRIVE, high), (COAST, -low)):
-        beyond = end - max(found.shape.breaks(side), default=0.0)
+        beyond = end - max(solution.shape.breaks(side), default=0.0)
         if beyond < 0.05 * (high - low):
             notes.append(f"the last {side} stage is told by {np.degrees(beyond):.3g} deg of the loop only")
     return notes

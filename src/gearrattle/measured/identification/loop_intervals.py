@@ -43,7 +43,7 @@ def places(settled: Settled, known: Spread) -> dict[str, Array]:
 
 
 def intervals(
-    settled: Settled, known: Spread, found: tuple[Mapping[str, float], Mapping[str, float]], breaks: Mapping[str, Array]
+    settled: Settled, known: Spread, estimates: tuple[Mapping[str, float], Mapping[str, float]], breaks: Mapping[str, Array]
 ) -> dict[str, tuple[float, float]]:
     """Return the 95 % interval of every number, and of stick stiffnesses whose default stands.
 
@@ -53,7 +53,7 @@ def intervals(
         found: values and standard errors by name.
         breaks: of ``places``.
     """
-    values, errors = found
+    values, errors = estimates
     made = {}
     for name, value in values.items():
         kind, wide = name.rpartition(".")[2], NORMAL * errors[name]
@@ -84,7 +84,7 @@ def smaller(settled: Settled, known: Spread, breaks: Mapping[str, Array]) -> Arr
     """(P,) factors on the standard errors of a law: those of breaks become the standard deviations of ``places``."""
     factors = np.ones(known.covariance.shape[0])
     first = len(settled.law.labels)
-    for j, (_, _, told) in enumerate(breaks.values(), first):
+    for j, (_, _, reported) in enumerate(breaks.values(), first):
         error = math.sqrt(known.covariance[j, j])
-        factors[j] = told / error if math.isfinite(error) and error > 0.0 else 1.0
+        factors[j] = reported / error if math.isfinite(error) and error > 0.0 else 1.0
     return factors

@@ -61,20 +61,20 @@ class _Near(NamedTuple):
     reach: float
 
 
-def best_place(linear: Linear, found: Solved, where: tuple[str, int]) -> float:
+def best_place(linear: Linear, solution: Solved, where: tuple[str, int]) -> float:
     """Return the magnitude of deflection at which a break fits best, all else giving way [rad]."""
-    near = _near(linear, found, *where)
+    near = _near(linear, solution, *where)
     low, high = near.here - near.wide, near.here + near.wide
-    place = near.here
+    position = near.here
     for _ in range(3):
         places = _places(near, low, high)
-        place = float(places[int(np.argmin(_raised(near, places, near.reach)))])
+        position = float(places[int(np.argmin(_raised(near, places, near.reach)))])
         narrow = 0.03 * (high - low)
-        low, high = place - narrow, place + narrow
-    return place
+        low, high = position - narrow, position + narrow
+    return position
 
 
-def interval(linear: Linear, found: Solved, where: tuple[str, int], variance: float, reaches: Array) -> Array:
+def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance: float, reaches: Array) -> Array:
     """Return both ends of the central 95 % interval of a break, and the standard deviation of its density [rad].
 
     Args:
@@ -84,16 +84,16 @@ def interval(linear: Linear, found: Solved, where: tuple[str, int], variance: fl
         variance: of the noise, times its autocorrelation time [(N m)^2].
         reaches: of its slider, each as likely as the next; none: that of the law.
     """
-    near = _near(linear, found, *where)
+    near = _near(linear, solution, *where)
     reaches = reaches if reaches.size else np.array([near.reach])
     low, high = near.here - near.wide, near.here + near.wide
     places = _places(near, low, high)
-    smooth = np.array([_logs(near, places, each, variance, jumps=False) for each in reaches])
+    smooth = np.array([_logs(near, places, reach, variance, jumps=False) for reach in reaches])
     level = smooth.max(axis=1, keepdims=True)
     wholes = level[:, 0] + np.log(np.trapezoid(np.exp(smooth - level), places, axis=1))
     for _ in range(3):
         places = _places(near, low, high)
-        logs = np.array([_logs(near, places, each, variance) for each in reaches]) - wholes[:, None]
+        logs = np.array([_logs(near, places, reach, variance) for reach in reaches]) - wholes[:, None]
         density = np.sum(np.exp(logs - logs.max()), axis=0)
         dense = np.flatnonzero(density > _FLAT * density.max())
         low, high = places[max(dense[0] - 1, 0)], places[min(dense[-1] + 1, places.size - 1)]
@@ -104,31 +104,31 @@ def interval(linear: Linear, found: Solved, where: tuple[str, int], variance: fl
     return np.array([*ends, np.sqrt(share @ (middle - share @ middle) ** 2)])
 
 
-def _near(linear: Linear, found: Solved, side: str, index: int) -> _Near:
+def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     moments = linear.moments
-    here, loop = found.shape.breaks(side)[index], moments.loop
+    here, loop = solution.shape.breaks(side)[index], moments.loop
     low, high = loop.ends
     slider = (side, index + 1)
-    height = heights_of(found).get(slider, 0.0)
-    first = len(found.labels) + (index if side == DRIVE else len(found.shape.drive) + index)
-    own = np.array([label == ("slider", *slider) for label in found.labels])
-    bare = found._replace(coefficients=np.where(own, 0.0, found.coefficients))
-    column = slopes_in(linear.loop, bare, ())[:, first - len(found.labels)]
-    curvature, pull = _given_way(*linear.with_column(first, column).normal(), first, found)
-    variance, room = found.left / loop.torque.size, _ROOM * (high - low)
+    height = heights_of(solution).get(slider, 0.0)
+    first = len(solution.labels) + (index if side == DRIVE else len(solution.shape.drive) + index)
+    own = np.array([label == ("slider", *slider) for label in solution.labels])
+    bare = solution._replace(coefficients=np.where(own, 0.0, solution.coefficients))
+    column = slopes_in(linear.loop, bare, ())[:, first - len(solution.labels)]
+    curvature, pull = _given_way(*linear.with_column(first, column).normal(), first, solution)
+    variance, room = solution.left / loop.torque.size, _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
-    reach = found.shape.reach_of(slider, moments.reach)
+    reach = solution.shape.reach_of(slider, moments.reach)
     sign, parts = (-1.0 if side == COAST else 1.0), []
     for way in (1.0, -1.0):
         more = min(4.0 * reach, room) if way > 0.0 else 0.0
         part = moments.between(sign, way, here - wide, here + wide + more)
-        parts.append((sign * part.deflection, _residual(moments, found, part), carried(part, found, side, index)))
+        parts.append((sign * part.deflection, _residual(moments, solution, part), carried(part, solution, side, index)))
     return _Near(here, curvature, pull, wide, parts[0][:2], parts[1], sign * height, reach)
 
 
-def _residual(moments: Moments, found: Solved, part: Loop) -> Array:
+def _residual(moments: Moments, solution: Solved, part: Loop) -> Array:
     over = Regression(part, 0, moments.reach)
-    return np.asarray(part.torque - over.table(found.shape, found.labels) @ found.coefficients, dtype=np.float64)
+    return np.asarray(part.torque - over.table(solution.shape, solution.labels) @ solution.coefficients, dtype=np.float64)
 
 
 def _places(near: _Near, low: float, high: float) -> Array:
@@ -168,10 +168,10 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
     return np.asarray(raised, dtype=np.float64)
 
 
-def _given_way(matrix: Array, right: Array, first: int, found: Solved) -> tuple[float, float]:
+def _given_way(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
     """Curvature C and pull G in one parameter when the others give way: the Schur complement of the normal matrix."""
-    free, number = np.diag(matrix) > 0.0, found.coefficients.size
-    free[1:number] &= found.coefficients[1:] > 0.0
+    free, number = np.diag(matrix) > 0.0, solution.coefficients.size
+    free[1:number] &= solution.coefficients[1:] > 0.0
     if not free[first]:
         return 0.0, 0.0
     others = np.flatnonzero(free & (np.arange(free.size) != first))

@@ -94,25 +94,25 @@ class Solved(NamedTuple):
     left: float
 
 
-def heights_of(found: Solved) -> dict[tuple[str, int], float]:
+def heights_of(solution: Solved) -> dict[tuple[str, int], float]:
     """H of every slider [N m]."""
-    pairs = zip(found.labels, found.coefficients.tolist(), strict=True)
+    pairs = zip(solution.labels, solution.coefficients.tolist(), strict=True)
     return {(side, index): value for (kind, side, index), value in pairs if kind == "slider"}
 
 
-def slopes_of(found: Solved, side: str) -> list[float]:
+def slopes_of(solution: Solved, side: str) -> list[float]:
     """Slopes of the stages of one side, from the centre outward [N m/rad]."""
-    pairs = zip(found.labels, found.coefficients.tolist(), strict=True)
+    pairs = zip(solution.labels, solution.coefficients.tolist(), strict=True)
     own = {(where, index): value for (kind, where, index), value in pairs if kind == "slope"}
-    return [own[(side, i)] if (side, i) in own else own[(CENTRE, 0)] for i in range(len(found.shape.breaks(side)) + 1)]
+    return [own[(side, i)] if (side, i) in own else own[(CENTRE, 0)] for i in range(len(solution.shape.breaks(side)) + 1)]
 
 
-def slope_of(found: Solved, slider: tuple[str, int]) -> float:
+def slope_of(solution: Solved, slider: tuple[str, int]) -> float:
     """Slope of the stage whose stick stiffness a slider takes [N m/rad]."""
     side, index = slider
     if side == CENTRE:
-        side = COAST if heights_of(found).get((DRIVE, 0), 0.0) > 0.0 else DRIVE
-    return slopes_of(found, side)[index]
+        side = COAST if heights_of(solution).get((DRIVE, 0), 0.0) > 0.0 else DRIVE
+    return slopes_of(solution, side)[index]
 
 
 class Regression:
@@ -173,11 +173,11 @@ class Regression:
         size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
         gram, right = gram / size[:, None] / size, right / size
         gram.flat[:: size.size + 1] += 1e-12
-        found = np.linalg.solve(gram, right)
-        if np.any(found[1:] < 0.0):
-            found = _within(gram, right)
-        left = max(self.whole - float(found @ (2.0 * right - gram @ found)), 1e-30 * self.whole)
-        return Solved(shape, labels, found / size, left)
+        coefficients = np.linalg.solve(gram, right)
+        if np.any(coefficients[1:] < 0.0):
+            coefficients = _within(gram, right)
+        left = max(self.whole - float(coefficients @ (2.0 * right - gram @ coefficients)), 1e-30 * self.whole)
+        return Solved(shape, labels, coefficients / size, left)
 
     def _column(self, shape: Shape, label: tuple[str, str, int]) -> Array:
         kind, side, index = label
@@ -213,8 +213,8 @@ class Regression:
 def _cell(loop: Loop, ends: tuple[float, float], cells: int) -> NDArray[np.int64]:
     """(N,) the cell of every sample: those of falling, then those of growing deflection, each upwards."""
     low, high = ends
-    place = np.clip((cells * (loop.deflection - low) / (high - low)).astype(np.int64), 0, cells - 1)
-    return np.asarray(place + cells * (loop.way > 0.0), dtype=np.int64)
+    cell = np.clip((cells * (loop.deflection - low) / (high - low)).astype(np.int64), 0, cells - 1)
+    return np.asarray(cell + cells * (loop.way > 0.0), dtype=np.int64)
 
 
 def _merged(loop: Loop, cells: int) -> tuple[Loop, Array]:
@@ -245,5 +245,5 @@ def _within(gram: Array, right: Array) -> Array:
 
     root = np.linalg.cholesky(gram)  # |root^T x - root^-1 right| is the residual
     table, target = root.T, np.linalg.solve(root, right)
-    found, _ = nnls(np.column_stack([table, -table[:, 0]]), target)
-    return np.concatenate([[found[0] - found[-1]], found[1:-1]])
+    weights, _ = nnls(np.column_stack([table, -table[:, 0]]), target)
+    return np.concatenate([[weights[0] - weights[-1]], weights[1:-1]])

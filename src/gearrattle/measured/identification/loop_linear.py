@@ -32,11 +32,11 @@ class Linear:
         weight: (M,) samples each stands for.
     """
 
-    def __init__(self, moments: Moments, found: Solved, sliders: tuple[Slider, ...]) -> None:
-        self.moments, points = moments, moments.regression(found.shape)
-        table = points.table(found.shape, found.labels)
-        self.loop, self.columns = points.loop, np.hstack([table, slopes_in(points.loop, found, sliders)])
-        self.residual, self.weight = points.torque - table @ found.coefficients, points.weight
+    def __init__(self, moments: Moments, solution: Solved, sliders: tuple[Slider, ...]) -> None:
+        self.moments, points = moments, moments.regression(solution.shape)
+        table = points.table(solution.shape, solution.labels)
+        self.loop, self.columns = points.loop, np.hstack([table, slopes_in(points.loop, solution, sliders)])
+        self.residual, self.weight = points.torque - table @ solution.coefficients, points.weight
 
     def normal(self) -> tuple[Array, Array]:
         """(P, P) normal matrix and (P,) right side."""

@@ -59,7 +59,7 @@ class Moments:
         for legs in self._legs:
             kinks = [_kinks(shape, legs.way, legs.turn, self.reach) for shape in shapes]
             parts.append(_points(legs, np.unique(np.concatenate(kinks))))
-        deflection, torque, weight = (np.concatenate(each) for each in zip(*parts, strict=True))
+        deflection, torque, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         counts = [part[0].size for part in parts]
         way, turn = (np.repeat([getattr(legs, key) for legs in self._legs], counts) for key in ("way", "turn"))
         points = replace(self.loop, deflection=deflection, torque=torque, way=way, turn=turn, leg=way.astype(np.int64))
@@ -111,7 +111,7 @@ def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
     cuts = np.where(kinks > 0.0, np.searchsorted(x, kinks, "right"), np.searchsorted(x, kinks, "left"))
     edges = np.unique(np.concatenate([[0], cuts, [x.size]]))
     count, *sums = np.diff(legs.sums[:, edges], axis=1)
-    mean, square, torque, product = (each / count for each in sums)
+    mean, square, torque, product = (total / count for total in sums)
     spread, together = np.maximum(square - mean * mean, 0.0), product - mean * torque
     below = np.maximum(mean - x[edges[:-1]], 0.0)
     above = np.maximum(x[edges[1:] - 1] - mean, 0.0)
@@ -127,5 +127,5 @@ def _points(legs: _Legs, kinks: Array) -> tuple[Array, Array, Array]:
         np.concatenate([torque - slope * p, torque + slope * q]),
         np.concatenate([count * (1.0 - part), count * part]),
     )
-    deflection, torques, weight = (each.astype(np.float64) for each in made)
+    deflection, torques, weight = (array.astype(np.float64) for array in made)
     return deflection, torques, weight

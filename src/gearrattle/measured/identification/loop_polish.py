@@ -57,59 +57,59 @@ class Polish:
         """Solve for the coefficients of a shape."""
         return self.moments.at(shape, self.without)
 
-    def free(self, found: Solved) -> tuple[Slider, ...]:
+    def free(self, solution: Solved) -> tuple[Slider, ...]:
         """Sliders with a height whose reaches are not held."""
-        return tuple(s for s, height in heights_of(found).items() if height > 0.0 and s not in self.held)
+        return tuple(s for s, height in heights_of(solution).items() if height > 0.0 and s not in self.held)
 
-    def linear(self, found: Solved) -> Linear:
+    def linear(self, solution: Solved) -> Linear:
         """Return the law made linear in all that is free."""
-        return Linear(self.moments, found, self.free(found))
+        return Linear(self.moments, solution, self.free(solution))
 
-    def smooth(self, found: Solved) -> Solved:
+    def smooth(self, solution: Solved) -> Solved:
         """Step to the nearest minimum."""
-        damping, gain = 1e-3, _GAIN * found.left / self.loop.torque.size
+        damping, gain = 1e-3, _GAIN * solution.left / self.loop.torque.size
         for _ in range(_STEPS):
-            sliders = self.free(found)
-            if not sliders and not found.shape.drive and not found.shape.coast:
+            sliders = self.free(solution)
+            if not sliders and not solution.shape.drive and not solution.shape.coast:
                 break
-            matrix, right = Linear(self.moments, found, sliders).normal()
-            before = found.left
+            matrix, right = Linear(self.moments, solution, sliders).normal()
+            before = solution.left
             while damping < _STRONGEST:
-                other = self.at(self._moved(found, sliders, _step(matrix, right, found, damping)))
-                if other.left < found.left:
-                    found, damping = other, max(0.1 * damping, _WEAKEST)
+                other = self.at(self._moved(solution, sliders, _step(matrix, right, solution, damping)))
+                if other.left < solution.left:
+                    solution, damping = other, max(0.1 * damping, _WEAKEST)
                     break
                 damping *= 10.0
-            if before - found.left < gain:
+            if before - solution.left < gain:
                 break
-        return found
+        return solution
 
-    def whole(self, found: Solved) -> Solved:
+    def whole(self, solution: Solved) -> Solved:
         """Step to the nearest minimum, and move breaks over samples until nothing is better."""
-        found = self.smooth(found)
+        solution = self.smooth(solution)
         for _ in range(_ROUNDS):
-            before = found.left
+            before = solution.left
             for side in (DRIVE, COAST):
-                for i in range(len(found.shape.breaks(side))):
-                    place = best_place(self.linear(found), found, (side, i))
-                    other = self.at(found.shape.with_break(side, i, place))
-                    found = min(found, other, key=lambda each: each.left)
-            if not found.left < before:
+                for i in range(len(solution.shape.breaks(side))):
+                    position = best_place(self.linear(solution), solution, (side, i))
+                    other = self.at(solution.shape.with_break(side, i, position))
+                    solution = min(solution, other, key=lambda candidate: candidate.left)
+            if not solution.left < before:
                 break
-            found = self.smooth(found)
-        return found
+            solution = self.smooth(solution)
+        return solution
 
-    def best(self, found: Solved) -> Solved:
+    def best(self, solution: Solved) -> Solved:
         """Return the best of all starts."""
-        found = self.whole(found)
-        best = min((self.smooth(start) for start in self._starts(found)), key=lambda each: each.left, default=found)
-        return self.whole(best) if best.left < found.left else found
+        solution = self.whole(solution)
+        best = min((self.smooth(start) for start in self._starts(solution)), key=lambda candidate: candidate.left, default=solution)
+        return self.whole(best) if best.left < solution.left else solution
 
-    def _starts(self, found: Solved) -> list[Solved]:
+    def _starts(self, solution: Solved) -> list[Solved]:
         shapes = []
-        for ratio in _RATIOS if self.free(found) else ():
-            shape = found.shape
-            for slider, reach in stuck(found, ratio).items():
+        for ratio in _RATIOS if self.free(solution) else ():
+            shape = solution.shape
+            for slider, reach in stuck(solution, ratio).items():
                 if slider not in self.held:
                     shape = shape.with_reach(slider, float(np.clip(reach, *self.bounds())))
             shapes.append(shape)
@@ -120,29 +120,29 @@ class Polish:
         low, high = self.loop.ends
         return SHORTEST * (high - low), LONGEST * (high - low)
 
-    def _moved(self, found: Solved, sliders: tuple[Slider, ...], step: Array) -> Shape:
+    def _moved(self, solution: Solved, sliders: tuple[Slider, ...], step: Array) -> Shape:
         low, high = self.loop.ends
-        least, shape, j = LEAST * (high - low), found.shape, len(found.labels)
+        least, shape, j = LEAST * (high - low), solution.shape, len(solution.labels)
         for side, end in ((DRIVE, high), (COAST, -low)):
             breaks, edge = [], 0.0
-            for i, value in enumerate(found.shape.breaks(side)):
-                room = end - least * (len(found.shape.breaks(side)) - i)
+            for i, value in enumerate(solution.shape.breaks(side)):
+                room = end - least * (len(solution.shape.breaks(side)) - i)
                 edge = min(max(value + float(step[j]), edge + least), room)
                 breaks.append(edge)
                 j += 1
             shape = shape.with_breaks(side, tuple(breaks))
         shortest, longest = self.bounds()
         for slider in sliders:
-            moved = found.shape.reach_of(slider, REACH * (high - low)) * math.exp(float(np.clip(step[j], -1.0, 1.0)))
+            moved = solution.shape.reach_of(slider, REACH * (high - low)) * math.exp(float(np.clip(step[j], -1.0, 1.0)))
             shape = shape.with_reach(slider, min(max(moved, shortest), longest))
             j += 1
         return shape
 
 
-def _step(matrix: Array, right: Array, found: Solved, damping: float) -> Array:
+def _step(matrix: Array, right: Array, solution: Solved, damping: float) -> Array:
     """Of all parameters; coefficients that lie on their bound of zero stay there."""
     free = np.ones(right.size, dtype=bool)
-    free[1 : found.coefficients.size] = found.coefficients[1:] > 0.0
+    free[1 : solution.coefficients.size] = solution.coefficients[1:] > 0.0
     size = np.sqrt(np.diag(matrix))
     free &= size > 0.0
     scaled = matrix[np.ix_(free, free)] / size[free][:, None] / size[free]

@@ -86,10 +86,10 @@ class Stretch(NamedTuple):
     high: float
 
 
-def stretched(found: Solved, slider: Slider, density: Density) -> Stretch:
+def stretched(solution: Solved, slider: Slider, density: Density) -> Stretch:
     """Return the interval of a slider's stick stiffness, its height as it is, from the density of its reach."""
     shorter, longer = density.ends()
-    height = heights_of(found)[slider]
+    height = heights_of(solution)[slider]
     return Stretch(height / longer, height / shorter if shorter > 0.0 else math.inf)
 
 
@@ -124,7 +124,7 @@ class _Tables:
         return np.asarray(raised + sum(2.0 * self.pairs[i, j][state[:, i], state[:, j]] for i, j in _pairs(number)))
 
 
-def densities(polish: Polish, found: Solved, known: Spread) -> tuple[dict[Slider, Density], list[Shape]]:
+def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Slider, Density], list[Shape]]:
     """Return the density of every reach, and shapes from which a better minimum may be reached.
 
     Args:
@@ -134,7 +134,7 @@ def densities(polish: Polish, found: Solved, known: Spread) -> tuple[dict[Slider
     """
     if not known.sliders:
         return {}, []
-    tables = _tables(polish, found, known)
+    tables = _tables(polish, solution, known)
     random = np.random.default_rng(0)
     number, size = tables.logs.shape
     state = random.integers(0, size, (_CHAINS, number))
@@ -157,13 +157,13 @@ def densities(polish: Polish, found: Solved, known: Spread) -> tuple[dict[Slider
             starts.update(zip(map(tuple, state.tolist()), tables.whole(state).tolist(), strict=True))
     heights = summed / np.exp(widths)
     made = {s: Density(tables.logs[i], heights[i] / heights[i].max()) for i, s in enumerate(tables.sliders)}
-    return made, [_shape(found, tables, key) for key in sorted(starts, key=lambda key: starts[key])[:_STARTS]]
+    return made, [_shape(solution, tables, key) for key in sorted(starts, key=lambda key: starts[key])[:_STARTS]]
 
 
-def _shape(found: Solved, tables: _Tables, state: tuple[int, ...]) -> Shape:
-    shape = found.shape
-    for i, (slider, place) in enumerate(zip(tables.sliders, state, strict=True)):
-        shape = shape.with_reach(slider, math.exp(tables.logs[i, place]))
+def _shape(solution: Solved, tables: _Tables, state: tuple[int, ...]) -> Shape:
+    shape = solution.shape
+    for i, (slider, position) in enumerate(zip(tables.sliders, state, strict=True)):
+        shape = shape.with_reach(slider, math.exp(tables.logs[i, position]))
     return shape
 
 
@@ -183,28 +183,28 @@ def _close(sliders: tuple[Slider, ...]) -> list[tuple[int, int]]:
     return [(i, j) for i, j in _pairs(range(len(sliders))) if {sliders[i][0], sliders[j][0]} != {DRIVE, COAST}]
 
 
-def _tables(polish: Polish, found: Solved, known: Spread) -> _Tables:
+def _tables(polish: Polish, solution: Solved, known: Spread) -> _Tables:
     bounds = [math.log(bound) for bound in polish.bounds()]
     first = known.covariance.shape[0] - len(known.sliders)
     grids = []
     for n, slider in enumerate(known.sliders):
-        here = min(max(math.log(found.shape.reach_of(slider, math.nan)), bounds[0]), bounds[1])
+        here = min(max(math.log(solution.shape.reach_of(slider, math.nan)), bounds[0]), bounds[1])
         error = math.sqrt(known.covariance[first + n, first + n])
         wide = _ERRORS * min(error if math.isfinite(error) else 1.0, 0.5)
         fine = np.linspace(max(here - wide, bounds[0]), min(here + wide, bounds[1]), _FINE)
         grids.append(np.sort(np.concatenate([np.linspace(bounds[0], bounds[1], _WIDE), fine + 1e-9])))
     logs = np.array(grids)
-    shapes = [_shape_at(found.shape, known.sliders, column) for column in logs.T]
-    points = polish.moments.regression(found.shape, *shapes)
+    shapes = [_shape_at(solution.shape, known.sliders, column) for column in logs.T]
+    points = polish.moments.regression(solution.shape, *shapes)
     root = np.sqrt(points.weight)[:, None]
-    table = points.table(found.shape, found.labels)
-    bulk = [label[0] != "slider" for label in found.labels]
-    nuisance = root * np.hstack([table[:, bulk], slopes_in(points.loop, found, ())])
+    table = points.table(solution.shape, solution.labels)
+    bulk = [label[0] != "slider" for label in solution.labels]
+    nuisance = root * np.hstack([table[:, bulk], slopes_in(points.loop, solution, ())])
     basis = np.linalg.svd(nuisance / np.maximum(np.linalg.norm(nuisance, axis=0), 1e-300), full_matrices=False)
     kept = basis[0][:, basis[1] > 1e-10 * basis[1][0]]
-    moved = np.hstack([root * _moved(points, found, s, row) for s, row in zip(known.sliders, logs, strict=True)])
+    moved = np.hstack([root * _moved(points, solution, s, row) for s, row in zip(known.sliders, logs, strict=True)])
     moved -= kept @ (kept.T @ moved)
-    residual = root[:, 0] * (points.torque - table @ found.coefficients)
+    residual = root[:, 0] * (points.torque - table @ solution.coefficients)
     residual -= kept @ (kept.T @ residual)
     number, size = logs.shape
     gram = (moved.T @ moved / known.variance).reshape(number, size, number, size).transpose(0, 2, 1, 3)
@@ -219,9 +219,9 @@ def _shape_at(shape: Shape, sliders: tuple[Slider, ...], logs: Array) -> Shape:
     return shape
 
 
-def _moved(points: Regression, found: Solved, slider: Slider, logs: Array) -> Array:
+def _moved(points: Regression, solution: Solved, slider: Slider, logs: Array) -> Array:
     """(M, K) torque of a slider over its grid, less that of the least squares."""
     label = (("slider", *slider),)
-    shapes = [found.shape, *(found.shape.with_reach(slider, math.exp(value)) for value in logs.tolist())]
+    shapes = [solution.shape, *(solution.shape.with_reach(slider, math.exp(value)) for value in logs.tolist())]
     columns = np.hstack([points.table(shape, label) for shape in shapes])
-    return np.asarray(heights_of(found)[slider] * (columns[:, 1:] - columns[:, :1]), dtype=np.float64)
+    return np.asarray(heights_of(solution)[slider] * (columns[:, 1:] - columns[:, :1]), dtype=np.float64)

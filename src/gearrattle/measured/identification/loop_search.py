@@ -52,15 +52,15 @@ class Search:
         """Solve for the coefficients of a shape."""
         return self.regression.solve(shape, self.without)
 
-    def bic(self, found: Solved) -> float:
+    def bic(self, solution: Solved) -> float:
         """Schwarz's criterion; heights of zero and their reaches are no parameters."""
         cells = self.regression.torque.size
-        alive = [c > 0.0 for (kind, _, _), c in zip(found.labels, found.coefficients, strict=True) if kind == "slider"]
-        number = len(found.labels) - len(alive) + 2 * sum(alive)
-        number += len(found.shape.drive) + len(found.shape.coast)
-        return float(cells * math.log(found.left / cells) + number * math.log(cells))
+        alive = [c > 0.0 for (kind, _, _), c in zip(solution.labels, solution.coefficients, strict=True) if kind == "slider"]
+        number = len(solution.labels) - len(alive) + 2 * sum(alive)
+        number += len(solution.shape.drive) + len(solution.shape.coast)
+        return float(cells * math.log(solution.left / cells) + number * math.log(cells))
 
-    def refine(self, found: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
+    def refine(self, solution: Solved, rounds: int = 3, *, near: bool = False) -> Solved:
         """Search breaks and reaches, one after another, until a round gains nothing.
 
         Args:
@@ -69,33 +69,33 @@ class Search:
             near: whether breaks stay near where they are.
         """
         for turn in range(rounds):
-            before = found.left
+            before = solution.left
             width = 0.02 if near or turn else 1.0
             for side in (DRIVE, COAST):
-                for i in range(len(found.shape.breaks(side))):
-                    found = self._move_break(found, side, i, width)
-            for slider in list(found.shape.sliders()):
+                for i in range(len(solution.shape.breaks(side))):
+                    solution = self._move_break(solution, side, i, width)
+            for slider in list(solution.shape.sliders()):
                 if slider not in self.without:
-                    found = self._move_reach(found, slider)
-            if before - found.left < 1e-5 * before:
+                    solution = self._move_reach(solution, slider)
+            if before - solution.left < 1e-5 * before:
                 break
-        return found
+        return solution
 
-    def restarted(self, found: Solved) -> Solved:
+    def restarted(self, solution: Solved) -> Solved:
         """Search again from sliders that all stick alike, each so many times as stiff as its stage.
 
         Behind a turn only the sum of all sliders is seen, so one may have taken another's reach; then moving one
         after another leads nowhere.
         """
-        best = found
+        best = solution
         for ratio in _RATIOS:
-            other = found
+            other = solution
             for _ in range(3):
                 shape = other.shape
                 for slider, reach in stuck(other, ratio).items():
                     shape = shape.with_reach(slider, min(max(reach, SHORTEST * self.span), LONGEST * self.span))
                 other = self.at(shape)
-            best = min(best, self.refine(other, 2, near=True), key=lambda each: each.left)
+            best = min(best, self.refine(other, 2, near=True), key=lambda candidate: candidate.left)
         return best
 
     def room(self, shape: Shape, side: str, index: int) -> tuple[float, float]:
@@ -106,31 +106,31 @@ class Search:
         above = breaks[index + 1] if index + 1 < len(breaks) else end
         return below + least, above - least
 
-    def _move_break(self, found: Solved, side: str, index: int, width: float) -> Solved:
+    def _move_break(self, solution: Solved, side: str, index: int, width: float) -> Solved:
         def trial(value: float) -> Solved:
-            return self.at(found.shape.with_break(side, index, value))
+            return self.at(solution.shape.with_break(side, index, value))
 
-        low, high = self.room(found.shape, side, index)
-        here = found.shape.breaks(side)[index]
-        return _closer(found, trial, here, (low, high), (width * self.span, _CLOSE * self.span))
+        low, high = self.room(solution.shape, side, index)
+        here = solution.shape.breaks(side)[index]
+        return _closer(solution, trial, here, (low, high), (width * self.span, _CLOSE * self.span))
 
-    def _move_reach(self, found: Solved, slider: tuple[str, int]) -> Solved:
+    def _move_reach(self, solution: Solved, slider: tuple[str, int]) -> Solved:
         def trial(value: float) -> Solved:
-            return self.at(found.shape.with_reach(slider, math.exp(value)))
+            return self.at(solution.shape.with_reach(slider, math.exp(value)))
 
-        here = math.log(found.shape.reach_of(slider, REACH * self.span))
+        here = math.log(solution.shape.reach_of(slider, REACH * self.span))
         ends = math.log(SHORTEST * self.span), math.log(LONGEST * self.span)
-        return _closer(found, trial, here, ends, (2.0, _CLOSE_LOG))
+        return _closer(solution, trial, here, ends, (2.0, _CLOSE_LOG))
 
-    def with_more(self, found: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
+    def with_more(self, solution: Solved, limits: tuple[int, int]) -> Iterator[Solved]:
         """Yield the best of every way to make a shape richer by one thing."""
-        shape = found.shape
+        shape = solution.shape
         for side, most in zip((DRIVE, COAST), limits, strict=True):
             if len(shape.breaks(side)) + 1 < most:
                 added = [self.at(shape.with_breaks(side, breaks)) for breaks in self._added(shape, side)]
                 if added:
-                    yield min(added, key=lambda each: each.left)
-        yield from (self.at(each) for each in with_centre(shape))
+                    yield min(added, key=lambda candidate: candidate.left)
+        yield from (self.at(richer) for richer in with_centre(shape))
 
     def _added(self, shape: Shape, side: str) -> Iterator[tuple[float, ...]]:
         end = self.high if side == DRIVE else -self.low
@@ -149,7 +149,7 @@ def with_centre(shape: Shape) -> Iterator[Shape]:
 
 
 def _closer(
-    found: Solved, trial: Callable[[float], Solved], here: float, ends: tuple[float, float], widths: tuple[float, float]
+    solution: Solved, trial: Callable[[float], Solved], here: float, ends: tuple[float, float], widths: tuple[float, float]
 ) -> Solved:
     """Try values about the best one, from as far as the first width down to the second; return the best."""
     width, least = widths
@@ -160,11 +160,11 @@ def _closer(
             break
         for value in np.linspace(low, high, number).tolist():
             other = trial(value)
-            if other.left < found.left:
-                found, here = other, value
+            if other.left < solution.left:
+                solution, here = other, value
         width = 1.25 * (high - low) / (number - 1)
         number = _TRIALS
-    return found
+    return solution
 
 
 def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tuple[int, int, float]]]:
@@ -179,36 +179,36 @@ def select(loop: Loop, stages: tuple[int, int] | None) -> tuple[Solved, list[tup
         their BIC on the way.
     """
     search = Search(loop)
-    found = search.refine(search.at(Shape()), 2)
-    steps = [_step(search, found)]
+    solution = search.refine(search.at(Shape()), 2)
+    steps = [_step(search, solution)]
     limits = stages or (MOST, MOST)
     while True:
-        richer = sorted(search.with_more(found, limits), key=search.bic)[:2]
+        richer = sorted(search.with_more(solution, limits), key=search.bic)[:2]
         if not richer:
             break
-        best = min((search.refine(each, 2) for each in richer), key=search.bic)
-        lacking = stages is not None and (len(found.shape.drive) + 1, len(found.shape.coast) + 1) != stages
-        if search.bic(best) > search.bic(found) - _WORTH and not lacking:
+        best = min((search.refine(candidate, 2) for candidate in richer), key=search.bic)
+        lacking = stages is not None and (len(solution.shape.drive) + 1, len(solution.shape.coast) + 1) != stages
+        if search.bic(best) > search.bic(solution) - _WORTH and not lacking:
             break
-        found = search.restarted(best)
-        steps.append(_step(search, found))
-    return found, steps
+        solution = search.restarted(best)
+        steps.append(_step(search, solution))
+    return solution, steps
 
 
-def stuck(found: Solved, ratio: float) -> dict[tuple[str, int], float]:
+def stuck(solution: Solved, ratio: float) -> dict[tuple[str, int], float]:
     """Reach of every slider that sticks ``ratio`` times as stiff as its stage [rad]."""
     return {
         slider: height / (ratio * slope)
-        for slider, height in heights_of(found).items()
-        if height > 0.0 and (slope := slope_of(found, slider)) > 0.0
+        for slider, height in heights_of(solution).items()
+        if height > 0.0 and (slope := slope_of(solution, slider)) > 0.0
     }
 
 
-def idle(found: Solved) -> Iterator[tuple[str, int]]:
+def idle(solution: Solved) -> Iterator[tuple[str, int]]:
     """Yield the sliders whose height is nothing beside the highest."""
-    heights = heights_of(found)
+    heights = heights_of(solution)
     yield from (slider for slider, height in heights.items() if height <= _NOTHING * max(heights.values()))
 
 
-def _step(search: Search, found: Solved) -> tuple[int, int, float]:
-    return len(found.shape.drive) + 1, len(found.shape.coast) + 1, search.bic(found)
+def _step(search: Search, solution: Solved) -> tuple[int, int, float]:
+    return len(solution.shape.drive) + 1, len(solution.shape.coast) + 1, search.bic(solution)

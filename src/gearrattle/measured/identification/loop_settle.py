@@ -50,48 +50,48 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     shape = shape_from.shape
     for slider in shape.sliders():
         shape = shape.with_reach(slider, shape.reach_of(slider, REACH * (high - low)))
-    found = polish.best(polish.at(shape))
-    polish = replace(polish, without=polish.without | frozenset(idle(found)))
-    found = polish.whole(polish.at(found.shape))
+    solution = polish.best(polish.at(shape))
+    polish = replace(polish, without=polish.without | frozenset(idle(solution)))
+    solution = polish.whole(polish.at(solution.shape))
     made: dict[Slider, Density] = {}
     for _ in range(_ROUNDS):
-        made, starts = densities(polish, found, spread(polish, found))
-        best = min((polish.smooth(polish.at(each)) for each in starts), key=lambda each: each.left, default=found)
-        if found.left - best.left < _BETTER * found.left / polish.loop.torque.size:
+        made, starts = densities(polish, solution, spread(polish, solution))
+        best = min((polish.smooth(polish.at(start)) for start in starts), key=lambda start: start.left, default=solution)
+        if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
             break
-        found = polish.whole(best)
-    sticks = {slider: stretched(found, slider, each) for slider, each in made.items()}
-    fixed = frozenset(_open(polish, found, sticks))
+        solution = polish.whole(best)
+    sticks = {slider: stretched(solution, slider, reach) for slider, reach in made.items()}
+    fixed = frozenset(_open(polish, solution, sticks))
     if not fixed:
-        return Settled(polish, found, made, sticks)
+        return Settled(polish, solution, made, sticks)
     polish = replace(polish, held=fixed)
-    return Settled(polish, with_defaults(polish, found), made, sticks)
+    return Settled(polish, with_defaults(polish, solution), made, sticks)
 
 
-def _open(polish: Polish, found: Solved, sticks: dict[Slider, Stretch]) -> list[Slider]:
+def _open(polish: Polish, solution: Solved, sticks: dict[Slider, Stretch]) -> list[Slider]:
     """Sliders that get the default."""
     made = []
-    variance = found.left / polish.loop.torque.size
+    variance = solution.left / polish.loop.torque.size
     for slider, stretch in sticks.items():
-        slope, height = slope_of(found, slider), heights_of(found)[slider]
+        slope, height = slope_of(solution, slider), heights_of(solution)[slider]
         if not slope > 0.0:
             continue
         if stretch.high == np.inf and stretch.low <= STICK * slope:
             made.append(slider)
-        elif height < slope * found.shape.reach_of(slider, np.inf):
-            other = with_defaults(replace(polish, held=frozenset({slider})), found)
-            if other.left - found.left < _WORSE * variance:
+        elif height < slope * solution.shape.reach_of(slider, np.inf):
+            other = with_defaults(replace(polish, held=frozenset({slider})), solution)
+            if other.left - solution.left < _WORSE * variance:
                 made.append(slider)
     return made
 
 
-def with_defaults(polish: Polish, found: Solved) -> Solved:
+def with_defaults(polish: Polish, solution: Solved) -> Solved:
     """Fit with the default stick stiffness of the sliders held, whose reaches then follow from their heights."""
     for _ in range(4):
-        shape, heights = found.shape, heights_of(found)
+        shape, heights = solution.shape, heights_of(solution)
         for slider in polish.held:
-            slope = slope_of(found, slider)
+            slope = slope_of(solution, slider)
             if slope > 0.0 and heights.get(slider, 0.0) > 0.0:
                 shape = shape.with_reach(slider, heights[slider] / (STICK * slope))
-        found = polish.smooth(polish.at(shape))
-    return polish.whole(found)
+        solution = polish.smooth(polish.at(shape))
+    return polish.whole(solution)

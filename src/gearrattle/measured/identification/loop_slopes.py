@@ -23,7 +23,7 @@ from gearrattle.measured.identification.loop_law import CENTRE, COAST, DRIVE, So
 Array = NDArray[np.float64]
 
 
-def slopes_in(loop: Loop, found: Solved, sliders: tuple[tuple[str, int], ...]) -> Array:
+def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]) -> Array:
     """(N, B + R) derivatives of the torque in all breaks (drive, then coast) and in the logarithms of some reaches.
 
     Args:
@@ -31,40 +31,40 @@ def slopes_in(loop: Loop, found: Solved, sliders: tuple[tuple[str, int], ...]) -
         found: the law.
         sliders: the R sliders whose reaches count.
     """
-    columns = [_in_break(loop, found, side, i) for side in (DRIVE, COAST) for i in range(len(found.shape.breaks(side)))]
-    columns += [_in_reach(loop, found, slider) for slider in sliders]
+    columns = [_in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))]
+    columns += [_in_reach(loop, solution, slider) for slider in sliders]
     return np.stack(columns, axis=1) if columns else np.empty((loop.torque.size, 0))
 
 
-def carried(loop: Loop, found: Solved, side: str, index: int) -> Array:
+def carried(loop: Loop, solution: Solved, side: str, index: int) -> Array:
     """(N,) torque that the slider of a break carries at that break on the way back [N m]; 0 on the way out."""
-    start, slider = found.shape.breaks(side)[index], (side, index + 1)
-    height, reach = heights_of(found).get(slider, 0.0), found.shape.reach_of(slider, np.nan)
+    start, slider = solution.shape.breaks(side)[index], (side, index + 1)
+    height, reach = heights_of(solution).get(slider, 0.0), solution.shape.reach_of(slider, np.nan)
     way = 1.0 if side == DRIVE else -1.0
     beyond = way * loop.turn - start
     left = np.maximum(np.minimum(beyond, reach) - beyond, -reach) / reach if height > 0.0 else 0.0
     return np.asarray(np.where(way * loop.way < 0.0, way * height * left, 0.0), dtype=np.float64)
 
 
-def _in_break(loop: Loop, found: Solved, side: str, index: int) -> Array:
-    way, start, slopes = (1.0 if side == DRIVE else -1.0), found.shape.breaks(side)[index], slopes_of(found, side)
+def _in_break(loop: Loop, solution: Solved, side: str, index: int) -> Array:
+    way, start, slopes = (1.0 if side == DRIVE else -1.0), solution.shape.breaks(side)[index], slopes_of(solution, side)
     delta, turn, outward = way * loop.deflection, way * loop.turn, way * loop.way > 0.0
     change = np.full(delta.size, slopes[index] - slopes[index + 1])
-    height = heights_of(found).get((side, index + 1), 0.0)
+    height = heights_of(solution).get((side, index + 1), 0.0)
     if height > 0.0:
-        reach = found.shape.reach_of((side, index + 1), np.nan)
+        reach = solution.shape.reach_of((side, index + 1), np.nan)
         short = (turn - start < reach) & (turn - start - (turn - delta) > -reach)
         change -= height / reach * np.where(outward, delta - start < reach, short)
     return np.asarray(way * np.where(delta > start, change, 0.0), dtype=np.float64)
 
 
-def _in_reach(loop: Loop, found: Solved, slider: tuple[str, int]) -> Array:
+def _in_reach(loop: Loop, solution: Solved, slider: tuple[str, int]) -> Array:
     side, index = slider
-    height, reach = heights_of(found)[slider], found.shape.reach_of(slider, np.nan)
+    height, reach = heights_of(solution)[slider], solution.shape.reach_of(slider, np.nan)
     if side == CENTRE:
         behind = np.abs(loop.deflection - loop.turn) / reach
         return np.asarray(-height * loop.way * np.where(behind < 2.0, behind, 0.0), dtype=np.float64)
-    way, start = (1.0 if side == DRIVE else -1.0), 0.0 if index == 0 else found.shape.breaks(side)[index - 1]
+    way, start = (1.0 if side == DRIVE else -1.0), 0.0 if index == 0 else solution.shape.breaks(side)[index - 1]
     delta, turn, outward = way * loop.deflection, way * loop.turn, way * loop.way > 0.0
     top = np.minimum(turn - start, reach)
     back = (top - (turn - delta)) / reach

@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 _STEP = 1e-6
 
 
-def stick_sliders(found: Solved) -> dict[str, tuple[str, int]]:
+def stick_sliders(solution: Solved) -> dict[str, tuple[str, int]]:
     """The slider behind every stick stiffness, by its name in a coupling; sliders without height have none."""
-    heights, made = heights_of(found), {}
+    heights, made = heights_of(solution), {}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
-        for i in range(len(found.shape.breaks(side)) + 1):
+        for i in range(len(solution.shape.breaks(side)) + 1):
             slider = (CENTRE, 0) if i == 0 and heights.get((side, 0), 0.0) == 0.0 else (side, i)
             if heights.get(slider, 0.0) > 0.0:
                 made[f"{key}.{i}.stick_stiffness"] = slider
@@ -31,7 +31,7 @@ def stick_sliders(found: Solved) -> dict[str, tuple[str, int]]:
 
 
 def values_of(
-    found: Solved, fixed: frozenset[tuple[str, int]], sticks: dict[str, tuple[str, int]] | None = None
+    solution: Solved, fixed: frozenset[tuple[str, int]], sticks: dict[str, tuple[str, int]] | None = None
 ) -> dict[str, float]:
     """Every number of the law by its name in a coupling.
 
@@ -40,11 +40,11 @@ def values_of(
         fixed: sliders whose stick stiffness is the default and no value.
         sticks: the sliders of the stick stiffnesses; None: those that have a height.
     """
-    heights, shape = heights_of(found), found.shape
-    behind = stick_sliders(found) if sticks is None else sticks
-    values = {"preload": float(found.coefficients[0])}
+    heights, shape = heights_of(solution), solution.shape
+    behind = stick_sliders(solution) if sticks is None else sticks
+    values = {"preload": float(solution.coefficients[0])}
     for side, key in ((DRIVE, "stages"), (COAST, "coast_stages")):
-        total, slopes = heights.get((CENTRE, 0), 0.0), slopes_of(found, side)
+        total, slopes = heights.get((CENTRE, 0), 0.0), slopes_of(solution, side)
         for i, slope in enumerate(slopes):
             total += heights.get((side, i), 0.0)
             values[f"{key}.{i}.stiffness"] = slope
@@ -57,23 +57,23 @@ def values_of(
     return values
 
 
-def derivatives(found: Solved, fixed: frozenset[tuple[str, int]], known: Spread) -> Array:
+def derivatives(solution: Solved, fixed: frozenset[tuple[str, int]], known: Spread) -> Array:
     """(V, P) derivatives of the law's numbers in the parameters of ``known``."""
-    sticks = stick_sliders(found)
-    here = np.array(list(values_of(found, fixed, sticks).values()))
+    sticks = stick_sliders(solution)
+    here = np.array(list(values_of(solution, fixed, sticks).values()))
     columns = []
-    for j, value in enumerate(found.coefficients.tolist()):
+    for j, value in enumerate(solution.coefficients.tolist()):
         step = _STEP * max(abs(value), 1e-12)
-        other = found.coefficients.copy()
+        other = solution.coefficients.copy()
         other[j] += step
-        columns.append((found._replace(coefficients=other), step))
+        columns.append((solution._replace(coefficients=other), step))
     for side in (DRIVE, COAST):
-        for i, value in enumerate(found.shape.breaks(side)):
+        for i, value in enumerate(solution.shape.breaks(side)):
             step = _STEP * value
-            columns.append((found._replace(shape=found.shape.with_break(side, i, value + step)), step))
+            columns.append((solution._replace(shape=solution.shape.with_break(side, i, value + step)), step))
     for slider in known.sliders:
-        value = found.shape.reach_of(slider, np.nan)
-        moved_shape: Shape = found.shape.with_reach(slider, value * np.exp(_STEP))
-        columns.append((found._replace(shape=moved_shape), _STEP))
-    moved = [np.array(list(values_of(each, fixed, sticks).values())) for each, _ in columns]
+        value = solution.shape.reach_of(slider, np.nan)
+        moved_shape: Shape = solution.shape.with_reach(slider, value * np.exp(_STEP))
+        columns.append((solution._replace(shape=moved_shape), _STEP))
+    moved = [np.array(list(values_of(changed, fixed, sticks).values())) for changed, _ in columns]
     return np.stack([(row - here) / step for row, (_, step) in zip(moved, columns, strict=True)], axis=1)

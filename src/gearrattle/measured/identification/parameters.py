@@ -109,10 +109,10 @@ def free_parameters(
     tables = model.to_tables()
     paths = _expanded(free, model.path_names())
     problems = [
-        Problem(f"free: {path}", shown(found), rule, remedy)
+        Problem(f"free: {path}", shown(value), rule, remedy)
         for path in paths
-        for found in [value_at(tables, path)]
-        for rule, remedy in [_of_friction(path) or _not_positive(found)]
+        for value in [value_at(tables, path)]
+        for rule, remedy in [_of_friction(path) or _not_positive(value)]
         if rule
     ]
     unknown = [path for path in bounds if path not in paths]
@@ -139,15 +139,15 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
     exponents = []
     for path, value in zip(parameters.paths, parameters.start.tolist(), strict=True):
         two, three = (_values(model.with_({path: factor * value}), state) for factor in (2.0, 3.0))
-        found = [np.round(_logarithm(new, old) / np.log(2.0), 6) for new, old in zip(two[:4], base[:4], strict=True)]
+        powers = [np.round(_logarithm(new, old) / np.log(2.0), 6) for new, old in zip(two[:4], base[:4], strict=True)]
         check = [
             np.max(np.abs(_logarithm(new, old) - s * np.log(3.0)), initial=0.0)
-            for new, old, s in zip(three[:4], base[:4], found, strict=True)
+            for new, old, s in zip(three[:4], base[:4], powers, strict=True)
         ]
         if max(check) > _EXPONENT or any(np.any(new[4] != base[4]) for new in (two, three)):
             rule = "must be a factor of inertias, stiffnesses, dampings or drags; this is none"
             raise ModelError(Problem(f"free: {path}", f"{value:g}", rule, "leave it out of free"))
-        exponents.append(found)
+        exponents.append(powers)
     by_inertia, by_drag, by_stiffness, by_damping = (np.column_stack([row[k] for row in exponents]) for k in range(4))
     names = assemble(model).layout.element_names
     held = [names.index(name) for name in state.rigid]
@@ -203,16 +203,16 @@ def _not_positive(value: object) -> tuple[str, str]:
     return "", ""
 
 
-def _bounds(model: Model, path: str, given: tuple[Any, Any], start: float) -> tuple[float, float]:
+def _bounds(model: Model, path: str, bounds: tuple[Any, Any], start: float) -> tuple[float, float]:
     """Read two bounds as the model file would."""
-    place = f"bounds: {path}"
-    if isinstance(given, str) or len(tuple(given)) != 2:
-        raise ModelError(Problem(place, shown(given), "must be two values, the lowest and the highest"))
-    low, high = (float(value_at(model.with_({path: end}).to_tables(), path)) for end in given)
+    location = f"bounds: {path}"
+    if isinstance(bounds, str) or len(tuple(bounds)) != 2:
+        raise ModelError(Problem(location, shown(bounds), "must be two values, the lowest and the highest"))
+    low, high = (float(value_at(model.with_({path: end}).to_tables(), path)) for end in bounds)
     if not 0.0 < low < high:
-        raise ModelError(Problem(place, f"{low:g} ... {high:g}", "must be greater than zero and in ascending order"))
+        raise ModelError(Problem(location, f"{low:g} ... {high:g}", "must be greater than zero and in ascending order"))
     if not low <= start <= high:
-        raise ModelError(Problem(place, f"{low:g} ... {high:g}", f"must hold the start, {start:g}"))
+        raise ModelError(Problem(location, f"{low:g} ... {high:g}", f"must hold the start, {start:g}"))
     return low, high
 
 

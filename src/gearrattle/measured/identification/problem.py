@@ -105,19 +105,19 @@ class FitProblem:
 
     def _matched(self, spectra: dict[State, Spectrum]) -> list[int]:
         """Return the index of the model's mode for each measured one."""
-        found = [-1 if mode.number is None else mode.number - 1 for mode in self.data.modes]
+        indices = [-1 if mode.number is None else mode.number - 1 for mode in self.data.modes]
         for state, spectrum in spectra.items():
-            unknown = [k for k, mode in enumerate(self.data.modes) if found[k] < 0 and mode.state == state]
+            unknown = [k for k, mode in enumerate(self.data.modes) if indices[k] < 0 and mode.state == state]
             if not unknown:
                 continue
             from scipy.optimize import linear_sum_assignment
 
-            taken = {found[k] for k, mode in enumerate(self.data.modes) if mode.state == state and mode.number}
+            taken = {indices[k] for k, mode in enumerate(self.data.modes) if mode.state == state and mode.number}
             elastic = [j for j in range(spectrum.omega.size) if spectrum.omega[j] > 0.0 and j not in taken]
             assurance = np.array([self._assurance(self.data.modes[k], spectrum)[elastic] for k in unknown])
             for row, column in zip(*linear_sum_assignment(-assurance), strict=True):
-                found[unknown[row]] = elastic[column]
-        return found
+                indices[unknown[row]] = elastic[column]
+        return indices
 
     def _at(self, mode: MeasuredMode) -> list[int]:
         return [self.names.index(name) for name in mode.inertias]

@@ -61,9 +61,9 @@ def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     if not lines:
         raise ModelError(Problem(name, "", "holds no header and no samples", _EXAMPLE))
     number, header = lines[0]
-    place = f"{name}:{number}"
-    columns = _columns(place, next(csv.reader([header])))
-    factors, derivatives = _factors(place, columns, dimensionless)
+    location = f"{name}:{number}"
+    columns = _columns(location, next(csv.reader([header])))
+    factors, derivatives = _factors(location, columns, dimensionless)
     rows = [_row(f"{name}:{n}", next(csv.reader([line])), tuple(columns)) for n, line in lines[1:]]
     if not rows:
         raise ModelError(Problem(name, "", "has a header but no samples"))
@@ -77,48 +77,48 @@ def read_samples(text: str, name: str, dimensionless: bool) -> Samples:
     return Samples(values["frequency"], value, values.get("error"), derivatives)
 
 
-def _columns(place: str, header: Sequence[str]) -> dict[str, str]:
+def _columns(location: str, header: Sequence[str]) -> dict[str, str]:
     """Return unit by column, in the order of the file."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for cell in header:
         match = _COLUMN.fullmatch(cell)
-        if match is None or match[1] in found:
-            raise ModelError(Problem(place, shown(cell.strip()), "must be a column name, once, and its unit", _EXAMPLE))
-        found[match[1]] = match[2] or ""
-    if not any(set(found) - {"error"} == set(form) for form in _FORMS):
+        if match is None or match[1] in units:
+            raise ModelError(Problem(location, shown(cell.strip()), "must be a column name, once, and its unit", _EXAMPLE))
+        units[match[1]] = match[2] or ""
+    if not any(set(units) - {"error"} == set(form) for form in _FORMS):
         rule = "the columns must be frequency, real and imag, or frequency, magnitude and phase; error may be added"
-        raise ModelError(Problem(place, ", ".join(found), rule, _EXAMPLE))
-    return found
+        raise ModelError(Problem(location, ", ".join(units), rule, _EXAMPLE))
+    return units
 
 
-def _factors(place: str, columns: dict[str, str], dimensionless: bool) -> tuple[dict[str, float], int | None]:
+def _factors(location: str, columns: dict[str, str], dimensionless: bool) -> tuple[dict[str, float], int | None]:
     """Return the factor to SI by column, and how many derivatives in time were measured."""
     if dimensionless:
-        given = [f"{name} [{unit}]" for name, unit in columns.items() if unit]
-        if given:
-            raise ModelError(Problem(place, given[0], "must have no unit: this model is dimensionless"))
+        with_units = [f"{name} [{unit}]" for name, unit in columns.items() if unit]
+        if with_units:
+            raise ModelError(Problem(location, with_units[0], "must have no unit: this model is dimensionless"))
         return dict.fromkeys(columns, 1.0), None
     missing = [name for name, unit in columns.items() if not unit]
     if missing:
-        raise ModelError(Problem(place, missing[0], "must name its unit in brackets", _EXAMPLE))
+        raise ModelError(Problem(location, missing[0], "must name its unit in brackets", _EXAMPLE))
     factors: dict[str, float] = {}
     kinds: dict[str, int] = {}
     for name, unit in columns.items():
         if name == "frequency":
             hertz = unit in units.FREQUENCY.symbols
             dimension = units.FREQUENCY if hertz else units.ANGULAR_VELOCITY
-            factors[name] = _factor(place, name, unit, (dimension,))[0] * (math.tau if hertz else 1.0)
+            factors[name] = _factor(location, name, unit, (dimension,))[0] * (math.tau if hertz else 1.0)
         elif name == "phase":
-            factors[name] = _factor(place, name, unit, (units.ANGLE,))[0]
+            factors[name] = _factor(location, name, unit, (units.ANGLE,))[0]
         else:
-            factors[name], kinds[name] = _factor(place, name, unit, PER_TORQUE)
+            factors[name], kinds[name] = _factor(location, name, unit, PER_TORQUE)
     if len(set(kinds.values())) > 1:
-        found = ", ".join(f"{name} [{columns[name]}]" for name in kinds)
-        raise ModelError(Problem(place, found, "all must be the same quantity per torque"))
+        value = ", ".join(f"{name} [{columns[name]}]" for name in kinds)
+        raise ModelError(Problem(location, value, "all must be the same quantity per torque"))
     return factors, next(iter(kinds.values()))
 
 
-def _factor(place: str, name: str, unit: str, dimensions: Sequence[Dimension]) -> tuple[float, int]:
+def _factor(location: str, name: str, unit: str, dimensions: Sequence[Dimension]) -> tuple[float, int]:
     """Return one such unit in SI, and which of the dimensions it has."""
     for index, dimension in enumerate(dimensions):
         try:
@@ -128,12 +128,12 @@ def _factor(place: str, name: str, unit: str, dimensions: Sequence[Dimension]) -
     rule = last.rule
     if len(dimensions) > 1:
         rule = "must have a unit of " + " or ".join(f"{d.name} ({d.si})" for d in dimensions)
-    raise ModelError(Problem(place, f"{name} [{unit}]", rule, last.remedy))
+    raise ModelError(Problem(location, f"{name} [{unit}]", rule, last.remedy))
 
 
-def _row(place: str, cells: Sequence[str], columns: Sequence[str]) -> list[float]:
+def _row(location: str, cells: Sequence[str], columns: Sequence[str]) -> list[float]:
     if len(cells) != len(columns):
-        raise ModelError(Problem(place, f"{len(cells)} entries", f"must have {len(columns)}: {', '.join(columns)}"))
+        raise ModelError(Problem(location, f"{len(cells)} entries", f"must have {len(columns)}: {', '.join(columns)}"))
     numbers = []
     for column, cell in zip(columns, cells, strict=True):
         try:
@@ -141,7 +141,7 @@ def _row(place: str, cells: Sequence[str], columns: Sequence[str]) -> list[float
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise ModelError(Problem(f"{place}: {column}", shown(cell.strip()), "must be a finite number"))
+            raise ModelError(Problem(f"{location}: {column}", shown(cell.strip()), "must be a finite number"))
         numbers.append(number)
     return numbers
 

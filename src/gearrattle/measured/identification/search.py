@@ -74,20 +74,20 @@ def search(
     origin = np.zeros(box[0].size)
     null = split(residuals, origin, null_space(residuals(origin)[1])).exact
     points = _starts(box, starts, seed, null)
-    found: list[tuple[Array, float, Array]] = []
+    optima: list[tuple[Array, float, Array]] = []
     for k, point in enumerate(points):
         watched = _watched(residuals, progress, k / len(points))
         ended = local(watched, point, box, rough=True)
         if ended is not None:
-            found.append(_settled(residuals, ended, box))
+            optima.append(_settled(residuals, ended, box))
     if progress is not None:
         progress(1.0)
-    if not found:
+    if not optima:
         raise ConvergenceError(
             f"none of {len(points)} starts converged in {_EVALUATIONS} evaluations",
             remedy="more starts, narrower bounds, or a prior",
         )
-    return _distinct(found, box), len(points) - len(found)
+    return _distinct(optima, box), len(points) - len(optima)
 
 
 def local(residuals: Residuals, start: Array, box: tuple[Array, Array], rough: bool = False) -> Array | None:
@@ -212,11 +212,11 @@ def _settled(residuals: Residuals, x: Array, box: tuple[Array, Array]) -> tuple[
     return x, float(rows @ rows), spread
 
 
-def _distinct(found: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
+def _distinct(optima: list[tuple[Array, float, Array]], box: tuple[Array, Array]) -> tuple[Minimum, ...]:
     """Put equal minima together."""
     low, high = box
     groups: list[tuple[Array, float, Array, int]] = []
-    for x, chi, spread in sorted(found, key=lambda item: item[1]):
+    for x, chi, spread in sorted(optima, key=lambda item: item[1]):
         for k, (y, best, error, times) in enumerate(groups):
             if np.all(np.abs(x - y) <= np.maximum(_SAME, 0.1 * error)) and chi - best <= 0.01 * (1.0 + best):
                 groups[k] = y, best, error, times + 1

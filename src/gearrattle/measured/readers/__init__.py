@@ -43,25 +43,25 @@ def format_of(path: str | os.PathLike[str]) -> str:
     Raises:
         ModelError: there is no such file, it is empty, or no format known.
     """
-    place = Path(path)
+    file_path = Path(path)
     name = str(path)
     try:
-        if place.is_dir():
+        if file_path.is_dir():
             raise ModelError(Problem(name, "a folder", "must be a file"))
-        with opened(place) as stream:
+        with opened(file_path) as stream:
             head = stream.read(HEAD)
     except FileNotFoundError:
-        raise ModelError(Problem(name, "", "no such file", _neighbour(place))) from None
+        raise ModelError(Problem(name, "", "no such file", _neighbour(file_path))) from None
     except (OSError, ValueError) as error:
         raise ModelError(unreadable(name, error)) from None
     if not head:
         raise ModelError(Problem(name, "", "the file is empty", "copy or export it again"))
     for reader in READERS.values():
-        if reader.knows(place, head):
+        if reader.knows(file_path, head):
             return reader.NAME
-    if place.suffix.lower() == ".mat" and not head.startswith(b"MATLAB") and head[:1] in (b"\0", b"\x01", b"\x02"):
+    if file_path.suffix.lower() == ".mat" and not head.startswith(b"MATLAB") and head[:1] in (b"\0", b"\x01", b"\x02"):
         return mat.NAME  # version 4 has no other mark than its ending
-    ending = next((r.NAME for r in READERS.values() if place.suffix.lower() in r.SUFFIXES), "")
+    ending = next((r.NAME for r in READERS.values() if file_path.suffix.lower() in r.SUFFIXES), "")
     rule = f"its content is none of {listed(READERS)}"
     remedy = (
         f"it ends like {ending}: damaged, or another format under that name" if ending else "export it as one of these"
@@ -81,18 +81,18 @@ def read_raw(path: str | os.PathLike[str], request: Request = EVERYTHING, format
         ModelError: no such file, another or an unknown format, damage, no signals, two columns of
             one name, times that do not ascend.
     """
-    told = format_of(path)
-    reader = READERS[format or told]
-    place = Path(path)
+    detected = format_of(path)
+    reader = READERS[format or detected]
+    file_path = Path(path)
     try:
-        raw = reader.read(place, request)
+        raw = reader.read(file_path, request)
     except (ModelError, MemoryError):
         raise
     except Refused as error:
         raise ModelError(unreadable(str(path), error)) from None
     except Exception as error:  # a library complains as it likes; the user gets one kind of answer
         rule = f"cannot be read as {reader.NAME}: damaged, truncated, or another format"
-        remedy = "copy or export it again" if told == reader.NAME else f"its content looks like {told}"
+        remedy = "copy or export it again" if detected == reader.NAME else f"its content looks like {detected}"
         words = " ".join(str(error).split())[:120] or type(error).__name__
         raise ModelError(Problem(str(path), words, rule, remedy)) from None
     refuse_doubles(raw.columns, raw.source, request)
@@ -146,15 +146,15 @@ def _check_times(column: Column, source: str) -> None:
     """Refuse times that are no numbers or do not ascend."""
     time = column.time
     assert time is not None
-    place = f"{source}: times of {column.name}"
+    location = f"{source}: times of {column.name}"
     if not np.isfinite(time).all():
         at = int(np.argmin(np.isfinite(time)))
-        raise ModelError(Problem(place, f"{time[at]} at sample {at}", "must be finite numbers", "cut the record"))
+        raise ModelError(Problem(location, f"{time[at]} at sample {at}", "must be finite numbers", "cut the record"))
     wrong = np.diff(time) <= 0.0
     if wrong.any():
         at = int(np.argmax(wrong)) + 1
         rule = f"must ascend; sample {at - 1} is at {time[at - 1]:.9g} s"
-        raise ModelError(Problem(place, f"{time[at]:.9g} s at sample {at}", rule, "sort the record, or drop doubles"))
+        raise ModelError(Problem(location, f"{time[at]:.9g} s at sample {at}", rule, "sort the record, or drop doubles"))
 
 
 def _neighbour(path: Path) -> str:

@@ -128,25 +128,25 @@ def with_times(columns: Sequence[Column], path: Path, request: Request) -> tuple
     times += [by_name[c.axis] for c in columns if c.axis in by_name and not request.time]
     called = {column.name for column in times}
     read = {name: by_name[name].values * _seconds(path, by_name[name], request.time_unit) for name in called}
-    found, without = [], []
+    timed, without = [], []
     for column in columns:
         if column.name in called:
             continue
         if not column.values.size and request.names is not None:
-            found.append(replace(column, time=column.values))
+            timed.append(replace(column, time=column.values))
             continue
         name = _axis_of(column, times)
         if name and read[name].size == column.values.size:
-            found.append(replace(column, time=read[name]))
+            timed.append(replace(column, time=read[name]))
         else:
             without.append(column)
     wanted = [c for c in without if request.names is not None and c.name in request.names]
-    if wanted or not found:
+    if wanted or not timed:
         names = listed(shown(c.name) for c in wanted or columns)
         rule = f"no column of as many times belongs to {names or 'anything'}"
         remedy = 'name the column of times: time = "..."; or the rate, if there is none: sampled = "10 kHz"'
         raise ModelError(Problem(str(path), "", rule, remedy))
-    return tuple(found)
+    return tuple(timed)
 
 
 def refuse_doubles(columns: Sequence[Column], source: str, request: Request) -> None:
@@ -196,8 +196,8 @@ def _seconds(path: Path, column: Column, unit: str) -> float:
     try:
         return units.convert(f"1 {'s' if text in ('sec', 'S') else text}", units.TIME)
     except units.UnitError as error:
-        place = f"{path}: {column.name}"
-        raise ModelError(Problem(place, shown(text), error.rule, error.remedy or 'such as time_unit = "ms"')) from None
+        location = f"{path}: {column.name}"
+        raise ModelError(Problem(location, shown(text), error.rule, error.remedy or 'such as time_unit = "ms"')) from None
 
 
 def split_columns(name: str, array: NDArray[np.generic]) -> Iterator[tuple[str, Array]]:
@@ -217,6 +217,6 @@ def split_columns(name: str, array: NDArray[np.generic]) -> Iterator[tuple[str, 
             yield f"{name}[{index}]", tall[:, index].astype(np.float64)
 
 
-def unfit(path: Path, found: str, rule: str, remedy: str = "") -> ModelError:
+def unfit(path: Path, value: str, rule: str, remedy: str = "") -> ModelError:
     """Return the refusal to write what a format cannot hold."""
-    return ModelError(Problem(str(path), found, rule, remedy))
+    return ModelError(Problem(str(path), value, rule, remedy))

@@ -51,7 +51,7 @@ def read(path: Path, request: Request) -> Raw:
     try:
         layout, values = read_all(path, use)
     except RecordError as error:
-        raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
+        raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
     said, read_ones = _said(path, layout.encoding), iter(values.T)
     columns = []
     for name, unit in layout.heads:
@@ -90,11 +90,11 @@ def write(recording: Recording, path: Path) -> None:
 
 def _said(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
     """Return quantity and subject by column, from the comments at the beginning."""
-    found: dict[str, tuple[str, str]] = {}
+    stated: dict[str, tuple[str, str]] = {}
     with opened_text(path, encoding, "replace") as stream:
         for line in stream:
             if not line.startswith("#"):
                 break
             if match := _SAID.fullmatch(line.rstrip("\n")):
-                found[match[1]] = (match[2], match[3] or "")
-    return found
+                stated[match[1]] = (match[2], match[3] or "")
+    return stated

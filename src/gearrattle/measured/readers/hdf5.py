@@ -96,11 +96,11 @@ def _with_axes(columns: list[Column], scales: dict[str, Column]) -> list[Column]
     for name, scale in scales.items():
         if not scale.unit or is_time(name, scale.unit):
             fitting.setdefault(scale.values.size, []).append(name)
-    found = []
+    assigned = []
     for column in columns:
         names = [] if column.name in scales else fitting.get(column.values.size, [])
-        found.append(replace(column, axis=names[0]) if len(names) == 1 else column)
-    return found
+        assigned.append(replace(column, axis=names[0]) if len(names) == 1 else column)
+    return assigned
 
 
 def _check_origin(name: str, path: Path) -> None:

@@ -57,9 +57,9 @@ class Mapped:
     unit: str
     place: str
 
-    def wrong(self, key: str, found: str, rule: str, remedy: str = "") -> ModelError:
+    def wrong(self, key: str, value: str, rule: str, remedy: str = "") -> ModelError:
         """Return the refusal of one of its keys, or of the whole channel."""
-        return ModelError(Problem(f"{self.place}.{key}" if key else self.place, found, rule, remedy))
+        return ModelError(Problem(f"{self.place}.{key}" if key else self.place, value, rule, remedy))
 
 
 @dataclass(frozen=True, eq=False)

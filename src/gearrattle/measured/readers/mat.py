@@ -57,16 +57,16 @@ def knows(_path: Path, head: bytes) -> bool:
 def read(path: Path, request: Request) -> Raw:
     """Return its vectors."""
     content = read_bytes(path)
-    found = list(_version_5(content) if knows(path, content[:128]) else _version_4(content))
-    told = next((_told(value) for name, value in found if name == _TOLD), {})
-    check_format(next((value for name, value in found if name == _FORMAT), ""), path, "recording")
+    arrays = list(_version_5(content) if knows(path, content[:128]) else _version_4(content))
+    described = next((_told(value) for name, value in arrays if name == _TOLD), {})
+    check_format(next((value for name, value in arrays if name == _FORMAT), ""), path, "recording")
     columns: list[Column] = []
     skipped: list[str] = []
-    for name, value in found:
+    for name, value in arrays:
         vectors = list(split_columns(name, value)) if isinstance(value, np.ndarray) else []
         skipped += [] if vectors or name in (_TOLD, _FORMAT) else [name]
         for full, array in vectors:
-            row = told.get(full, {})
+            row = described.get(full, {})
             said = [str(row.get(key, "")) for key in ("unit", "quantity", "subject")]
             columns.append(Column(str(row.get("name", full)), said[0], array, None, *said[1:]))
     if not columns:

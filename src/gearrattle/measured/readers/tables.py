@@ -37,10 +37,10 @@ class _Cutoff(Reader):
         entries = value if isinstance(value, list | tuple) else [value]
         if not 1 <= len(entries) <= 2:
             raise breach("must be one frequency, or two for a band", 'such as "2 kHz" or ["20 Hz", "2 kHz"]')
-        found = tuple(_FREQUENCY.read(entry, dimensionless) for entry in entries)
-        if len(found) == 2 and not found[0] < found[1]:
+        frequencies = tuple(_FREQUENCY.read(entry, dimensionless) for entry in entries)
+        if len(frequencies) == 2 and not frequencies[0] < frequencies[1]:
             raise breach("must ascend: the lower edge of the band first")
-        return found
+        return frequencies
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON Schema."""

@@ -55,12 +55,12 @@ def read(path: Path, _request: Request) -> Raw:
     for position, block in enumerate(_blocks(path), 1):
         if block.number != 58:
             continue
-        place = f"{path}: dataset {position}"
-        found = _history(block, place)
-        if isinstance(found, str):
-            notes.append(f"dataset {position} left out: {found}")
+        location = f"{path}: dataset {position}"
+        history = _history(block, location)
+        if isinstance(history, str):
+            notes.append(f"dataset {position} left out: {history}")
         else:
-            columns.append(found)
+            columns.append(history)
     if not columns:
         rule = "holds no time history (dataset 58)"
         raise ModelError(Problem(str(path), "", rule, "; ".join(notes[:3])))
@@ -118,17 +118,17 @@ def _cut(path: Path) -> ModelError:
     return ModelError(Problem(str(path), "", "ends inside a dataset: the file is truncated", "copy it again"))
 
 
-def _history(block: _Block, place: str) -> Column | str:
+def _history(block: _Block, location: str) -> Column | str:
     """Return the column of a dataset, or why it is none."""
     if len(block.lines) < _HEADER:
-        raise ModelError(Problem(place, f"{len(block.lines)} lines", f"a dataset 58 has {_HEADER} lines of header"))
-    kind, count, even, first, step = _record_7(block.lines[6], place)
+        raise ModelError(Problem(location, f"{len(block.lines)} lines", f"a dataset 58 has {_HEADER} lines of header"))
+    kind, count, even, first, step = _record_7(block.lines[6], location)
     function = _whole(block.lines[5][:5])
     if _whole(block.lines[7][:10]) != _TIME and function != 1:
         return f"function of type {function}, not of time"
     if kind not in (2, 4):
         return "its values are complex"
-    values = _values(block, kind, count if even else 2 * count, place, even)
+    values = _values(block, kind, count if even else 2 * count, location, even)
     if even:
         exact = _TIMES.search(block.lines[3])
         if exact and abs(float(exact[2]) - step) <= _DIGITS * step:
@@ -147,7 +147,7 @@ def _history(block: _Block, place: str) -> Column | str:
     return Column(name, unit, values, time, quantity, subject.strip())
 
 
-def _record_7(text: str, place: str) -> tuple[int, int, bool, float, float]:
+def _record_7(text: str, location: str) -> tuple[int, int, bool, float, float]:
     """Read kind of numbers, their count, whether they are evenly spaced, first abscissa and spacing."""
     words = text.split()
     if len(words) < 5:
@@ -157,14 +157,14 @@ def _record_7(text: str, place: str) -> tuple[int, int, bool, float, float]:
         first, step = (float(word.replace("D", "E")) for word in words[3:5])
     except ValueError:
         rule = "must tell kind, count, spacing, first value and step"
-        raise ModelError(Problem(f"{place}, record 7", text.strip(), rule)) from None
+        raise ModelError(Problem(f"{location}, record 7", text.strip(), rule)) from None
     if count < 2 or (even and not step > 0.0):
         rule = "must have two samples or more, a step above zero apart"
-        raise ModelError(Problem(f"{place}, record 7", text.strip(), rule))
+        raise ModelError(Problem(f"{location}, record 7", text.strip(), rule))
     return kind, count, bool(even), first, step
 
 
-def _values(block: _Block, kind: int, count: int, place: str, even: bool) -> Array:
+def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> Array:
     """Read the numbers: bytes, or columns of text."""
     if block.order:
         samples = count if even else count // 2
@@ -172,22 +172,22 @@ def _values(block: _Block, kind: int, count: int, place: str, even: bool) -> Arr
         forms = {4: "f4", 8: "f8"} if even else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}  # as many bytes as there are
         if width not in forms:
             rule = f"its header tells {counted(samples, 'sample')}"
-            raise ModelError(Problem(place, f"{len(block.data)} bytes", rule, "the file is damaged: export it again"))
+            raise ModelError(Problem(location, f"{len(block.data)} bytes", rule, "the file is damaged: export it again"))
         form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
         table = np.frombuffer(block.data, form)
         flat = table if even else np.stack([table["f0"].astype("f8"), table["f1"].astype("f8")], axis=1).reshape(-1)
-        found = flat.astype(np.float64)
+        values = flat.astype(np.float64)
     else:
         lines = block.lines[_HEADER:]
         words = " ".join(lines).replace("D", "E").split()
         if len(words) != count and even:  # columns without a blank between them
             width = 13 if kind == 2 else 20
             words = [w for line in lines for k in range(0, len(line), width) if (w := line[k : k + width].strip())]
-        found = np.array([float(word.replace("D", "E")) for word in words])
-    if found.size != count:
+        values = np.array([float(word.replace("D", "E")) for word in words])
+    if values.size != count:
         rule = f"its header tells {counted(count, 'number')}"
-        raise ModelError(Problem(place, f"{found.size} numbers", rule, "the file is damaged: export it again"))
-    return found
+        raise ModelError(Problem(location, f"{values.size} numbers", rule, "the file is damaged: export it again"))
+    return values
 
 
 def _whole(text: str) -> int:

@@ -81,9 +81,9 @@ def _check_length(path: Path) -> None:
             if name == b"data":
                 length = long or length
             if stream.tell() + length > size:
-                found = f"{size - stream.tell()} bytes of {'samples' if name == b'data' else 'a header'}"
+                value = f"{size - stream.tell()} bytes of {'samples' if name == b'data' else 'a header'}"
                 rule = f"its header says {length}: the file is truncated"
-                raise ModelError(Problem(str(path), found, rule, "copy or export it again"))
+                raise ModelError(Problem(str(path), value, rule, "copy or export it again"))
             if name == b"data":
                 return
             stream.seek(length + length % 2, os.SEEK_CUR)
@@ -94,8 +94,8 @@ def write(recording: Recording, path: Path) -> None:
     interval = recording.interval
     rate = 0.0 if interval is None else 1.0 / interval
     if interval is None or abs(rate - round(rate)) > _BELOW_WHOLE * rate:
-        found = "samples that are not uniform" if interval is None else f"{rate:.9g} Hz"
-        raise unfit(path, found, "WAV holds samples at a whole number of Hz", 'resample: rate = "10 kHz" in a mapping')
+        value = "samples that are not uniform" if interval is None else f"{rate:.9g} Hz"
+        raise unfit(path, value, "WAV holds samples at a whole number of Hz", 'resample: rate = "10 kHz" in a mapping')
     table = np.stack([channel.values for channel in recording.channels], axis=1)
     path.write_bytes(wav_bytes(table, round(rate), 64))
 

@@ -71,8 +71,8 @@ def _finer(source: Source, cycles: Cycles, setting: Setting, end: float) -> Cycl
     grid = cycles.start + cycles.period * np.arange(count * setting.samples) / setting.samples
     grid = np.clip(grid, source.first, source.last)
     rate = cycles.rate
-    found = resample(source.values, source.interval, source.first, grid, rate)
-    values = (found - found.mean(axis=0)).reshape(count, setting.samples, -1)
+    resampled = resample(source.values, source.interval, source.first, grid, rate)
+    values = (resampled - resampled.mean(axis=0)).reshape(count, setting.samples, -1)
     return Cycles(values, values, cycles.start, cycles.period)
 
 
@@ -86,10 +86,10 @@ def half_grid(source: Source, cycles: Cycles, setting: Setting, bounds: tuple[fl
     if part.samples < FEWEST_SAMPLES:
         return np.full((2, source.values.shape[1]), np.nan)
     ends = max(bounds[0], cycles.start), bounds[1]
-    whole, half = (cut(each, cycles.period, part, ends, whole_start=True) for each in (source, thin))
+    whole, half = (cut(signal, cycles.period, part, ends, whole_start=True) for signal in (source, thin))
     count = min(whole.count, half.count)
-    pair = (replace(each, values=each.values[:count]) for each in (whole, half))
-    one, other = (levels_of(each) for each in pair)
+    pair = (replace(member, values=member.values[:count]) for member in (whole, half))
+    one, other = (levels_of(member) for member in pair)
     return _apart(one, other)
 
 
@@ -112,7 +112,7 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
     ratio = level.simulated / level.measured if level.measured > 0.0 else float("nan")
     share = 100.0 * ratio
     noise, calibration, samples = stated
-    scatter = [share * float(each[row, channel]) for each in known.scatter]
+    scatter = [share * float(spread[row, channel]) for spread in known.scatter]
     rows = [
         Contribution("measured scatter", scatter[0], "cycle to cycle, block bootstrap; unstated noise is in it"),
         Contribution("simulated scatter", scatter[1], "cycle to cycle, block bootstrap"),
@@ -130,8 +130,8 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
         Contribution("numerical", share * float(known.numerical[row, channel]), known.numerical_words),
         Contribution("parameters", share * float(known.parameters[row, channel]), known.parameters_words),
     ]  # fmt: skip
-    others = [each.value for each in rows[2:] if np.isfinite(each.value)]
-    relative = [np.asarray(each[row, channel]) for each in known.scatter]
+    others = [row.value for row in rows[2:] if np.isfinite(row.value)]
+    relative = [np.asarray(spread[row, channel]) for spread in known.scatter]
     reach = float(factor((relative[0], relative[1]), known.freedoms)) * float(np.hypot(scatter[0], scatter[1]))
     expanded = float(np.hypot(reach, NORMAL * np.sqrt(np.sum(np.square(others)))))
     beyond = max(0.0, abs(level.sigma) - expanded) if np.isfinite(level.sigma) else float("nan")

@@ -53,7 +53,7 @@ class _Matter:
     """
 
     run: Run
-    found: Pairing
+    pairing: Pairing
     wanted: Wanted
     setting: Setting
     sources: tuple[Source, Source]
@@ -71,25 +71,25 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     _check_period(run.model)
     errors = standard_errors(run.model, wanted.parameters)
     matter, notes = _matter(run, recording, wanted)
-    told, lines = _clock(matter)
+    clock, lines = _clock(matter)
     known = _known(matter)
     repeats = _repeated(matter, errors, progress) if errors else None
     if repeats is not None:
         told_apart = "" if isinstance(wanted.parameters, Mapping) else ", correlated as fitted"
         words = f"{counted(wanted.draws, 'run')}, seed {wanted.seed}: {listed(errors)}{told_apart}"
         known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
-    pairs = _pairs(matter, known, told, lines)
-    cycles, drawn, found = matter.cycles, matter.drawn, matter.found
+    pairs = _pairs(matter, known, clock, lines)
+    cycles, drawn, pairing = matter.cycles, matter.drawn, matter.pairing
     by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
-    impacts = compare_impacts(run.trajectory, cycles, drawn, found.measured, wanted.thresholds)
+    impacts = compare_impacts(run.trajectory, cycles, drawn, pairing.measured, wanted.thresholds)
     return Validation(
         model=run.model.name or "driveline", source=recording.source, algorithm=run.cost.algorithm,
         measured_cycles=cycles[0].count, simulated_cycles=cycles[1].count, measured_block=drawn[0].block,
-        simulated_block=drawn[1].block, rate=cycles[1].rate, band=matter.band, trend=wanted.trend, clock=told,
-        pairs=pairs, impacts=impacts, unmatched_measured=found.measured_alone,
-        unmatched_simulated=found.simulated_alone, verdict=verdict_of(pairs),
-        findings=(*findings_of(pairs, impacts, told), *([] if by_parameters is None else sentences(by_parameters))),
-        notes=(*notes, *found.notes, *_notes(matter, told, pairs), *_few(repeats, by_parameters), *recording.notes,
+        simulated_block=drawn[1].block, rate=cycles[1].rate, band=matter.band, trend=wanted.trend, clock=clock,
+        pairs=pairs, impacts=impacts, unmatched_measured=pairing.measured_alone,
+        unmatched_simulated=pairing.simulated_alone, verdict=verdict_of(pairs),
+        findings=(*findings_of(pairs, impacts, clock), *([] if by_parameters is None else sentences(by_parameters))),
+        notes=(*notes, *pairing.notes, *_notes(matter, clock, pairs), *_few(repeats, by_parameters), *recording.notes,
                *run.notes), parameters=by_parameters,
     )  # fmt: skip
 
@@ -102,11 +102,11 @@ def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
     """
     _check_period(model)
     simulation = to_be_recorded(model)
-    found = paired(recording, simulation, wanted.match)
-    _check_names(found, wanted)
+    pairing = paired(recording, simulation, wanted.match)
+    _check_names(pairing, wanted)
     standard_errors(model, wanted.parameters)
     clearances = [channel.subject for channel in simulation.channels if channel.quantity == "deflection"]
-    counted_of(clearances, found.measured, wanted.thresholds)
+    counted_of(clearances, pairing.measured, wanted.thresholds)
 
 
 def _check_period(model: Model) -> None:
@@ -118,10 +118,10 @@ def _check_period(model: Model) -> None:
 def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tuple[str, ...]]:
     """Pair channels, and cut both records into cycles; with notes."""
     simulation = recorded(run)
-    found = paired(recording, simulation, wanted.match)
-    _check_names(found, wanted)
-    measured, notes = source_of(recording, found.measured)
-    simulated, _ = source_of(simulation, found.simulated)
+    pairing = paired(recording, simulation, wanted.match)
+    _check_names(pairing, wanted)
+    measured, notes = source_of(recording, pairing.measured)
+    simulated, _ = source_of(simulation, pairing.simulated)
     period = run.trajectory.layout.period
     low, high = wanted.band
     setting = Setting(samples_for((measured, simulated), period, high), low, wanted.trend)
@@ -132,17 +132,17 @@ def _matter(run: Run, recording: Recording, wanted: Wanted) -> tuple[_Matter, tu
     sim = cut(simulated, period, setting, steady, whole_start=True)
     cycles = _measured(measured, period, setting, wanted), sim
     drawn = _drawn(cycles, wanted.seed)
-    return _Matter(run, found, wanted, setting, (measured, simulated), cycles, drawn, (low, top)), notes
+    return _Matter(run, pairing, wanted, setting, (measured, simulated), cycles, drawn, (low, top)), notes
 
 
-def _check_names(found: Pairing, wanted: Wanted) -> None:
+def _check_names(pairing: Pairing, wanted: Wanted) -> None:
     """Refuse names that are no compared channel's."""
-    names = [channel.name for channel in found.measured]
+    names = [channel.name for channel in pairing.measured]
     by_channel = wanted.calibration if isinstance(wanted.calibration, Mapping) else {}
-    given = {"noise": list(wanted.noise), "calibration": list(by_channel)}
-    given["clock_by"] = [wanted.clock_by] if wanted.clock_by else []
+    names_by_argument = {"noise": list(wanted.noise), "calibration": list(by_channel)}
+    names_by_argument["clock_by"] = [wanted.clock_by] if wanted.clock_by else []
     rule = f"is no measured channel that is compared; these are {listed(names)}"
-    problems = [Problem(key, name, rule) for key, told in given.items() for name in told if name not in names]
+    problems = [Problem(key, name, rule) for key, listed_names in names_by_argument.items() for name in listed_names if name not in names]
     if problems:
         raise ModelError(problems)
 
@@ -155,11 +155,11 @@ def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -
     )
     cycles = cut(source, period, setting, bounds, whole_start=False)
     for _ in range(_ROUNDS):
-        found = cycles.amplitudes()
+        amplitudes = cycles.amplitudes()
         power = np.mean(cycles.values**2, axis=(0, 1))
-        strongest = np.max(np.mean(np.abs(found) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
+        strongest = np.max(np.mean(np.abs(amplitudes) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
         c = int(np.argmax(strongest))
-        by_own = clock.period_by_clock(found[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period)
+        by_own = clock.period_by_clock(amplitudes[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period)
         if by_own == cycles.period:
             break
         cycles = cut(source, by_own, setting, bounds, whole_start=False)
@@ -168,7 +168,7 @@ def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -
 
 def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
     generator = np.random.default_rng(seed)
-    first, second = (draws(levels.mean_squares(each), generator, lines=orders.strong(each)) for each in cycles)
+    first, second = (draws(levels.mean_squares(cycle), generator, lines=orders.strong(cycle)) for cycle in cycles)
     return first, second
 
 
@@ -181,31 +181,31 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     replicates = len(own[0].replicates)
     if wanted.clock == "none" or not isinstance(wanted.clock, str):
         delay = 0.0 if isinstance(wanted.clock, str) else float(wanted.clock)
-        told = Clock("given" if delay else "none", "", delay, 0.0, nan, nan, period, cycles[0].period)
-        return told, (orders.moved(own[0], delay, np.full(replicates, delay), period), own[1])
-    names = [channel.name for channel in matter.found.measured]
+        alignment = Clock("given" if delay else "none", "", delay, 0.0, nan, nan, period, cycles[0].period)
+        return alignment, (orders.moved(own[0], delay, np.full(replicates, delay), period), own[1])
+    names = [channel.name for channel in matter.pairing.measured]
     tried = []
     for c in [names.index(wanted.clock_by)] if wanted.clock_by else range(len(names)):
         used = clock.chosen_lines(x[:, c], z[:, c], wanted.clock)
         tried.append((clock.delay_of(x[:, c], z[:, c], period, used), c, used))
-    highest = max(each[0].agreement for each in tried)
-    near = [each for each in tried if each[0].agreement >= highest - _AS_GOOD]
+    highest = max(trial[0].agreement for trial in tried)
+    near = [trial for trial in tried if trial[0].agreement >= highest - _AS_GOOD]
     timed = [(orders.delays(own[1], own[0], c, used, (at.delay, period)), at, c) for at, c, used in near]
-    each, best, c = min(timed, key=lambda one: float(np.std(one[0])))
+    sampled_delays, best, c = min(timed, key=lambda one: float(np.std(one[0])))
     if best.agreement < clock.LEAST and wanted.clock == "cycle":
         rule = f"the mean cycles do not agree at any delay: a correlation of {clock.LEAST:g} is needed"
         remedy = 'check sign, unit and speed; clock = "none" if the clocks are one: phases then mean nothing else'
         raise ModelError(Problem(f"clock: {names[c]}", f"a correlation of {best.agreement:.3g}", rule, remedy))
-    error = float(np.hypot(*(one.error(each) for one in drawn)) / np.sqrt(2.0))
-    told = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
-    return told, (orders.moved(own[0], best.delay, each, period), own[1])
+    error = float(np.hypot(*(one.error(sampled_delays) for one in drawn)) / np.sqrt(2.0))
+    alignment = Clock(wanted.clock, names[c], best.delay, error, best.agreement, best.rival, period, cycles[0].period)
+    return alignment, (orders.moved(own[0], best.delay, sampled_delays, period), own[1])
 
 
 def _known(matter: _Matter) -> budget.Known:
     """Gather what is known of every channel."""
     run, sources, cycles, drawn, setting = matter.run, matter.sources, matter.cycles, matter.drawn, matter.setting
     shape = (2, cycles[0].values.shape[2])
-    between = [budget.between_samples(source, each, setting) for source, each in zip(sources, cycles, strict=True)]
+    between = [budget.between_samples(source, cycle, setting) for source, cycle in zip(sources, cycles, strict=True)]
     end = cycles[1].start, sources[1].last
     exact = run.cost.algorithm == "exact"
     tolerance = run.model.simulation.tolerance or _EXACT_TOLERANCE
@@ -234,14 +234,14 @@ def _repeated(
     wanted = matter.wanted
     together = correlations(errors, wanted.parameters)
     return repeated(
-        matter.run, errors, together, lambda each: _levels(each, matter), runs=wanted.draws, seed=wanted.seed,
+        matter.run, errors, together, lambda run: _levels(run, matter), runs=wanted.draws, seed=wanted.seed,
         progress=progress,
     )  # fmt: skip
 
 
-def _few(drawn: Drawn | None, found: Explained | None) -> list[str]:
+def _few(drawn: Drawn | None, explanation: Explained | None) -> list[str]:
     """Say why nothing is told of each parameter by itself."""
-    if drawn is None or found is not None:
+    if drawn is None or explanation is not None:
         return []
     count, free = drawn.standard.shape
     if count >= free + SPARE:
@@ -252,14 +252,14 @@ def _few(drawn: Drawn | None, found: Explained | None) -> list[str]:
 def _levels(run: Run, matter: _Matter) -> Array:
     """(2, C) levels of another run of the same driveline, compared in the same way."""
     recording = recorded(run)
-    source, _ = source_of(recording, tuple(recording[channel.name] for channel in matter.found.simulated))
+    source, _ = source_of(recording, tuple(recording[channel.name] for channel in matter.pairing.simulated))
     period = run.trajectory.layout.period
     steady = run.trajectory.discard * period, source.last
     return levels.levels_of(cut(source, period, matter.setting, steady, whole_start=True))
 
 
 def _pairs(
-    matter: _Matter, known: budget.Known, told: Clock, lines: tuple[orders.Lines, orders.Lines]
+    matter: _Matter, known: budget.Known, clock: Clock, lines: tuple[orders.Lines, orders.Lines]
 ) -> tuple[Pair, ...]:
     """Put together what is known of every channel."""
     layout, spectra = matter.run.trajectory.layout, densities.densities(*matter.cycles)
@@ -267,9 +267,9 @@ def _pairs(
     levelled = levels.compare_levels(*matter.cycles, matter.drawn)
     ordered = orders.compare_orders(*lines, base, 1.0 / layout.period)
     banded = densities.compare_bands(spectra, matter.band)
-    curves = curves_of(matter.cycles, spectra, told.delay)
+    curves = curves_of(matter.cycles, spectra, clock.delay)
     made = []
-    for c, (one, other) in enumerate(zip(matter.found.measured, matter.found.simulated, strict=True)):
+    for c, (one, other) in enumerate(zip(matter.pairing.measured, matter.pairing.simulated, strict=True)):
         stated = _stated(matter, one.name)
         rows = tuple(budget.with_budget(level, row, c, known, stated) for row, level in enumerate(levelled[c]))
         z, x = lines[0].mean[:, c], lines[1].mean[:, c]
@@ -282,17 +282,17 @@ def _pairs(
 
 def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
     """Return noise and calibration as stated for a channel, NaN where they are not, and the samples in a cycle."""
-    given, nan = matter.wanted.calibration, float("nan")
-    calibration = given.get(name, nan) if isinstance(given, Mapping) else nan if given is None else given
+    calibrations, nan = matter.wanted.calibration, float("nan")
+    calibration = calibrations.get(name, nan) if isinstance(calibrations, Mapping) else nan if calibrations is None else calibrations
     return matter.wanted.noise.get(name, nan), float(calibration), matter.setting.samples
 
 
-def _notes(matter: _Matter, told: Clock, pairs: tuple[Pair, ...]) -> list[str]:
+def _notes(matter: _Matter, clock: Clock, pairs: tuple[Pair, ...]) -> list[str]:
     """Say what the reader must know: motions that are not steady, signs, clocks that repeat."""
     notes = []
-    for each, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
-        half = each.count // 2
-        square = levels.mean_squares(each)
+    for cycle, how, whose in zip(matter.cycles, matter.drawn, ("measured", "simulated"), strict=True):
+        half = cycle.count // 2
+        square = levels.mean_squares(cycle)
         error = how.error(how.means(square)) * 2.0  # of a difference of halves
         moving = np.abs(square[:half].mean(axis=0) - square[-half:].mean(axis=0)) > 3.0 * error + 1e-3 * square.mean(
             axis=0
@@ -311,11 +311,11 @@ def _notes(matter: _Matter, told: Clock, pairs: tuple[Pair, ...]) -> list[str]:
             f"{listed(folded)}: the run's output grid is too coarse, on half of it levels change by more than "
             f"{_FOLDED:g} %; raise samples_per_cycle"
         )
-    if told.rival > 0.95 * told.agreement:
-        notes.append(f"clock: a delay elsewhere agrees nearly as well ({told.rival:.4g})")
+    if clock.rival > 0.95 * clock.agreement:
+        notes.append(f"clock: a delay elsewhere agrees nearly as well ({clock.rival:.4g})")
     return notes
 
 
 def _grid(level: Level) -> float:
     """What the output grid adds to the uncertainty of a level [%]."""
-    return next(each.value for each in level.budget if each.source == "output grid")
+    return next(term.value for term in level.budget if term.source == "output grid")

@@ -23,8 +23,8 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
     """
     measured, simulated = cycles
     turns = (measured.start + delay) / measured.period, simulated.start / simulated.period
-    means = [_turned(each.values.mean(axis=0), turn) for each, turn in zip(cycles, turns, strict=True)]
-    spread = [_turned(each.values.std(axis=0), turn, lines=False) for each, turn in zip(cycles, turns, strict=True)]
+    means = [_turned(cycle.values.mean(axis=0), turn) for cycle, turn in zip(cycles, turns, strict=True)]
+    spread = [_turned(cycle.values.std(axis=0), turn, lines=False) for cycle, turn in zip(cycles, turns, strict=True)]
     return [
         Curves(
             means[0][:, c], means[1][:, c], spread[0][:, c], spread[1][:, c], spectra[1].frequency,

@@ -77,9 +77,9 @@ class Cycles:
     def amplitudes(self) -> NDArray[np.complex128]:
         """(N, K, C) amplitudes c_k of every cycle: x = Re sum c_k exp(2 pi i k t / period), t by the record's clock."""
         k = np.arange(1, self.lines().size + 1)
-        found = np.fft.rfft(self.values, axis=1)[:, k] * (2.0 / self.values.shape[1])
+        amplitudes = np.fft.rfft(self.values, axis=1)[:, k] * (2.0 / self.values.shape[1])
         turned = np.exp(-2j * np.pi * k * ((self.start / self.period) % 1.0))
-        return np.asarray(found * turned[:, None])
+        return np.asarray(amplitudes * turned[:, None])
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,8 @@ def source_of(recording: Recording, channels: tuple[Channel, ...]) -> tuple[Sour
         ModelError: fewer than four samples.
     """
     if recording.time.size < 4:
-        found = counted(recording.time.size, "sample")
-        raise ModelError(Problem(recording.source, found, "is too short: a spectrum takes at least 4 samples"))
+        value = counted(recording.time.size, "sample")
+        raise ModelError(Problem(recording.source, value, "is too short: a spectrum takes at least 4 samples"))
     interval, columns = recording.interval, [channel.values for channel in channels]
     notes: tuple[str, ...] = ()
     if interval is None:
@@ -151,10 +151,10 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         begin = period * np.ceil(begin / period - 1e-9)
     count = int(np.floor((end - begin) / period + 1e-9))
     if count < FEWEST:
-        found = f"{max(count, 0)} whole cycles of {period:.6g} s in {max(end - begin, 0.0):.6g} s"
+        value = f"{max(count, 0)} whole cycles of {period:.6g} s in {max(end - begin, 0.0):.6g} s"
         rule = f"is too short: at least {FEWEST} cycles are needed to tell scatter from difference"
         remedy = f"a longer record or run; {margin:.3g} s at each end go to filters"
-        raise ModelError(Problem(source.name, found, rule, remedy))
+        raise ModelError(Problem(source.name, value, rule, remedy))
     before = int(np.floor((begin - source.first) / step + 1e-9))
     total = before + int(np.floor((source.last - begin) / step + 1e-9)) + 1
     grid = np.clip(begin + step * (np.arange(total) - before), source.first, source.last)
@@ -165,8 +165,8 @@ def cut(source: Source, period: float, setting: Setting, bounds: tuple[float, fl
         band = filtered(near, 1.0 / step, "highpass", (setting.lowest,), _HIGH_PASS) if setting.lowest else near
         treated.append(_levelled(grid[used], band[used], setting.trend))
     shape = (len(kept), count, setting.samples)
-    both = (np.moveaxis(np.reshape(each, shape), 0, -1) for each in (treated, kept))
-    values, whole = (np.ascontiguousarray(each) for each in both)
+    both = (np.moveaxis(np.reshape(array, shape), 0, -1) for array in (treated, kept))
+    values, whole = (np.ascontiguousarray(array) for array in both)
     return Cycles(values, whole, float(begin), period)
 
 
@@ -190,8 +190,8 @@ def samples_for(sources: tuple[Source, Source], period: float, highest: float | 
     most = int(np.floor(min(period / source.interval for source in sources) + 1e-6))
     coarser = max(sources, key=lambda source: source.interval)
     if most < 8:
-        found = f"{1.0 / coarser.interval:.6g} Hz, {period / coarser.interval:.3g} samples in a cycle of {period:.6g} s"
-        raise ModelError(Problem(coarser.name, found, "at least 8 samples in a cycle are needed"))
+        value = f"{1.0 / coarser.interval:.6g} Hz, {period / coarser.interval:.3g} samples in a cycle of {period:.6g} s"
+        raise ModelError(Problem(coarser.name, value, "at least 8 samples in a cycle are needed"))
     if highest is None:
         return most
     wanted = max(FEWEST_SAMPLES, int(np.ceil(highest * period / PASSED - 1e-9)))

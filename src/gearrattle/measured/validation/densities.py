@@ -43,12 +43,12 @@ class Segments:
     """
 
     frequency: Array
-    each: Array
+    periodograms: Array
 
     @property
     def density(self) -> Array:
         """(f, C) their mean: Welch's estimate."""
-        return np.asarray(self.each.mean(axis=2))
+        return np.asarray(self.periodograms.mean(axis=2))
 
 
 def densities(measured: Cycles, simulated: Cycles) -> tuple[Segments, Segments]:
@@ -63,8 +63,8 @@ def _segments(record: Cycles, cycles: int) -> Segments:
     signal = record.values.reshape(-1, record.values.shape[2])
     step = length - length // 2
     segments = cross_spectra.Segments(cross_spectra.taper("hann", length), step, 1 + (len(signal) - length) // step)
-    each = np.concatenate(list(cross_spectra.periodograms(signal, record.rate, segments)))
-    return Segments(cross_spectra.frequencies(segments, record.rate), each.T)
+    periodograms = np.concatenate(list(cross_spectra.periodograms(signal, record.rate, segments)))
+    return Segments(cross_spectra.frequencies(segments, record.rate), periodograms.T)
 
 
 def averages(powers: Array) -> float:
@@ -123,13 +123,13 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
     first = max(band[0], 0.75 * float(frequency[1]))
     edges = first * 2.0 ** (np.arange(int(np.ceil(3.0 * np.log2(band[1] / first))) + 1) / 3.0)
     edges[-1] = band[1] * (1.0 + 1e-9)
-    whole = [each.density[frequency <= band[1]].sum(axis=0) for each in spectra]
-    found: list[list[Band]] = [[] for _ in range(measured.density.shape[1])]
+    whole = [spectrum.density[frequency <= band[1]].sum(axis=0) for spectrum in spectra]
+    bands: list[list[Band]] = [[] for _ in range(measured.density.shape[1])]
     for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         inside = (frequency >= low) & (frequency < high)
         if not inside.any():
             continue
-        for c, rows in enumerate(found):
+        for c, rows in enumerate(bands):
             one, other = measured.density[inside, c], simulated.density[inside, c]
             power = float(one.sum()), float(other.sum())
             share = max(
@@ -137,8 +137,8 @@ def compare_bands(spectra: tuple[Segments, Segments], band: tuple[float, float])
             )
             if min(power) <= 0.0 or share < _ROUNDING:
                 continue
-            n = averages(measured.each[inside, c]), averages(simulated.each[inside, c])
+            n = averages(measured.periodograms[inside, c]), averages(simulated.periodograms[inside, c])
             ratio = power[0] / power[1]
-            middle, least, most = (float(10.0 * np.log10(each)) for each in (ratio, *limits(ratio, *n)))
+            middle, least, most = (float(10.0 * np.log10(value)) for value in (ratio, *limits(ratio, *n)))
             rows.append(Band(low, min(high, band[1]), middle, least, most, *n, share))
-    return [tuple(rows) for rows in found]
+    return [tuple(rows) for rows in bands]

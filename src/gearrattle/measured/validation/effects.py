@@ -57,7 +57,7 @@ class Explained(Record):
     Attributes:
         parameters: each one.
         stated: (P, P) their correlations as stated.
-        found: (P, P) their correlations after the levels have been looked at.
+        estimated: (P, P) their correlations after the levels have been looked at.
         channels: whose rms was used.
         before: (C,) 100 ln(measured / simulated) of these [%].
         after: (C,) what is left of it at the shifts [%].
@@ -67,7 +67,7 @@ class Explained(Record):
 
     parameters: tuple[Parameter, ...]
     stated: tuple[tuple[float, ...], ...]
-    found: tuple[tuple[float, ...], ...]
+    estimated: tuple[tuple[float, ...], ...]
     channels: tuple[str, ...]
     before: tuple[float, ...]
     after: tuple[float, ...]

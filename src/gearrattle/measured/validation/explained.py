@@ -62,12 +62,12 @@ def explained(
     names = tuple(pairs[c].name for c in used.tolist())
     parameters = []
     for p, (path, (value, error)) in enumerate(drawn.errors.items()):
-        told = tuple(
+        channel_effects = tuple(
             _effect(pair, m, float(slopes[p, m, c]), float(errors[p, m, c]), float(ratio[m, c]))
             for c, pair in enumerate(pairs)
             for m in range(len(MEASURES))
         )
-        parameters.append(Parameter(path, value, error, float(shift[p]), float(np.sqrt(spread[p, p])), told))
+        parameters.append(Parameter(path, value, error, float(shift[p]), float(np.sqrt(spread[p, p])), channel_effects))
     return Explained(
         tuple(parameters), _rows(drawn.correlation), _rows(correlation(spread)), names,
         tuple((100.0 * d).tolist()), tuple((100.0 * left).tolist()), squares, len(drawn.logs),
@@ -82,11 +82,11 @@ def effects(drawn: Drawn) -> tuple[Array, Array]:
         return np.full(shape, np.nan), np.full(shape, np.nan)
     design = np.column_stack([np.ones(count), drawn.standard])
     flat = drawn.logs.reshape(count, -1)
-    found = np.linalg.lstsq(design, flat, rcond=None)[0]
-    left = flat - design @ found
+    coefficients = np.linalg.lstsq(design, flat, rcond=None)[0]
+    left = flat - design @ coefficients
     variance = np.sum(left**2, axis=0) / (count - free - 1)
     unit = np.diag(np.linalg.pinv(design.T @ design))
-    return found[1:].reshape(shape), np.sqrt(unit[1:, None] * variance).reshape(shape)
+    return coefficients[1:].reshape(shape), np.sqrt(unit[1:, None] * variance).reshape(shape)
 
 
 def update(effect: Array, difference: Array, covariance: Array, correlation: Array) -> tuple[Array, Array]:
@@ -110,36 +110,36 @@ def correlation(covariance: Array) -> Array:
     return np.asarray(np.clip(covariance / np.outer(size, size), -1.0, 1.0))
 
 
-def sentences(found: Explained) -> list[str]:
+def sentences(explanation: Explained) -> list[str]:
     """Say which parameter could explain most, and which cannot be told apart."""
-    told = []
+    texts = []
     seen = [
         (abs(effect.needed), parameter, effect)
-        for parameter in found.parameters
+        for parameter in explanation.parameters
         for effect in parameter.effects
         if effect.measure == "rms" and np.isfinite(effect.needed)
     ]
-    for channel in found.channels:
-        of = [each for each in seen if each[2].channel == channel]
+    for channel in explanation.channels:
+        of = [entry for entry in seen if entry[2].channel == channel]
         if of:
-            needed, parameter, _ = min(of, key=lambda each: each[0])
-            told.append(
+            needed, parameter, _ = min(of, key=lambda entry: entry[0])
+            texts.append(
                 f"{channel}: of the parameters alone {parameter.path} explains the rms soonest, {needed:.2g} of its "
                 "standard errors away."
             )
-    told.append(
-        f"Together the parameters take the squared differences of {counted(len(found.channels), 'channel')} from "
-        f"{found.chi_square[0]:.3g} to {found.chi_square[1]:.3g} standard errors squared, moved by "
-        f"{max((abs(p.shift) for p in found.parameters), default=0.0):.2g} of their own at most."
+    texts.append(
+        f"Together the parameters take the squared differences of {counted(len(explanation.channels), 'channel')} from "
+        f"{explanation.chi_square[0]:.3g} to {explanation.chi_square[1]:.3g} standard errors squared, moved by "
+        f"{max((abs(p.shift) for p in explanation.parameters), default=0.0):.2g} of their own at most."
     )
-    names = [parameter.path for parameter in found.parameters]
-    for i, row in enumerate(found.found):
+    names = [parameter.path for parameter in explanation.parameters]
+    for i, row in enumerate(explanation.estimated):
         for j, value in enumerate(row[:i]):
             if abs(value) > 0.9:
-                told.append(
+                texts.append(
                     f"{names[j]} and {names[i]} cannot be told apart by these levels (correlation {value:.2f})."
                 )
-    return told
+    return texts
 
 
 def _effect(pair: Pair, measure: int, slope: float, error: float, ratio: float) -> Effect:
@@ -153,8 +153,8 @@ def _covariance(pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tup
     """(C, C) covariance of ln(measured / simulated) of the rms, but for the parameters."""
     total = np.zeros((len(pairs), len(pairs)))
     tiny = np.finfo(float).tiny
-    for each, how in zip(cycles, draws, strict=True):
-        replicates = 0.5 * np.log(np.maximum(how.means(mean_squares(each)), tiny))
+    for cycle, how in zip(cycles, draws, strict=True):
+        replicates = 0.5 * np.log(np.maximum(how.means(mean_squares(cycle)), tiny))
         away = replicates - replicates.mean(axis=0)
         total += away.T @ away / len(away) / (1.0 - how.block / how.weights.shape[1])
     return total + np.diag([_others(pair.levels[_RMS]) ** 2 + _FLOOR**2 for pair in pairs])
@@ -162,7 +162,7 @@ def _covariance(pairs: Sequence[Pair], cycles: tuple[Cycles, Cycles], draws: tup
 
 def _others(level: Level) -> float:
     """What the other sources of a budget come to, of the logarithm."""
-    values = [each.value for each in level.budget if each.source not in _APART and np.isfinite(each.value)]
+    values = [term.value for term in level.budget if term.source not in _APART and np.isfinite(term.value)]
     ratio = level.simulated / level.measured if level.measured > 0.0 else 0.0
     return float(np.sqrt(np.sum(np.square(values)))) / (100.0 * ratio) if ratio > 0.0 else 0.0
 

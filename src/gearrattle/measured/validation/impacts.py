@@ -94,7 +94,7 @@ def compare_impacts(
     counted = counted_of(names, channels, thresholds)
     impacts, simulated = find_impacts(trajectory), cycles[1]
     edges = simulated.start + simulated.period * np.arange(simulated.count + 1)
-    found = []
+    compared = []
     for k, name in enumerate(names):
         exact = np.histogram(impacts.of(k).time, edges)[0].astype(np.float64)
         error = float(draws[1].error(draws[1].means(exact))) if np.ptp(exact) else 0.0
@@ -103,10 +103,10 @@ def compare_impacts(
             measurable = any(subject == name for _, subject in _countable(channels).values())
             why = "no threshold was stated" if measurable else "neither its force nor its deflection was measured"
             words = f"not counted in the measurement: {why}"
-            found.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))
+            compared.append(Impacts(name, float(exact.mean()), error, "", nan, nan, nan, nan, nan, words))
             continue
         i, threshold = counted[name]
-        one, other = (passings(each.whole[:, :, i], threshold) for each in cycles)
+        one, other = (passings(cycle.whole[:, :, i], threshold) for cycle in cycles)
         errors = draws[0].error(draws[0].means(one)), draws[1].error(draws[1].means(other))
         reach = float(factor(errors, (draws[0].freedom, draws[1].freedom)) * np.hypot(*errors))
         apart = float(one.mean() - other.mean())
@@ -115,5 +115,5 @@ def compare_impacts(
             f"{100.0 * FALLEN_BACK:g} %, in both"
         )
         rates = float(exact.mean()), error, channels[i].name, threshold, float(one.mean()), float(other.mean())
-        found.append(Impacts(name, *rates, apart - reach, apart + reach, words))
-    return tuple(found)
+        compared.append(Impacts(name, *rates, apart - reach, apart + reach, words))
+    return tuple(compared)

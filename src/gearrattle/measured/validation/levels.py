@@ -40,7 +40,7 @@ def log_errors(cycles: Cycles, drawn: Draws) -> Array:
     swing, square = drawn.means(swings(cycles)), drawn.means(mean_squares(cycles))
     tiny = np.finfo(float).tiny
     replicates = np.stack([np.log(np.maximum(swing, tiny)), 0.5 * np.log(np.maximum(square, tiny))])
-    return np.stack([drawn.error(each) for each in replicates])
+    return np.stack([drawn.error(replicate) for replicate in replicates])
 
 
 def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draws]) -> list[tuple[Level, ...]]:
@@ -54,7 +54,7 @@ def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draw
     errors = log_errors(measured, draws[0]), log_errors(simulated, draws[1])
     both = np.hypot(*errors)
     reach = factor(errors, (draws[0].freedom, draws[1].freedom)) * both
-    found = []
+    levels = []
     for c in range(one.shape[1]):
         rows = []
         for m, measure in enumerate(MEASURES):
@@ -63,5 +63,5 @@ def compare_levels(measured: Cycles, simulated: Cycles, draws: tuple[Draws, Draw
             ends = (100.0 * (1.0 - ratio * float(np.exp(s * reach[m, c]))) for s in (1.0, -1.0))
             low, high = (end if a > 0.0 else nan for end in ends)
             rows.append(Level(measure, a, b, sigma(a, b), low, high, 100.0 * ratio * float(both[m, c])))
-        found.append(tuple(rows))
-    return found
+        levels.append(tuple(rows))
+    return levels

@@ -60,13 +60,13 @@ class Lines:
 
 def strong(cycles: Cycles) -> Array:
     """(N, L) size of the three strongest lines of every channel in every cycle, along their mean direction."""
-    each = cycles.amplitudes()
-    mean = each.mean(axis=0)
-    found = []
+    amplitudes = cycles.amplitudes()
+    mean = amplitudes.mean(axis=0)
+    in_phase = []
     for c in range(mean.shape[1]):
         k = np.argsort(-np.abs(mean[:, c]), kind="stable")[:_STRONG]
-        found.append((each[:, k, c] * np.exp(-1j * np.angle(mean[k, c]))).real)
-    return np.concatenate(found, axis=1)
+        in_phase.append((amplitudes[:, k, c] * np.exp(-1j * np.angle(mean[k, c]))).real)
+    return np.concatenate(in_phase, axis=1)
 
 
 def lines_of(cycles: Cycles, drawn: Draws) -> Lines:
@@ -76,7 +76,7 @@ def lines_of(cycles: Cycles, drawn: Draws) -> Lines:
 
 
 def delays(
-    simulated: Lines, measured: Lines, channel: int, used: NDArray[np.bool_], found: tuple[float, float]
+    simulated: Lines, measured: Lines, channel: int, used: NDArray[np.bool_], timing: tuple[float, float]
 ) -> Array:
     """(R,) delay of every replicate [s].
 
@@ -87,7 +87,7 @@ def delays(
         found: the delay of the means and the period [s].
     """
     cross = np.conj(simulated.replicates[:, :, channel]) * measured.replicates[:, :, channel]
-    delay, period = found
+    delay, period = timing
     return delay + step(np.asarray(np.where(used, cross, 0.0)), delay, period)
 
 
@@ -112,7 +112,7 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
     reach = factor(errors, freedoms) * np.hypot(*errors)
     together = _joint(measured, simulated)
     spread = factor(turned, freedoms) * together
-    found = []
+    compared = []
     for c in range(measured.mean.shape[1]):
         one, other = np.abs(measured.mean[:, c]), np.abs(simulated.mean[:, c])
         floor = _ROUNDING * max(float(one.max(initial=0.0)), float(other.max(initial=0.0)))
@@ -127,17 +127,17 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
             both = there[0][k] and there[1][k]
             phase, error, wide = (
                 value if both else float("nan")
-                for value in (phase, *(float(np.degrees(each[k, c])) for each in (together, spread)))
+                for value in (phase, *(float(np.degrees(angles[k, c])) for angles in (together, spread)))
             )
             rows.append(Order(
                 base * (k + 1), frequency * (k + 1), a, float(errors[0][k, c]), b, float(errors[1][k, c]),
                 ratio * (a - b), ratio * (a - b - far), ratio * (a - b + far), phase, error, phase - wide, phase + wide,
             ))  # fmt: skip
-        found.append(tuple(rows))
-    return found
+        compared.append(tuple(rows))
+    return compared
 
 
 def _joint(measured: Lines, simulated: Lines) -> Array:
     """(K, C) standard error of the difference of phases: its replicates share their clock [rad]."""
-    widened = [1.0 / np.sqrt(1.0 - each.draws.block / each.draws.weights.shape[1]) for each in (measured, simulated)]
+    widened = [1.0 / np.sqrt(1.0 - side.draws.block / side.draws.weights.shape[1]) for side in (measured, simulated)]
     return np.asarray(max(widened) * np.std(measured.across() - simulated.across(), axis=0))

@@ -49,7 +49,7 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
     ]
     if problems:
         raise ModelError(problems)
-    found: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
+    pairs: list[tuple[Channel, Channel]] = [(measured[one], simulated[other]) for one, other in match.items()]
     notes = []
     for channel in measured.channels:
         if channel.name in match or not (channel.quantity and channel.subject):
@@ -57,32 +57,32 @@ def paired(measured: Recording, simulated: Recording, match: Mapping[str, str]) 
         partner = simulated.find(channel.quantity, channel.subject)
         if partner is None:
             continue
-        taken = [one.name for one, other in found if other is partner]
+        taken = [one.name for one, other in pairs if other is partner]
         if taken:
             notes.append(f"{channel.name}: {partner.name} is compared with {taken[0]} already; left out")
             continue
-        found.append((channel, partner))
-    if not found:
+        pairs.append((channel, partner))
+    if not pairs:
         raise ModelError(_nothing(measured, simulated))
-    wrong = [_unit(one, other, measured.source) for one, other in found if other.unit not in one.unit.split(" or ")]
+    wrong = [_unit(one, other, measured.source) for one, other in pairs if other.unit not in one.unit.split(" or ")]
     if wrong:
         raise ModelError(wrong)
-    found = [(replace(one, unit=other.unit), other) for one, other in found]
-    with_partner = {one.name for one, _ in found}, {other.name for _, other in found}
+    pairs = [(replace(one, unit=other.unit), other) for one, other in pairs]
+    with_partner = {one.name for one, _ in pairs}, {other.name for _, other in pairs}
     alone = tuple(name for name in measured.names if name not in with_partner[0])
     other_alone = tuple(name for name in simulated.names if name not in with_partner[1])
-    ones, others = zip(*found, strict=True)
+    ones, others = zip(*pairs, strict=True)
     return Pairing(ones, others, alone, other_alone, tuple(notes))
 
 
 def _nothing(measured: Recording, simulated: Recording) -> Problem:
-    told = [
+    descriptions = [
         f"{c.name} ({c.quantity or 'quantity unknown'} of {c.subject or 'an unknown subject'})"
         for c in measured.channels
     ]
     rule = f"has no channel in common with the simulation, which has {listed(simulated.names)}"
     remedy = "name partners with match, or write a mapping that says quantity and of"
-    return Problem(measured.source, ", ".join(told[:6]) + (", ..." if len(told) > 6 else ""), rule, remedy)
+    return Problem(measured.source, ", ".join(descriptions[:6]) + (", ..." if len(descriptions) > 6 else ""), rule, remedy)
 
 
 def _unit(one: Channel, other: Channel, source: str) -> Problem:

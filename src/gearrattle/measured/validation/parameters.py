@@ -28,15 +28,15 @@ from gearrattle.trajectory import Array
 Errors = Mapping[str, float]
 
 
-def standard_errors(model: Model, given: Errors | Fit) -> dict[str, tuple[float, float]]:
+def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float, float]]:
     """Return values and standard errors of parameters by path, SI.
 
     Raises:
         ModelError: no such path, no positive number there, an error that is not positive or as large as the value.
     """
-    errors = {p.path: p.standard_error for p in given.parameters} if isinstance(given, Fit) else dict(given)
+    errors = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
     tables, names, problems = model.to_tables(), model.path_names(), []
-    found = {}
+    values = {}
     for path, error in errors.items():
         if path not in names:
             remedy = did_you_mean(path, names)
@@ -49,10 +49,10 @@ def standard_errors(model: Model, given: Errors | Fit) -> dict[str, tuple[float,
             rule = f"a standard error must lie between 0 and the value, {value:g}"
             problems.append(Problem(f"parameters: {path}", f"{error:g}", rule))
         else:
-            found[path] = float(value), float(error)
+            values[path] = float(value), float(error)
     if problems:
         raise ModelError(problems)
-    return found
+    return values
 
 
 @dataclass(frozen=True)
@@ -80,16 +80,16 @@ class Drawn:
         return np.asarray(np.sqrt(np.maximum(np.var(self.logs, axis=0, ddof=1) - scatter**2, 0.0)))
 
 
-def correlations(errors: Mapping[str, tuple[float, float]], given: Errors | Fit) -> Array:
+def correlations(errors: Mapping[str, tuple[float, float]], source: Errors | Fit) -> Array:
     """(P, P) correlations of the parameters: a Fit's own; none of standard errors alone."""
-    if not isinstance(given, Fit):
+    if not isinstance(source, Fit):
         return np.eye(len(errors))
-    at = [[each.path for each in given.parameters].index(path) for path in errors]
-    covariance = given.covariance[np.ix_(at, at)]
+    at = [[parameter.path for parameter in source.parameters].index(path) for path in errors]
+    covariance = source.covariance[np.ix_(at, at)]
     size = np.sqrt(np.diag(covariance))
-    found = covariance / np.outer(size, size)
-    known = np.isfinite(found)
-    return np.asarray(np.where(known, np.clip(found, -1.0, 1.0), np.eye(len(at))))
+    correlation = covariance / np.outer(size, size)
+    known = np.isfinite(correlation)
+    return np.asarray(np.where(known, np.clip(correlation, -1.0, 1.0), np.eye(len(at))))
 
 
 def repeated(

@@ -184,7 +184,7 @@ class Pair(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields in JSON types, without the curves."""
-        return {each.name: json_value(getattr(self, each.name)) for each in fields(self) if each.name != "curves"}
+        return {field.name: json_value(getattr(self, field.name)) for field in fields(self) if field.name != "curves"}
 
 
 @dataclass(frozen=True)
@@ -288,8 +288,8 @@ class Validation(Result, Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the curves in JSON types."""
-        told = {each.name: json_value(getattr(self, each.name)) for each in fields(self) if each.name != "pairs"}
-        return {**told, "pairs": [pair.to_dict() for pair in self.pairs]}
+        content = {field.name: json_value(getattr(self, field.name)) for field in fields(self) if field.name != "pairs"}
+        return {**content, "pairs": [pair.to_dict() for pair in self.pairs]}
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return the paper's Table 5: a row a channel and level, sigma with its interval [%]."""

@@ -54,7 +54,7 @@ class Track(Record):
     @property
     def levels(self) -> tuple[float, float]:
         """Root mean square of both amplitudes over the speeds."""
-        one, other = (float(np.sqrt(np.mean(each**2))) for each in (self.measured, self.simulated))
+        one, other = (float(np.sqrt(np.mean(signal**2))) for signal in (self.measured, self.simulated))
         return one, other
 
     @property
@@ -80,13 +80,13 @@ class Track(Record):
     def summary(self) -> dict[str, Any]:
         """Return the numbers of a row, in JSON types."""
         (at, peak), (simulated_at, simulated_peak) = self.peaks
-        told = {
+        content = {
             "channel": self.channel, "partner": self.partner, "unit": self.unit, "order": self.order,
             "measured": self.levels[0], "simulated": self.levels[1], "sigma": self.sigma,
             "peak_speed": at, "peak": peak,
             "simulated_peak_speed": simulated_at, "simulated_peak": simulated_peak, "outside": self.outside,
         }  # fmt: skip
-        return {key: json_value(value) for key, value in told.items()}
+        return {key: json_value(value) for key, value in content.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +147,8 @@ class RunUp(Result, Record):
              "simulated_over_speed": json_value(track.simulated), "standard_error": json_value(track.error)}
             for track in self.tracks
         ]  # fmt: skip
-        told = ("model", "sources", "algorithm", "turns", "units", "notes")
-        return {**{name: json_value(getattr(self, name)) for name in told}, "verdict": self.verdict, "tracks": tracks}
+        names = ("model", "sources", "algorithm", "turns", "units", "notes")
+        return {**{name: json_value(getattr(self, name)) for name in names}, "verdict": self.verdict, "tracks": tracks}
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row a channel and order: levels over speed, sigma [%], the peaks and their speeds [rad/s]."""

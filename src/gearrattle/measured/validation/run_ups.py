@@ -72,44 +72,44 @@ def validate_run_up(
         ConvergenceError: the simulation failed.
     """
     several = not isinstance(measurement, str | os.PathLike | Mapping | Recording)
-    given: list[Measured] = list(measurement) if several else [measurement]  # type: ignore[arg-type, list-item]
-    if not given:
+    measurements: list[Measured] = list(measurement) if several else [measurement]  # type: ignore[arg-type, list-item]
+    if not measurements:
         raise ModelError(Problem("measurement", "none", "needs one run-up at least", "give a file or a recording"))
-    recordings = [each if isinstance(each, Recording) else read(each) for each in given]
+    recordings = [entry if isinstance(entry, Recording) else read(entry) for entry in measurements]
     run = run_of(model, settings or {}, progress)
     simulation = recorded(run)
-    found = [paired(each, simulation, match or {}) for each in recordings]
-    names = [channel.name for channel in found[0].measured]
-    for each, recording in zip(found, recordings, strict=True):
-        if [channel.name for channel in each.measured] != names:
+    pairings = [paired(recording, simulation, match or {}) for recording in recordings]
+    names = [channel.name for channel in pairings[0].measured]
+    for pairing, recording in zip(pairings, recordings, strict=True):
+        if [channel.name for channel in pairing.measured] != names:
             rule = f"the first has the channels {listed(names)}"
-            here = listed([channel.name for channel in each.measured])
+            here = listed([channel.name for channel in pairing.measured])
             raise ModelError(Problem(recording.source, here, rule, "repeat one measurement"))
     chosen = _orders(run, recordings, orders, speed, names[0])
-    tracks, notes = [], dict.fromkeys(found[0].notes)
-    for one, other in zip(found[0].measured, found[0].simulated, strict=True):
+    tracks, notes = [], dict.fromkeys(pairings[0].notes)
+    for one, other in zip(pairings[0].measured, pairings[0].simulated, strict=True):
         made = _tracks(run, recordings, (one, other), chosen, speed=speed, turns=turns)
         tracks += made[0]
         notes |= dict.fromkeys(made[1])
     return RunUp(
-        run.model.name or "driveline", tuple(each.source for each in recordings), run.cost.algorithm, turns,
+        run.model.name or "driveline", tuple(recording.source for recording in recordings), run.cost.algorithm, turns,
         run.model.units, tuple(tracks), (*notes, *run.notes),
     )  # fmt: skip
 
 
 def _orders(
-    run: Run, recordings: Sequence[Recording], given: Sequence[float] | None, speed: str | None, name: str
+    run: Run, recordings: Sequence[Recording], orders: Sequence[float] | None, speed: str | None, name: str
 ) -> list[float]:
     """Return the orders to be compared: as given, or those of the excitation that all samples show."""
-    if given is not None:
-        return [float(order) for order in given]
+    if orders is not None:
+        return [float(order) for order in orders]
     excited = run.trajectory.layout.orders
     fastest = [float(np.max(run.speed)) if run.speed is not None else run.model.excitation.omega]
     rates = [(run.trajectory.time.size - 1) / float(run.trajectory.time[-1] - run.trajectory.time[0])]
-    for each in recordings:
-        lowest = order_cuts(each, name, [1.0], speed=speed, turns=1.0)
+    for recording in recordings:
+        lowest = order_cuts(recording, name, [1.0], speed=speed, turns=1.0)
         fastest.append(1.05 * float(lowest["speed"].max()))  # of means over turns
-        rates.append(1.0 / float(each.interval or np.inf))
+        rates.append(1.0 / float(recording.interval or np.inf))
     most = min(PASSED * rate * 2.0 * np.pi / omega for rate, omega in zip(rates, fastest, strict=True))
     shown = [float(order) for order in excited if 0.0 < order <= most]
     if not shown:
@@ -129,7 +129,7 @@ def _tracks(
 ) -> tuple[list[Track], list[str]]:
     """Compare the orders of one channel; with the notes of its signals."""
     one, other = pair
-    cuts = [order_cuts(each, one.name, orders, speed=speed, turns=turns) for each in recordings]
+    cuts = [order_cuts(recording, one.name, orders, speed=speed, turns=turns) for recording in recordings]
     cuts.append(order_cuts(run, f"{other.quantity}.{other.subject}", orders, turns=turns))
     parts = [_stretch(cut["speed"].values, str(cut.attrs["source"])) for cut in cuts]
     rising = [rows for rows, _ in parts]
@@ -141,13 +141,13 @@ def _tracks(
     ])  # fmt: skip
     measured, simulated = read_at[:-1], read_at[-1]
     error, reach = _scatter(measured)
-    found = [
+    tracks = [
         Track(one.name, other.name, one.unit, float(order), grid, measured[:, k].mean(axis=0), simulated[k], error[k],
               reach * error[k])
         for k, order in enumerate(cuts[-1]["order"].values)
     ]  # fmt: skip
-    told = [note for _, note in parts if note]
-    return found, [*told, *(note for cut in cuts for note in str(cut.attrs["notes"]).splitlines())]
+    notes = [note for _, note in parts if note]
+    return tracks, [*notes, *(note for cut in cuts for note in str(cut.attrs["notes"]).splitlines())]
 
 
 def _scatter(measured: Array) -> tuple[Array, float]:
@@ -171,7 +171,7 @@ def _stretch(speed: Array, source: str) -> tuple[Any, str]:
     turning = np.where(np.abs(steps) > _STILL * float(speed.max()), np.sign(steps), 0.0)
     ends = np.concatenate([[0], np.flatnonzero(np.diff(turning)) + 1, [turning.size]]).astype(int)
     moving = [(b - a, a) for a, b in pairwise(ends.tolist()) if b > a and turning[a] != 0.0]
-    count, first = max(moving, key=lambda each: each[0], default=(0, 0))
+    count, first = max(moving, key=lambda stretch: stretch[0], default=(0, 0))
     rows = np.arange(first, first + count + 1)
     span = f"{speed.min():.6g} to {speed.max():.6g} rad/s, {counted(speed.size, 'block')}"
     if rows.size < _FEWEST or np.ptp(speed[rows]) < 0.5 * np.ptp(speed):
@@ -192,10 +192,10 @@ def _stretch(speed: Array, source: str) -> tuple[Any, str]:
 
 def _grid(speeds: Sequence[Array], name: str) -> Array:
     """Return the speeds that all have, as many as the one with fewest blocks has between their ends."""
-    low, high = max(float(each[0]) for each in speeds), min(float(each[-1]) for each in speeds)
-    count = min(int(np.count_nonzero((each >= low) & (each <= high))) for each in speeds)
+    low, high = max(float(speed[0]) for speed in speeds), min(float(speed[-1]) for speed in speeds)
+    count = min(int(np.count_nonzero((speed >= low) & (speed <= high))) for speed in speeds)
     if not low < high or count < _FEWEST:
-        spans = listed([f"{each[0]:.5g} to {each[-1]:.5g} rad/s" for each in speeds])
+        spans = listed([f"{speed[0]:.5g} to {speed[-1]:.5g} rad/s" for speed in speeds])
         rule = f"measured and simulated speeds have fewer than {_FEWEST} blocks in common"
         raise ModelError(Problem(f"{name}: speed", spans, rule, "simulate the sweep that was measured"))
     return np.linspace(low, high, min(count, MOST))

@@ -83,20 +83,20 @@ def validate(
     return compared(run_of(driveline, settings or {}, progress), recording, wanted, progress)
 
 
-def opened(given: Model | Run | str | os.PathLike[str]) -> Model | Run:
+def opened(source: Model | Run | str | os.PathLike[str]) -> Model | Run:
     """Return a model or a run, read where it is a file."""
-    if isinstance(given, str | os.PathLike):
-        return load(given) if Path(given).suffix.lower() == ".toml" else open_run(given)
-    return given
+    if isinstance(source, str | os.PathLike):
+        return load(source) if Path(source).suffix.lower() == ".toml" else open_run(source)
+    return source
 
 
-def run_of(given: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
+def run_of(source: Model | Run | str | os.PathLike[str], settings: Mapping[str, Any], progress: Any) -> Run:
     """Return the run, simulated where it is none yet."""
-    given = opened(given)
-    if isinstance(given, Run):
+    source = opened(source)
+    if isinstance(source, Run):
         unused = [key for key, value in settings.items() if value is not None]
         if unused:
             rule = "settings are for a simulation, and this is a run that has been simulated"
             raise ModelError(Problem("settings", listed(unused), rule, "hand in the model to simulate it anew"))
-        return given
-    return simulate(given, **settings, progress=progress)
+        return source
+    return simulate(source, **settings, progress=progress)

@@ -24,7 +24,7 @@ def verdict_of(pairs: Sequence[Pair]) -> str:
     if not apart:
         return f"Simulation and measurement agree in {share} {within}."
     worst = max(apart, key=lambda pair: _largest(pair.levels))
-    level = max(worst.levels, key=lambda each: abs(each.remainder))
+    level = max(worst.levels, key=lambda entry: abs(entry.remainder))
     return (
         f"Simulation and measurement agree in {share} {within}; look first at {worst.name}: its {level.measure} is "
         f"simulated {_percent(level.sigma)}, of which at least {abs(level.remainder):.2g} % no known source explains."
@@ -33,18 +33,18 @@ def verdict_of(pairs: Sequence[Pair]) -> str:
 
 def findings_of(pairs: Sequence[Pair], impacts: Sequence[Impacts], clock: Clock) -> tuple[str, ...]:
     """Return sentences on every channel, its orders and bands, on impacts and on the clock."""
-    told = [sentence for pair in pairs for sentence in _of_pair(pair)]
-    told += [_of_impacts(each) for each in impacts]
-    told += list(_of_clock(clock))
+    sentences = [sentence for pair in pairs for sentence in _of_pair(pair)]
+    sentences += [_of_impacts(impact) for impact in impacts]
+    sentences += list(_of_clock(clock))
     intervals = [level.by_chance for pair in pairs for level in pair.levels]
     intervals += [order.by_chance for pair in pairs for order in pair.orders if np.isfinite(order.low)]
     intervals += [band.by_chance for pair in pairs for band in pair.bands]
     outside = intervals.count(False)
-    told.append(
+    sentences.append(
         f"{outside} of {len(intervals)} intervals of levels, orders and bands leave no room for chance; of a right "
         f"model about {0.05 * len(intervals):.0f} would."
     )
-    return tuple(told)
+    return tuple(sentences)
 
 
 def _of_pair(pair: Pair) -> Iterator[str]:
@@ -52,10 +52,10 @@ def _of_pair(pair: Pair) -> Iterator[str]:
     worst = [order for order in pair.orders if not order.by_chance and np.isfinite(order.sigma)]
     extra = [order for order in pair.orders if np.isnan(order.sigma)]
     if worst:
-        order = max(worst, key=lambda each: abs(each.measured - each.simulated))
+        order = max(worst, key=lambda entry: abs(entry.measured - entry.simulated))
         yield f"{pair.name}: order {order.order:g} differs most, {_amplitudes(order, pair.unit)}."
     if extra:
-        order = max(extra, key=lambda each: each.simulated)
+        order = max(extra, key=lambda entry: entry.simulated)
         yield f"{pair.name}: order {order.order:g} is simulated and lost in the measured scatter."
     outside = [band for band in pair.bands if not band.by_chance]
     if outside:
@@ -64,7 +64,7 @@ def _of_pair(pair: Pair) -> Iterator[str]:
         if not loud:
             yield f"{words}, none of them with {100.0 * _LOUD:g} % of its power."
             return
-        band = max(loud, key=lambda each: abs(each.decibels))
+        band = max(loud, key=lambda entry: abs(entry.decibels))
         yield (
             f"{words}, {len(loud)} of them with {100.0 * _LOUD:g} % of its power or more, most "
             f"{band.low:.4g} to {band.high:.4g} Hz: {band.decibels:+.2g} dB measured over simulated."
@@ -88,14 +88,14 @@ def _amplitudes(order: Order, unit: str) -> str:
     )
 
 
-def _of_impacts(each: Impacts) -> str:
-    exact = f"{each.clearance}: {each.exact:.4g} impacts per cycle, exact (standard error {each.exact_error:.2g})"
-    if not each.channel:
-        return f"{exact}; {each.words}."
-    verdict = "within chance" if each.low <= 0.0 <= each.high else "more than chance"
+def _of_impacts(impacts: Impacts) -> str:
+    exact = f"{impacts.clearance}: {impacts.exact:.4g} impacts per cycle, exact (standard error {impacts.exact_error:.2g})"
+    if not impacts.channel:
+        return f"{exact}; {impacts.words}."
+    verdict = "within chance" if impacts.low <= 0.0 <= impacts.high else "more than chance"
     return (
-        f"{exact}; {each.words}: {each.measured:.4g} measured, {each.simulated:.4g} simulated, difference {verdict} "
-        f"(95 %: {each.low:.3g} to {each.high:.3g})."
+        f"{exact}; {impacts.words}: {impacts.measured:.4g} measured, {impacts.simulated:.4g} simulated, difference {verdict} "
+        f"(95 %: {impacts.low:.3g} to {impacts.high:.3g})."
     )
 
 

@@ -38,17 +38,17 @@ class Wanted:
 
 def problems_of(wanted: Wanted) -> list[Problem]:
     """Return what is wrong with the arguments by themselves."""
-    found = []
+    problems = []
     if wanted.trend not in TRENDS:
-        found.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))
+        problems.append(Problem("trend", shown(wanted.trend), f"must be one of {listed(TRENDS)}"))
     if isinstance(wanted.clock, str) and wanted.clock not in CLOCKS:
-        found.append(Problem("clock", shown(wanted.clock), f"must be one of {listed(CLOCKS)}, or a delay in s"))
+        problems.append(Problem("clock", shown(wanted.clock), f"must be one of {listed(CLOCKS)}, or a delay in s"))
     low, high = wanted.band
     if not low >= 0.0 or (high is not None and not low < high < float("inf")):
-        found.append(Problem("band", f"{low} to {high} Hz", "must ascend from 0 or more"))
+        problems.append(Problem("band", f"{low} to {high} Hz", "must ascend from 0 or more"))
     if wanted.start is not None and wanted.end is not None and not wanted.start < wanted.end:
-        found.append(Problem("start, end", f"{wanted.start} s, {wanted.end} s", "must ascend"))
-    found += argument_problems({"draws": (Count(2), wanted.draws), "seed": (SEED, wanted.seed)})
+        problems.append(Problem("start, end", f"{wanted.start} s, {wanted.end} s", "must ascend"))
+    problems += argument_problems({"draws": (Count(2), wanted.draws), "seed": (SEED, wanted.seed)})
     stated = dict(wanted.noise)
     if isinstance(wanted.calibration, Mapping):
         stated |= {f"calibration of {name}": value for name, value in wanted.calibration.items()}
@@ -56,5 +56,5 @@ def problems_of(wanted: Wanted) -> list[Problem]:
         stated["calibration"] = wanted.calibration
     for name, value in stated.items():
         if not 0.0 <= value < float("inf"):
-            found.append(Problem(f"noise, calibration: {name}", f"{value}", "must be a finite number, 0 or more"))
-    return found
+            problems.append(Problem(f"noise, calibration: {name}", f"{value}", "must be a finite number, 0 or more"))
+    return problems

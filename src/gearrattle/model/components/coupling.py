@@ -197,11 +197,11 @@ class Coupling(Component):
     @classmethod
     def rules(cls, table: Mapping[str, Any], dimensionless: bool, /) -> Iterator[Breach]:
         """Yield breaches: the two forms mixed, neither given, stages out of order."""
-        given = [key for key in cls.clearance_form if table.get(key) is not None]
+        keys_set = [key for key in cls.clearance_form if table.get(key) is not None]
         staged = table.get("stages") is not None
-        if staged and given:
-            rule = f"stages and {given[0]} exclude each other: a coupling has either form, not both"
-            yield Breach((given[0],), table[given[0]], rule, f"remove stages, or {', '.join(given)}")
+        if staged and keys_set:
+            rule = f"stages and {keys_set[0]} exclude each other: a coupling has either form, not both"
+            yield Breach((keys_set[0],), table[keys_set[0]], rule, f"remove stages, or {', '.join(keys_set)}")
         if not staged and table.get("stiffness") is None and "stiffness" not in table:
             yield Breach((), ..., "a coupling needs stiffness (or stages)", 'such as stiffness = "1500 N*m/rad"')
         if not staged and table.get("coast_stages") is not None:

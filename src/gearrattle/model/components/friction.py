@@ -40,11 +40,11 @@ def stage_rules(key: str, stages: object, dimensionless: bool) -> Iterator[Breac
     for index, stage in enumerate(stages if isinstance(stages, (list, tuple)) else ()):
         table = stage if isinstance(stage, Mapping) else getattr(stage, "__dict__", {})
         yield from stick_rules((key, index), table, "20 times the stage's slope is zero")
-        found = table.get("hysteresis", 0.0)
-        if isinstance(found, Mapping):  # a table over speed: judged where the values are known, in the assembly
+        hysteresis = table.get("hysteresis", 0.0)
+        if isinstance(hysteresis, Mapping):  # a table over speed: judged where the values are known, in the assembly
             return
-        value = attempt(_hysteresis.read, found, dimensionless)
+        value = attempt(_hysteresis.read, hysteresis, dimensionless)
         if value is not None and value < before:
             rule = f"hysteresis must not fall from stage to stage: the stage before has {before:.6g} N m in all"
-            yield Breach((key, index, "hysteresis"), found, rule, "give each stage the full height of its loop")
+            yield Breach((key, index, "hysteresis"), hysteresis, rule, "give each stage the full height of its loop")
         before = value if value is not None else before

@@ -50,7 +50,7 @@ class Axis:
             return [10.0**power for power in powers[:: max(1, -(-len(powers) // 5))]]
         power = math.floor(math.log10(self.high - self.low))
         steps = (mantissa * 10.0**p for p in count(power, -1) for mantissa in (5.0, 2.0, 1.0))
-        return next(found for step in steps if len(found := self._multiples(step)) >= _FEWEST)
+        return next(multiples for step in steps if len(multiples := self._multiples(step)) >= _FEWEST)
 
     def _multiples(self, step: float) -> list[float]:
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)

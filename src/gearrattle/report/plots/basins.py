@@ -44,13 +44,13 @@ def name_of(data: xr.Dataset, number: int) -> str:
 
 def keys_of(data: xr.Dataset) -> dict[int, Key]:
     """Colour and name of every code of ``basin`` that occurs."""
-    words, found = words_of(data["attractor verdict"]), {}
+    words, keys = words_of(data["attractor verdict"]), {}
     left = {True: list(QUIET), False: list(RATTLING)}
     for n, code in enumerate(data["attractor verdict"].values.tolist(), start=1):
         colours = left[words[code] == "quiet"]
-        found[n] = Key(name_of(data, n), colours.pop(0) if len(colours) > 1 else colours[0])
+        keys[n] = Key(name_of(data, n), colours.pop(0) if len(colours) > 1 else colours[0])
     there = set(np.unique(data["basin"].values).tolist())
-    return found | {code: key for code, key in OTHERS.items() if code in there}
+    return keys | {code: key for code, key in OTHERS.items() if code in there}
 
 
 def basin_map(data: xr.Dataset) -> Chart:

@@ -72,26 +72,26 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
 
 def _points(data: xr.Dataset, name: str, x: Array, factor: float) -> tuple[Line, ...]:
     """The points of one quantity times a factor, each orbit once; those of the way up below."""
-    found = []
+    lines = []
     for i, way in enumerate(data["direction"].values):
         one = data.isel(direction=i)
         values = factor * one[name].transpose(..., "cycle").values
         period = np.nan_to_num(one["period"].values, nan=values.shape[1]).astype(np.int64)
         most = max(1, _MOST_POINTS // max(1, len(x)))
         across = [np.full(min(n, most), at) for at, n in zip(x, period, strict=True)]
-        upright = [row[-min(n, most) :] for row, n in zip(values, period, strict=True)]
+        ordinates = [row[-min(n, most) :] for row, n in zip(values, period, strict=True)]
         size = 3.4 if str(way) == "up" else 2.0
-        found.append(
+        lines.append(
             Line(
                 np.concatenate(across),
-                np.concatenate(upright),
+                np.concatenate(ordinates),
                 WAYS[str(way)].name,
                 WAYS[str(way)].colour,
                 "points",
                 size,
             )
         )
-    return tuple(found)
+    return tuple(lines)
 
 
 def _ends(x: Array, log: bool) -> tuple[float, float]:

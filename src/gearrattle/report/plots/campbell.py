@@ -25,7 +25,7 @@ _STEPS = ((0.0, 5.0), (0.01, 8.0), (0.1, 11.0))
 _HEIGHT, _LABEL = 340, 12.0
 
 
-def campbell_chart(found: Campbell, *, si: bool) -> Chart:
+def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
     """Draw the diagram.
 
     Args:
@@ -33,16 +33,16 @@ def campbell_chart(found: Campbell, *, si: bool) -> Chart:
         si: whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
     """
     kinds = {
-        "Torque orders": [line for line in found.orders if any(s.startswith("torque") for s in line.sources)],
+        "Torque orders": [line for line in diagram.orders if any(s.startswith("torque") for s in line.sources)],
         "Transmission error orders": [
-            line for line in found.orders if any(s.startswith("transmission error") for s in line.sources)
+            line for line in diagram.orders if any(s.startswith("transmission error") for s in line.sources)
         ],
     }
-    panels = tuple(_panel(found, title, lines, si) for title, lines in kinds.items() if lines)
+    panels = tuple(_panel(diagram, title, lines, si) for title, lines in kinds.items() if lines)
     if not panels:
-        panels = (_panel(found, "Natural frequencies", [], si),)
-    several = len(found.states) > 1
-    legend = tuple(Key(_state(state), _colour(j)) for j, state in enumerate(found.states)) if several else ()
+        panels = (_panel(diagram, "Natural frequencies", [], si),)
+    several = len(diagram.states) > 1
+    legend = tuple(Key(_state(state), _colour(j)) for j, state in enumerate(diagram.states)) if several else ()
     caption = (
         "Level: natural frequencies; rising: what the orders of the excitation make of the speed. Where they meet, "
         "there is resonance: the larger the mark, the more of the source's energy goes into that mode (below 1 %, "
@@ -59,11 +59,11 @@ def _colour(state: int) -> str:
     return STATES[state] if state < len(STATES) else CENTRE
 
 
-def _panel(found: Campbell, title: str, orders: list[OrderLine], si: bool) -> Panel:
+def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> Panel:
     """Draw one kind of orders up to what the highest of them reaches, or one mode above."""
     speed, hertz = (30.0 / math.pi, 0.5 / math.pi) if si else (1.0, 1.0)
-    low, high = found.speeds
-    elastic = found.frequencies[found.frequencies > 0.0]
+    low, high = diagram.speeds
+    elastic = diagram.frequencies[diagram.frequencies > 0.0]
     reach = max((line.order for line in orders), default=0.0) * high
     above = elastic[elastic > reach]
     top = max(1.06 * reach, 1.06 * float(above.min()) if above.size and above.min() < 1.5 * reach else 0.0)
@@ -74,18 +74,18 @@ def _panel(found: Campbell, title: str, orders: list[OrderLine], si: bool) -> Pa
         for line in orders
     ]
     ends = [(line.order * high * hertz, high, f"order {line.order:g}") for line in orders]
-    inside = low <= found.model_speed <= high
+    inside = low <= diagram.model_speed <= high
     return Panel(
         title,
         "Hz" if si else "",
         "speed of the reference shaft, rpm" if si else "speed of the reference shaft",
-        lines=(*rising, *_level(found, top, speed, hertz), *_marks(found, orders, speed, hertz)),
-        rules=(Rule(found.model_speed * speed, "x", INK),) * inside,
+        lines=(*rising, *_level(diagram, top, speed, hertz), *_marks(diagram, orders, speed, hertz)),
+        rules=(Rule(diagram.model_speed * speed, "x", INK),) * inside,
         labels=(
-            *(Label(found.model_speed * speed, 0.97 * top * hertz, "the model's speed", INK),) * inside,
+            *(Label(diagram.model_speed * speed, 0.97 * top * hertz, "the model's speed", INK),) * inside,
             *(Label(high * speed, y, words) for y, _, words in _apart(ends, top * hertz)),
             *(Label(x, y, words, INK, "above") for y, x, words in _apart(
-                _names(found, orders, top, speed, hertz, si=si), top * hertz)),
+                _names(diagram, orders, top, speed, hertz, si=si), top * hertz)),
         ),
         x_range=(low * speed, (high + 0.1 * (high - low)) * speed),
         y_range=(0.0, top * hertz),
@@ -93,39 +93,39 @@ def _panel(found: Campbell, title: str, orders: list[OrderLine], si: bool) -> Pa
     )  # fmt: skip
 
 
-def _level(found: Campbell, top: float, speed: float, hertz: float) -> list[Line]:
+def _level(diagram: Campbell, top: float, speed: float, hertz: float) -> list[Line]:
     """Natural frequencies of all states."""
-    ends = np.array(found.speeds) * speed
+    ends = np.array(diagram.speeds) * speed
     return [
         Line(ends, np.full(2, frequency * hertz), f"mode {mode + 1}", _colour(j), width=1.5)
-        for j, frequencies in enumerate(found.frequencies)
+        for j, frequencies in enumerate(diagram.frequencies)
         for mode, frequency in enumerate(frequencies.tolist())
         if 0.0 < frequency <= top
     ]
 
 
 def _names(
-    found: Campbell, orders: list[OrderLine], top: float, speed: float, hertz: float, *, si: bool
+    diagram: Campbell, orders: list[OrderLine], top: float, speed: float, hertz: float, *, si: bool
 ) -> list[tuple[float, float, str]]:
     """Words above the level lines, each ending where an order line rises through: before it the place is free."""
-    names, (low, high) = [], found.speeds
-    several = len(found.states) > 1
-    for state, frequencies in zip(found.states, found.frequencies, strict=True):
+    names, (low, high) = [], diagram.speeds
+    several = len(diagram.states) > 1
+    for state, frequencies in zip(diagram.states, diagram.frequencies, strict=True):
         for mode, frequency in enumerate(frequencies.tolist()):
             if 0.0 < frequency <= top * (1.0 - 1.3 * _LABEL / _HEIGHT):  # else the words would stand outside
-                told = _state(state) if several else f"{numeral(frequency * hertz)}{' Hz' if si else ''}"
+                description = _state(state) if several else f"{numeral(frequency * hertz)}{' Hz' if si else ''}"
                 met = sorted(frequency / line.order for line in orders if low < frequency / line.order < high)
                 end = max(pairwise((low, *met, high)), key=lambda gap: gap[1] - gap[0])[1]
-                names.append((frequency * hertz, end * speed, f"mode {mode + 1}, {told}"))
+                names.append((frequency * hertz, end * speed, f"mode {mode + 1}, {description}"))
     return names
 
 
-def _marks(found: Campbell, orders: list[OrderLine], speed: float, hertz: float) -> list[Line]:
+def _marks(diagram: Campbell, orders: list[OrderLine], speed: float, hertz: float) -> list[Line]:
     """Crossings of some orders, as large as their shares."""
     drawn = {line.order for line in orders}
     marks = []
     for (least, width), beyond in zip(_STEPS, (*(step[0] for step in _STEPS[1:]), math.inf), strict=True):
-        met = [c for c in found.crossings if c.order in drawn and least <= c.share < beyond]
+        met = [c for c in diagram.crossings if c.order in drawn and least <= c.share < beyond]
         if met:
             x, y = np.array([c.speed for c in met]) * speed, np.array([c.frequency for c in met]) * hertz
             marks.append(Line(x, y, "crossing", _CROSSING, "points", width))

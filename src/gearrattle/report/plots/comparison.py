@@ -77,17 +77,17 @@ def shown_until(comparison: Comparison) -> float:
     return float(min(comparison.cycles, np.ceil(1.25 * max(comparison.horizon, *saturated) / comparison.period)))
 
 
-def work_precision_chart(found: WorkPrecision, labels: list[str]) -> Chart:
+def work_precision_chart(work_precision: WorkPrecision, labels: list[str]) -> Chart:
     """Draw error against function calls and against time; ``labels`` fix the colours."""
     colour = colours(labels)
-    curves = [curve for curve in found.curves if curve.points]
+    curves = [curve for curve in work_precision.curves if curve.points]
     legend = (*(Key(curve.algorithm, colour[curve.algorithm]) for curve in curves), Key("exact (bound)", INK))
     panels = tuple(
-        _panel(found, curves, colour, quantity, title)
+        _panel(work_precision, curves, colour, quantity, title)
         for quantity, title in (("function_calls", "function calls"), ("wall_time", "computing time, s"))
     )
     caption = (
-        f"Largest error over the first {counted(found.cycles, 'cycle')} (errors up to the window's end), for "
+        f"Largest error over the first {counted(work_precision.cycles, 'cycle')} (errors up to the window's end), for "
         "tolerances from 1e-3 to 1e-11, or steps from four times the default down. Down and to the left is better. "
         "The exact solution has nothing to choose: one point."
     )
@@ -97,19 +97,19 @@ def work_precision_chart(found: WorkPrecision, labels: list[str]) -> Chart:
     )  # fmt: skip
 
 
-def _panel(found: WorkPrecision, curves: list[Curve], colour: dict[str, str], quantity: str, title: str) -> Panel:
+def _panel(work_precision: WorkPrecision, curves: list[Curve], colour: dict[str, str], quantity: str, title: str) -> Panel:
     lines = []
     for curve in curves:
         x = np.array([getattr(point, quantity) for point in curve.points], dtype=float)
         y = np.maximum([point.error for point in curve.points], _FLOOR)
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm]))
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm], mark="points", width=5.0))
-    exact = np.array([float(getattr(found.exact, quantity))]), np.array([max(found.exact.error, _FLOOR)])
+    exact = np.array([float(getattr(work_precision.exact, quantity))]), np.array([max(work_precision.exact.error, _FLOOR)])
     lines.append(Line(*exact, "exact (bound)", INK, mark="points", width=9.0))
     xs, ys = (np.concatenate([line.x for line in lines]), np.concatenate([line.y for line in lines]))
     ys = ys[np.isfinite(ys)]
     return Panel(
-        "Error", found.unit, title, tuple(lines), x_range=_decades(xs), y_range=_decades(ys), x_log=True, y_log=True
+        "Error", work_precision.unit, title, tuple(lines), x_range=_decades(xs), y_range=_decades(ys), x_log=True, y_log=True
     )
 
 

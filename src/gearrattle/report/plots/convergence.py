@@ -36,8 +36,8 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
         return None
     codes = gaps_of(values_of(independent(data), output))
     panels = []
-    for name, each in subjects_of(codes, subject_of(data, output)):
-        n, share, low, high = running(np.asarray(each.values))
+    for name, subject_codes in subjects_of(codes, subject_of(data, output)):
+        n, share, low, high = running(np.asarray(subject_codes.values))
         if n.size < _FEWEST or not 0.0 < share[-1] < 1.0:
             continue
         shown = np.unique(np.geomspace(1, n.size, _MOST_POINTS).round().astype(int)) - 1

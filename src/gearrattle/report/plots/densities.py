@@ -60,8 +60,8 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
     values = {key: data[f"{prefix}psd{end}"].values[1:] for key, end in (("", ""), ("low", "_low"), ("high", "_high"))}
     frequency, words = data["frequency"].values[1:], _percent(data)
     lines = [
-        _line(frequency, np.where(values[key] > 0.0, values[key], np.nan), told, colour, width)
-        for key, told, colour, width in (
+        _line(frequency, np.where(values[key] > 0.0, values[key], np.nan), label, colour, width)
+        for key, label, colour, width in (
             ("low", f"{words} limit", MUTED, 0.7), ("high", f"{words} limit", MUTED, 0.7), ("", "density", ACCENT, 1.4),
         )
     ]  # fmt: skip
@@ -84,10 +84,10 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
     """Draw gain and phase of a transfer function between their limits."""
     frequency, words = data["frequency"].values[1:], _percent(data)
     gain, radius = data["response_magnitude"].values[1:], data["response_radius"].values[1:]
-    low, high = (np.where(each > 0.0, each, np.nan) for each in (gain - radius, gain + radius))
-    told = f"{words} limit"
+    low, high = (np.where(bound > 0.0, bound, np.nan) for bound in (gain - radius, gain + radius))
+    label = f"{words} limit"
     upper = (
-        _line(frequency, low, told, MUTED, 0.7), _line(frequency, high, told, MUTED, 0.7),
+        _line(frequency, low, label, MUTED, 0.7), _line(frequency, high, label, MUTED, 0.7),
         _line(frequency, np.where(gain > 0.0, gain, np.nan), "gain", ACCENT, 1.4),
     )  # fmt: skip
     x, x_range = _axis(si), (0.0, float(frequency[-1]))
@@ -128,11 +128,11 @@ def cross_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...] = 
 
 def _phase_panel(data: xr.Dataset, x_title: str, rules: tuple[Rule, ...]) -> Panel:
     """Draw a phase between its limits, where it is known."""
-    frequency, told = data["frequency"].values[1:], f"{_percent(data)} limit"
+    frequency, label = data["frequency"].values[1:], f"{_percent(data)} limit"
     phase, limit = (np.degrees(data[f"response_{key}"].values[1:]) for key in ("phase", "phase_limit"))
     phase = np.where(limit < 180.0, phase, np.nan)
     lines = (
-        _line(frequency, phase - limit, told, MUTED, 0.7), _line(frequency, phase + limit, told, MUTED, 0.7),
+        _line(frequency, phase - limit, label, MUTED, 0.7), _line(frequency, phase + limit, label, MUTED, 0.7),
         _line(frequency, phase, "phase", ACCENT, 1.4),
     )  # fmt: skip
     return Panel(

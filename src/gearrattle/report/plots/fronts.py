@@ -85,11 +85,11 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
         (m.factor * data[path].values[members], (m.factor * low[i], m.factor * high[i]))
         for i, (path, m) in enumerate(zip(paths, measures, strict=True))
     ]
-    found = data["value"].values[members]
-    columns += [(column, (float(column.min()), float(column.max()))) for column in found.T]
+    front_values = data["value"].values[members]
+    columns += [(column, (float(column.min()), float(column.max()))) for column in front_values.T]
     shares = np.column_stack([(c - a) / (b - a) if b > a else np.full(len(c), 0.5) for c, (a, b) in columns])
     x = np.arange(shares.shape[1], dtype=np.float64)
-    rank = np.argsort(np.argsort(found[:, 0]))
+    rank = np.argsort(np.argsort(front_values[:, 0]))
     lines = [
         Line(x, row, f"design {members[i]}", COLOURS[0] if rank[i] < len(members) / 2 else COLOURS[1], width=0.9,
              opacity=0.6)
@@ -97,7 +97,7 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     ]  # fmt: skip
     best = int(data.attrs["best"])
     lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", INK, width=2.4))
-    names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(found.shape[1]))]
+    names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(front_values.shape[1]))]
     labels = [Label(float(at), 1.06, numeral(b, 3)) for at, (_, (_, b)) in zip(x, columns, strict=True)]
     labels += [Label(float(at), -0.09, numeral(a, 3)) for at, (_, (a, _)) in zip(x, columns, strict=True)]
     rules = tuple(Rule(float(at), "x", CENTRE, dashed=False) for at in x)
@@ -108,8 +108,8 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     )  # fmt: skip
     objectives = [str(name) for name in data["objective"].values]
     words = [*(m.title for m in measures), *(f"{name}{_unit(data, i)}" for i, name in enumerate(objectives))]
-    told = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))
-    caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {told}."
+    description = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))
+    caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {description}."
     legend = (Key(f"low {objectives[0]}", COLOURS[0]), Key(f"high {objectives[0]}", COLOURS[1]),
               Key("nearest to the ideal", INK))  # fmt: skip
     return Chart("parallel", "What the front has in common", caption, (panel,), panel_height=300, legend=legend)
@@ -117,13 +117,13 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
 
 def _marked(data: xr.Dataset, x: Array, y: Array) -> list[Line]:
     """The model itself, if it is the first design, and the design nearest to the ideal."""
-    found = []
+    marks = []
     if bool(data.attrs.get("own", 0)) and np.isfinite([x[0], y[0]]).all():
-        found.append(Line(x[:1], y[:1], "the model itself", INK, "points", 9.0))
+        marks.append(Line(x[:1], y[:1], "the model itself", INK, "points", 9.0))
     best = int(data.attrs["best"])
     if best >= 0:
-        found.append(Line(x[best : best + 1], y[best : best + 1], "nearest to the ideal", COAST, "points", 10.0))
-    return found
+        marks.append(Line(x[best : best + 1], y[best : best + 1], "nearest to the ideal", COAST, "points", 10.0))
+    return marks
 
 
 def _stepped(title: str, x: Array, y: Array) -> Panel:

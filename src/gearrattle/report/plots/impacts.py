@@ -25,12 +25,12 @@ def impacts(findings: Findings) -> Chart | None:
     """Draw the impact statistics of every clearance that has any; None if nothing impacts."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
-    found = find_impacts(trajectory).within(steady(trajectory))
+    steady_impacts = find_impacts(trajectory).within(steady(trajectory))
     panels: list[Panel] = []
     chosen, left_out = chosen_clearances(findings)
     for k in chosen:
         name = layout.clearance_names[k]
-        mine = found.of(k)
+        mine = steady_impacts.of(k)
         if not len(mine):
             continue
         unit = units(findings, k)

@@ -148,8 +148,8 @@ def _decorate(layout: dict[str, Any], panel: Panel, x_name: str, y_name: str) ->
         layout["shapes"].append({"type": "line", **_span(rule.along, x_name, y_name, rule.at, rule.at), **look})
         if rule.label:
             layout["annotations"].append(_rule_label(rule, x_name, y_name))
-    paper = {} if panel.heat is None else {"bgcolor": tint(PAPER, 0.75), "borderpad": 1}
-    layout["annotations"] += [_label(label, x_name, y_name) | paper for label in panel.labels]
+    background = {} if panel.heat is None else {"bgcolor": tint(PAPER, 0.75), "borderpad": 1}
+    layout["annotations"] += [_label(label, x_name, y_name) | background for label in panel.labels]
 
 
 def _span(along: str, x_name: str, y_name: str, low: float | None, high: float | None) -> dict[str, Any]:
@@ -166,10 +166,10 @@ def _span(along: str, x_name: str, y_name: str, low: float | None, high: float |
 def _rule_label(rule: Rule, x_name: str, y_name: str) -> dict[str, Any]:
     look = {"text": rule.label, "showarrow": False, "font": {"size": 10.5, "color": rule.colour}}
     if rule.along == "x":
-        place = {"xref": x_name, "yref": f"{y_name} domain", "x": rule.at, "y": 1, "yanchor": "top", "xanchor": "left"}
-        return {**look, **place, "xshift": 2}
-    place = {"xref": f"{x_name} domain", "yref": y_name, "x": 1, "y": rule.at, "yanchor": "top", "xanchor": "right"}
-    return {**look, **place}
+        position = {"xref": x_name, "yref": f"{y_name} domain", "x": rule.at, "y": 1, "yanchor": "top", "xanchor": "left"}
+        return {**look, **position, "xshift": 2}
+    position = {"xref": f"{x_name} domain", "yref": y_name, "x": 1, "y": rule.at, "yanchor": "top", "xanchor": "right"}
+    return {**look, **position}
 
 
 def _label(label: Label, x_name: str, y_name: str) -> dict[str, Any]:

@@ -21,7 +21,7 @@ def loop_chart(fit: LoopFit) -> Chart:
     deflection, torque = fit.measured
     part = slice(None, None, max(1, deflection.size // _POINTS))
     loop = fit.drawn()
-    upright = scale(torque, "N m")
+    torque_scale = scale(torque, "N m")
     left = scale(fit.residuals, "N m")
     margin = 0.03 * float(np.ptp(deflection)) * _DEGREES
     reach = (float(deflection.min()) * _DEGREES - margin, float(deflection.max()) * _DEGREES + margin)
@@ -29,11 +29,11 @@ def loop_chart(fit: LoopFit) -> Chart:
     rules = tuple(Rule(corner * _DEGREES, "x") for corner in sorted(corners))
     x = deflection[part] * _DEGREES
     over = (
-        Line(x, torque[part] * upright.factor, "measured", MUTED, "points", 2.0, 0.5),
-        Line(loop.deflection * _DEGREES, loop.elastic * upright.factor, "without friction", CENTRE, width=1.0),
-        Line(loop.deflection * _DEGREES, loop.torque * upright.factor, "fitted law", ACCENT, width=1.6),
+        Line(x, torque[part] * torque_scale.factor, "measured", MUTED, "points", 2.0, 0.5),
+        Line(loop.deflection * _DEGREES, loop.elastic * torque_scale.factor, "without friction", CENTRE, width=1.0),
+        Line(loop.deflection * _DEGREES, loop.torque * torque_scale.factor, "fitted law", ACCENT, width=1.6),
     )
-    beside = (Line(x, fit.residuals[part] * left.factor, "measured less fitted", MUTED, "points", 2.0, 0.5),)
+    residuals = (Line(x, fit.residuals[part] * left.factor, "measured less fitted", MUTED, "points", 2.0, 0.5),)
     title = "deflection  [°]"
     return Chart(
         key="loop",
@@ -43,8 +43,8 @@ def loop_chart(fit: LoopFit) -> Chart:
             "less fitted torque. Dotted: ends of stages."
         ),
         panels=(
-            Panel(fit.name, upright.unit, title, over, rules=rules, x_range=reach),
-            Panel("measured less fitted", left.unit, title, beside, rules=rules, x_range=reach),
+            Panel(fit.name, torque_scale.unit, title, over, rules=rules, x_range=reach),
+            Panel("measured less fitted", left.unit, title, residuals, rules=rules, x_range=reach),
         ),
         panel_height=300,
         legend=(Key("measured", MUTED), Key("fitted law", ACCENT), Key("without friction", CENTRE)),

@@ -75,9 +75,9 @@ def regime_map(data: xr.Dataset) -> Chart | None:
     x, y = two_axes(data)
     panels = []
     for name, codes in _by_subject(values_of(data, output), subject_of(data, output), x, y):
-        found = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
+        regimes = np.nan_to_num(codes, nan=-1.0).astype(np.int64)
         frame = _frame(data, x, y, name)
-        panels.append(_with(frame, cells_of(found, legend), edge_between(found > 0, found >= 0)))
+        panels.append(_with(frame, cells_of(regimes, legend), edge_between(regimes > 0, regimes >= 0)))
     if not panels:
         return None
     caption = (
@@ -93,8 +93,8 @@ def probability_map(data: xr.Dataset) -> Chart | None:
     if not output or SAMPLE not in data.dims or len(axes_in(data)) < 2:
         return None
     x, y = two_axes(data)
-    found = rattle_probability(data, output)["probability"]
-    panels, legend = _shaded(data, found, subject_of(data, output), np.linspace(0.0, 1.0, 11), _RED)
+    probability = rattle_probability(data, output)["probability"]
+    panels, legend = _shaded(data, probability, subject_of(data, output), np.linspace(0.0, 1.0, 11), _RED)
     if not panels:
         return None
     caption = f"Share of samples in which a part rattles, {_over(data, x, y)}.{_others(data, x, y)}"
@@ -111,7 +111,7 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
     if SAMPLE in values.dims:
         values = values.median(SAMPLE)
     over = _MEDIAN if SAMPLE in data.dims else ""
-    found = []
+    charts = []
     for i, unit in enumerate(dict.fromkeys(units.values())):
         names = [name for name, one in units.items() if one == unit and _tells(_of(values, subject, name).values)]
         if names:
@@ -122,8 +122,8 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
             caption = f"{words}, {_over(data, x, y)}.{over}{_others(data, x, y)}"
             key = "map-" + "".join(c if c.isalnum() else "-" for c in output) + (f"-{i + 1}" if i else "")
             title = f"Map of the {output}" + (f", {unit}" if len(set(units.values())) > 1 else "")
-            found.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
-    return found
+            charts.append(_chart(key, title, caption + _left_out(units, names, unit), panels, legend))
+    return charts
 
 
 def _of(values: xr.DataArray, subject: str, name: str) -> xr.DataArray:
@@ -184,9 +184,9 @@ def _shaded(
     pairs = zip(bounds[:-1].tolist(), bounds[1:].tolist(), shades, strict=True)
     legend = (*(Key(f"{numeral(a, 3)}–{numeral(b, 3)}", shade) for a, b, shade in pairs), NOTHING)
     panels, axes = [], two_axes(data)
-    for name, found in _by_subject(values, subject, *axes):
-        codes = np.clip(np.searchsorted(bounds, found, "right") - 1, 0, len(bounds) - 2)
-        panels.append(_with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(found), codes, -1), legend), ()))
+    for name, subject_values in _by_subject(values, subject, *axes):
+        codes = np.clip(np.searchsorted(bounds, subject_values, "right") - 1, 0, len(bounds) - 2)
+        panels.append(_with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(subject_values), codes, -1), legend), ()))
     return panels, legend
 
 
@@ -195,10 +195,10 @@ def _by_subject(values: xr.DataArray, subject: str, x: str, y: str) -> list[tupl
     numbers = numbers_of(values)
     others = [name for name in numbers.dims if name not in (x, y, subject)]
     largest = numbers.max(others).transpose(*([subject] if subject else []), y, x)
-    each = largest.values if subject else largest.values[None, :, :]
+    arrays = largest.values if subject else largest.values[None, :, :]
     names = [str(name) for name in values[subject].values] if subject else [str(values.name or "")]
-    found = list(zip(names, each, strict=True))
-    return sorted(found, key=lambda pair: not _varies(pair[1]))
+    parts = list(zip(names, arrays, strict=True))
+    return sorted(parts, key=lambda pair: not _varies(pair[1]))
 
 
 def _frame(data: xr.Dataset, x: str, y: str, name: str) -> Panel:
@@ -216,21 +216,21 @@ def _with(frame: Panel, cells: tuple[Cells, ...], lines: tuple[Line, ...]) -> Pa
 
 def cells_of(codes: Codes, legend: tuple[Key, ...]) -> tuple[Cells, ...]:
     """Cells of every code (rows, columns), -1 the last of the legend; neighbours of a row joined."""
-    found = []
+    cells = []
     for code, key in zip([*range(len(legend) - 1), -1], legend, strict=True):
         edges = np.diff(np.pad((codes == code).astype(np.int8), ((0, 0), (1, 1))), axis=1)
         (row, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
         if row.size:
-            left, right, middle = (each.astype(np.float64) for each in (begin - 0.5, end - 0.5, row))
-            found.append(Cells(left, right, middle - 0.5, middle + 0.5, key.name, key.colour))
-    return tuple(found)
+            left, right, middle = (edges.astype(np.float64) for edges in (begin - 0.5, end - 0.5, row))
+            cells.append(Cells(left, right, middle - 0.5, middle + 0.5, key.name, key.colour))
+    return tuple(cells)
 
 
 def edge_between(rattles: NDArray[np.bool_], there: NDArray[np.bool_]) -> tuple[Line, ...]:
     """The line between cells that rattle and cells that do not, pieces parted by NaN; none if there are none."""
-    beside = (rattles[:, 1:] != rattles[:, :-1]) & there[:, 1:] & there[:, :-1]
+    neighbours = (rattles[:, 1:] != rattles[:, :-1]) & there[:, 1:] & there[:, :-1]
     above = (rattles[1:] != rattles[:-1]) & there[1:] & there[:-1]
-    pieces = [(j + 0.5, i - 0.5, j + 0.5, i + 0.5) for i, j in np.argwhere(beside).tolist()]
+    pieces = [(j + 0.5, i - 0.5, j + 0.5, i + 0.5) for i, j in np.argwhere(neighbours).tolist()]
     pieces += [(j - 0.5, i + 0.5, j + 0.5, i + 0.5) for i, j in np.argwhere(above).tolist()]
     x = np.array([v for x0, _, x1, _ in pieces for v in (x0, x1, np.nan)])
     y = np.array([v for _, y0, _, y1 in pieces for v in (y0, y1, np.nan)])

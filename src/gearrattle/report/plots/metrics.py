@@ -102,7 +102,7 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
 
 def _same(panel: Panel, other: Panel) -> bool:
     """Whether two panels hold the same values: without units kinds cannot be told by them."""
-    held = [[(line.name, line.y.tolist()) for line in each.lines] for each in (panel, other)]
+    held = [[(line.name, line.y.tolist()) for line in side.lines] for side in (panel, other)]
     return held[0] == held[1] and panel.x_ticks == other.x_ticks
 
 
@@ -110,13 +110,13 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
     """Draw the values of one kind as points, a group for every label; None where there are none."""
     mine = [row for row in rows if row.unit in (kind.unit, "1") and np.isfinite(row.value)]
     if kind.by_order:
-        found = {row.quantity for row in mine if row.quantity.startswith(kind.by_order)}
-        orders = sorted((float(quantity.removeprefix(kind.by_order)), quantity) for quantity in found)
+        by_order = {row.quantity for row in mine if row.quantity.startswith(kind.by_order)}
+        orders = sorted((float(quantity.removeprefix(kind.by_order)), quantity) for quantity in by_order)
         labels = [(quantity, f"{order:g}") for order, quantity in orders]
     else:
-        labels = [each for each in kind.labels if any(row.quantity == each[0] for row in mine)]
-    place = {quantity: float(i) for i, (quantity, _) in enumerate(labels)}
-    mine = [row for row in mine if row.quantity in place and (row.value > 0.0 or not kind.log)]
+        labels = [label for label in kind.labels if any(row.quantity == label[0] for row in mine)]
+    position = {quantity: float(i) for i, (quantity, _) in enumerate(labels)}
+    mine = [row for row in mine if row.quantity in position and (row.value > 0.0 or not kind.log)]
     if not mine:
         return None
     names = list(dict.fromkeys(row.subject for row in mine))
@@ -124,7 +124,7 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
     for i, name in enumerate(names):
         shift = _SPREAD * ((i + 0.5) / len(names) - 0.5)
         own = [row for row in mine if row.subject == name]
-        x, y = (np.array(values) for values in ([place[r.quantity] + shift for r in own], [r.value for r in own]))
+        x, y = (np.array(values) for values in ([position[r.quantity] + shift for r in own], [r.value for r in own]))
         lines.append(Line(x, y, name, colours[name], "points", 7.0))
     unit = {row.unit for row in mine} - {"1"}
     rules = (Rule(1.0, label=kind.threshold),) if kind.threshold else ()
@@ -132,7 +132,7 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
     return Panel(
         kind.title, next(iter(unit), "").replace("^2", "²"), "order" if kind.by_order else "", tuple(lines),
         rules=rules, x_range=(-0.5, len(labels) - 0.5), y_range=_range(values, log=kind.log), y_log=kind.log,
-        x_ticks=tuple((place[quantity], label) for quantity, label in labels),
+        x_ticks=tuple((position[quantity], label) for quantity, label in labels),
     )  # fmt: skip
 
 

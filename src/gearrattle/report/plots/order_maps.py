@@ -72,11 +72,11 @@ def map_panel(
         orders: of the excitation, drawn over it (``overlays``).
         natural: natural frequencies drawn over it [rad/s].
     """
-    upright = str(data.dims[1])
+    vertical = str(data.dims[1])
     places, x_title = _level_axis(data, si)
     rising = np.argsort(places, kind="stable")
     shown = levels(data.values, squared=data.name == "density")[rising]
-    places, height = places[rising], data[upright].values
+    places, height = places[rising], data[vertical].values
     x_edges = _edges(places, COLUMNS)
     bins = np.diff(height).min() if height.size > 1 else 1.0
     y_edges = np.linspace(max(0.0, height[0] - 0.5 * bins), height[-1] + 0.5 * bins, min(ROWS, height.size) + 1)
@@ -86,8 +86,8 @@ def map_panel(
     x_range, y_range = (float(x_edges[0]), float(x_edges[-1])), (float(y_edges[0]), float(y_edges[-1]))
     heat = Heat(x_range, y_range, cells, highest - SPAN, highest, unit)
     turning = Turning.along(x_range, si=si) if "speed" in x_title else _turning(data)
-    lines, labels = overlay(x_range, y_range, turning, by_order=upright == "order", orders=orders, natural=natural)
-    units = ("Hz" if si else "") if upright == "frequency" else "orders"
+    lines, labels = overlay(x_range, y_range, turning, by_order=vertical == "order", orders=orders, natural=natural)
+    units = ("Hz" if si else "") if vertical == "frequency" else "orders"
     return Panel(title, units, x_title, lines=lines, labels=labels, x_range=x_range, y_range=y_range, heat=heat)
 
 
@@ -152,8 +152,8 @@ def coherence_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
     for name, colour, width in (("low", MUTED, 0.7), ("high", MUTED, 0.7), ("coherence", ACCENT, 1.4)):
         y = data[name].values
         kept = thin(np.nan_to_num(y), _POINTS)
-        told = "coherence" if name == "coherence" else f"{words} limit"
-        lines.append(Line(frequency[kept], y[kept], told, colour, width=width))
+        label = "coherence" if name == "coherence" else f"{words} limit"
+        lines.append(Line(frequency[kept], y[kept], label, colour, width=width))
     chance = float(data.attrs["threshold"])
     lines.append(Line(frequency[[0, -1]], np.full(2, chance), f"chance stays below, {words}", "#d55e00", width=1.0))
     caption = (

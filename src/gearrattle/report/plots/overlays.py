@@ -68,14 +68,14 @@ def overlay(
             labels.append(Label(end, order, f"order {order:g}", INK))
         elif not by_order and turning is not None:
             y = order * turning.speed / (2.0 * np.pi)
-            found = _follow(turning.places, y, y_range, (f"order {order:g}", f"order {order:g}", PAPER))
-            lines, labels = [*lines, *found[0]], [*labels, *found[1]]
+            curve = _follow(turning.places, y, y_range, (f"order {order:g}", f"order {order:g}", PAPER))
+            lines, labels = [*lines, *curve[0]], [*labels, *curve[1]]
     for mode, frequency in enumerate(natural, start=1):
         words = f"natural frequency {mode}", f"f{mode}", SHADES[-1]
         if by_order and turning is not None and frequency > 0.0:
             with np.errstate(divide="ignore"):
-                found = _follow(turning.places, frequency / turning.speed, y_range, words)
-            lines, labels = [*lines, *found[0]], [*labels, *found[1]]
+                curve = _follow(turning.places, frequency / turning.speed, y_range, words)
+            lines, labels = [*lines, *curve[0]], [*labels, *curve[1]]
         elif not by_order and 0.0 < frequency / (2.0 * np.pi) < y_range[1]:
             y = np.full(2, frequency / (2.0 * np.pi))
             lines += _seen(np.array(x_range), y, words[0], words[2])
@@ -88,9 +88,9 @@ def lines_told(lines: Sequence[Line], *, by_order: bool) -> str:
     names = {line.name.split(" ")[0] for line in lines}
     orders = "ticks at the left" if by_order else "lines that follow the speed"
     natural = "falling lines" if by_order else "level lines"
-    told = [f"{orders}: orders of the excitation"] * ("order" in names)
-    told += [f"{natural}: natural frequencies with every clearance closed"] * ("natural" in names)
-    return f" {'; '.join(told).capitalize()}." if told else ""
+    parts = [f"{orders}: orders of the excitation"] * ("order" in names)
+    parts += [f"{natural}: natural frequencies with every clearance closed"] * ("natural" in names)
+    return f" {'; '.join(parts).capitalize()}." if parts else ""
 
 
 def _follow(
@@ -101,10 +101,10 @@ def _follow(
     if not inside.any():
         return (), ()
     name, label, colour = words
-    beside = inside.copy()  # one point beyond, so that the line reaches the edge, where it is cut
-    beside[1:] |= inside[:-1]
-    beside[:-1] |= inside[1:]
-    drawn = _seen(x, np.where(beside & np.isfinite(y), y, np.nan), name, colour)
+    shown = inside.copy()  # one point beyond, so that the line reaches the edge, where it is cut
+    shown[1:] |= inside[:-1]
+    shown[:-1] |= inside[1:]
+    drawn = _seen(x, np.where(shown & np.isfinite(y), y, np.nan), name, colour)
     held = np.flatnonzero(inside & (y <= 0.94 * y_range[1]))
     at = int(held[-1]) if held.size else int(np.flatnonzero(inside)[-1])
     return drawn, (Label(float(x[at]), float(y[at]), label, INK, "above"),)

@@ -54,9 +54,9 @@ colour vision (J. R. Nunez, C. R. Anderton, R. S. Renslow 2018, PLoS ONE 13, e01
 
 def shade(share: float) -> str:
     """Return the colour of a share from 0 to 1 of a map's range, straight between ``SHADES``."""
-    place = min(max(share, 0.0), 1.0) * (len(SHADES) - 1)
-    first = min(int(place), len(SHADES) - 2)
-    part = place - first
+    position = min(max(share, 0.0), 1.0) * (len(SHADES) - 1)
+    first = min(int(position), len(SHADES) - 2)
+    part = position - first
     pairs = ((int(SHADES[first][k : k + 2], 16), int(SHADES[first + 1][k : k + 2], 16)) for k in (1, 3, 5))
     return "#" + "".join(f"{round(a + part * (b - a)):02x}" for a, b in pairs)
 

@@ -37,11 +37,11 @@ def phase_plane(findings: Findings) -> Chart:
         unit = units(findings, k)
         delta, rate = trajectory.deflection[part, k], deflection_rate(findings, k)[part]
         across = scale(np.concatenate([delta, layout.corners[k]]), unit["deflection"])
-        upright = scale(rate, unit["rate"])
+        rate_scale = scale(rate, unit["rate"])
         bands, rules = shading(layout, k, across.factor)
         mark: Mark = "points" if coarse(trajectory) else "line"
         line = Line(
-            delta * across.factor, rate * upright.factor, name, INK, mark, 0.9 if mark == "line" else 4.0, opacity=0.75
+            delta * across.factor, rate * rate_scale.factor, name, INK, mark, 0.9 if mark == "line" else 4.0, opacity=0.75
         )
         title = f"deflection  [{across.unit}]" if across.unit else "deflection"
         sideways = tuple(Band(b.low, b.high, b.colour, "x", b.opacity) for b in bands)
@@ -49,7 +49,7 @@ def phase_plane(findings: Findings) -> Chart:
         panels.append(
             Panel(
                 name,
-                f"rate  [{upright.unit}]" if upright.unit else "rate",
+                f"rate  [{rate_scale.unit}]" if rate_scale.unit else "rate",
                 title,
                 (line,),
                 bands=sideways,

@@ -26,8 +26,8 @@ def raster(heat: Heat, x: Axis, y: Axis) -> str:
     """Return an image element that fills the map's place."""
     (left, right), (bottom, top) = x.at(np.array(heat.x_range)).tolist(), y.at(np.array(heat.y_range)).tolist()
     address = "data:image/png;base64," + b64encode(_png(heat)).decode("ascii")
-    place = f'x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}"'
-    return f'<image {place} preserveAspectRatio="none" image-rendering="pixelated" href="{address}"/>'
+    geometry = f'x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}"'
+    return f'<image {geometry} preserveAspectRatio="none" image-rendering="pixelated" href="{address}"/>'
 
 
 def _png(heat: Heat) -> bytes:
@@ -60,8 +60,8 @@ def largest_along(values: Array, places: Array, edges: Array) -> Array:
     """
     cell = np.clip(np.searchsorted(edges, places, side="right") - 1, 0, edges.size - 2)
     inside = (places >= edges[0]) & (places <= edges[-1])
-    found = np.full((edges.size - 1, values.shape[1]), -np.inf)
-    np.maximum.at(found, cell[inside], np.where(np.isnan(values), -np.inf, values)[inside])
+    largest = np.full((edges.size - 1, values.shape[1]), -np.inf)
+    np.maximum.at(largest, cell[inside], np.where(np.isnan(values), -np.inf, values)[inside])
     middle = 0.5 * (edges[1:] + edges[:-1])
     after = np.clip(np.searchsorted(places, middle), 1, max(places.size - 1, 1))
     before = after - 1
@@ -71,5 +71,5 @@ def largest_along(values: Array, places: Array, edges: Array) -> Array:
     gaps = np.diff(places) if places.size > 1 else np.full(1, edges[-1] - edges[0])
     reach = 0.5 * np.maximum(np.append(gaps, gaps[-1]), np.insert(gaps, 0, gaps[0]))[: places.size]
     near = empty & (np.abs(places[nearest] - middle) <= reach[nearest] * (1.0 + 1e-9))
-    found[near] = values[nearest[near]]
-    return np.where(np.isfinite(found), found, np.nan)
+    largest[near] = values[nearest[near]]
+    return np.where(np.isfinite(largest), largest, np.nan)

@@ -17,21 +17,21 @@ MOST = 12
 _HEIGHT = 150
 
 
-def run_up_charts(found: RunUp) -> list[Chart]:
+def run_up_charts(run_up: RunUp) -> list[Chart]:
     """Return a chart a channel, a panel an order, the largest first if there are more than a dozen."""
-    repeats = len(found.sources) > 1
+    repeats = len(run_up.sources) > 1
     legend = (Key("measured", INK), Key("simulated", DRIVE), *((Key("95 % limits", MUTED),) if repeats else ()))
     charts = []
-    for number, channel in enumerate(found.channels, start=1):
-        tracks = sorted(found.of(channel), key=lambda track: -max(track.levels))
+    for number, channel in enumerate(run_up.channels, start=1):
+        tracks = sorted(run_up.of(channel), key=lambda track: -max(track.levels))
         drawn = sorted(tracks[:MOST], key=lambda track: track.order)
         left = f" {len(tracks) - MOST} smaller orders are not drawn." if len(tracks) > MOST else ""
-        how = f"the mean of {len(found.sources)} run-ups" if repeats else "one run-up"
+        how = f"the mean of {len(run_up.sources)} run-ups" if repeats else "one run-up"
         caption = (
-            f"{channel}: amplitudes of orders over speed, fitted over blocks of {found.turns:g} "
-            f"{noun_of(found.turns, 'turn')}; measured: {how}."
+            f"{channel}: amplitudes of orders over speed, fitted over blocks of {run_up.turns:g} "
+            f"{noun_of(run_up.turns, 'turn')}; measured: {how}."
         )
-        panels = tuple(_panel(track, si=found.units == "SI") for track in drawn)
+        panels = tuple(_panel(track, si=run_up.units == "SI") for track in drawn)
         charts.append(
             Chart(f"orders_{number}", f"Orders of {channel}", caption + left, panels, columns=min(2, len(panels)),
                   panel_height=_HEIGHT, legend=legend)

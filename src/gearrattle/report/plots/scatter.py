@@ -46,11 +46,11 @@ def probability_bars(data: xr.Dataset) -> Chart | None:
     return bars_of_probability(rattle_probability(data, output)) if _alone(data) and output else None
 
 
-def bars_of_probability(found: xr.Dataset) -> Chart | None:
+def bars_of_probability(dataset: xr.Dataset) -> Chart | None:
     """Draw what ``rattle_probability`` found over samples alone; None without a part that can separate."""
-    output, subject = str(found.attrs["output"]), str(found.attrs["subject"])
-    share, low, high = (np.atleast_1d(found[name].values) for name in ("probability", "low", "high"))
-    names = [str(name) for name in found[subject].values] if subject else [output]
+    output, subject = str(dataset.attrs["output"]), str(dataset.attrs["subject"])
+    share, low, high = (np.atleast_1d(dataset[name].values) for name in ("probability", "low", "high"))
+    names = [str(name) for name in dataset[subject].values] if subject else [output]
     if not names:
         return None
     rows = np.arange(len(names), dtype=np.float64)[::-1]
@@ -102,17 +102,17 @@ def tornado(data: xr.Dataset) -> Chart | None:
     return tornado_chart(panels, len(scattered(data)))
 
 
-def tornado_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+def tornado_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw rank regression coefficients of one output, a panel a subject that varies.
 
     Args:
         found: from ``sensitivities``.
         measured: holds the values that scatter, with their words and units.
     """
-    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
+    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     panels = []
-    for part, coefficients in subjects_of(found["rank_regression"], subject):
-        one = found.sel({subject: part}) if subject else found
+    for part, coefficients in subjects_of(dataset["rank_regression"], subject):
+        one = dataset.sel({subject: part}) if subject else dataset
         if np.isfinite(coefficients.values).any():
             panels.append(_tornado(f"{part}: {output}" if part else output, one, measured))
     return panels
@@ -136,21 +136,21 @@ def tornado_chart(panels: list[Panel], values: int) -> Chart | None:
     )  # fmt: skip
 
 
-def _tornado(title: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
+def _tornado(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     """Bars of one output, the strongest on top, named on the left."""
-    coefficients = found["rank_regression"].values
+    coefficients = dataset["rank_regression"].values
     order = np.argsort(-np.abs(np.nan_to_num(coefficients)), kind="stable")[:_MOST_VALUES]
-    strengths, shares = np.nan_to_num(coefficients[order]), found["first_order"].values[order]
-    names = [measure_of(data, str(name)).words for name in found["value"].values[order]]
+    strengths, shares = np.nan_to_num(coefficients[order]), dataset["first_order"].values[order]
+    names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     cells = []
     for side, colour, name in ((strengths > 0.0, DRIVE, "grows"), (strengths < 0.0, COAST, "falls")):
         ends = np.minimum(strengths[side], 0.0), np.maximum(strengths[side], 0.0)
         cells.append(Cells(*ends, rows[side] - 0.32, rows[side] + 0.32, name, colour))
     labels = [Label(-1.0 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
-    told = (f"S {numeral(max(0.0, float(share)), 2)}" if np.isfinite(share) else "" for share in shares)
-    labels += [Label(1.06, row, word) for row, word in zip(rows.tolist(), told, strict=True)]
-    chance = float(found["chance_correlation"])
+    bar_labels = (f"S {numeral(max(0.0, float(share)), 2)}" if np.isfinite(share) else "" for share in shares)
+    labels += [Label(1.06, row, word) for row, word in zip(rows.tolist(), bar_labels, strict=True)]
+    chance = float(dataset["chance_correlation"])
     rules = [Rule(at, "x", CENTRE, dashed=at != 0.0) for at in (-chance, 0.0, chance)]
     return Panel(
         title, cells=tuple(cells), labels=tuple(labels), rules=tuple(rules), x_range=(-1.0 - _NAMES, 1.3),

@@ -62,9 +62,9 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
     across, (up, load) = [numeral(v, 4) for v in speeds], loads_of(data)
     panels = []
     for k, gear in enumerate(data["gear"].values.tolist()):
-        found = margin[:, :, k].T
-        codes = np.where(np.isnan(found), -1, np.searchsorted(bounds, found, "right"))
-        lines = edge_between(found > 0.0, np.isfinite(found) | np.isinf(found))
+        margins = margin[:, :, k].T
+        codes = np.where(np.isnan(margins), -1, np.searchsorted(bounds, margins, "right"))
+        lines = edge_between(margins > 0.0, np.isfinite(margins) | np.isinf(margins))
         panels.append(
             Panel(
                 str(gear), f"↑ {load}", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
@@ -131,5 +131,5 @@ def _dots(data: xr.Dataset, gear: int) -> tuple[Line, ...]:
     """A dot in every cell whose simulation rattles."""
     if "regime" not in data:
         return ()
-    speed, load = (each.astype(np.float64) for each in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0))
+    speed, load = (indices.astype(np.float64) for indices in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0))
     return (Line(speed, load, _DOTS.name, INK, "points", 5.0),)

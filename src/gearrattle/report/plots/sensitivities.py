@@ -36,14 +36,14 @@ def sobol_bars(data: xr.Dataset) -> Chart | None:
     return sobol_chart(panels, len(scattered(data)))
 
 
-def sobol_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw the indices of one output, a panel a subject that varies.
 
     Args:
         found: from ``sensitivities``.
         measured: holds the values that scatter, with their words and units.
     """
-    parts = [(title, one) for title, _, one in _by_subject(found) if np.isfinite(one["total_order"].values).any()]
+    parts = [(title, one) for title, _, one in _by_subject(dataset) if np.isfinite(one["total_order"].values).any()]
     return [_indices(title, one, measured) for title, one in parts]
 
 
@@ -65,11 +65,11 @@ def swing_bars(data: xr.Dataset) -> Chart | None:
     return swing_chart(panels, len(scattered(data)))
 
 
-def swing_panels(found: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
+def swing_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw what one output is at both ends of every value, a panel a subject that varies; arguments as above."""
     return [
         _swings(title, unit, one, measured)
-        for title, unit, one in _by_subject(found)
+        for title, unit, one in _by_subject(dataset)
         if np.nanmax(one["swing"].values, initial=0.0) > 0.0 and np.isfinite(float(one["base"]))
     ]
 
@@ -84,11 +84,11 @@ def swing_chart(panels: list[Panel], values: int) -> Chart | None:
     return _chart(("tornado", "One value at a time", caption), panels, values, legend)
 
 
-def _by_subject(found: xr.Dataset) -> list[tuple[str, str, xr.Dataset]]:
+def _by_subject(dataset: xr.Dataset) -> list[tuple[str, str, xr.Dataset]]:
     """Title, unit and sensitivities of every subject."""
-    subject, output = str(found.attrs["subject"]), str(found.attrs["output"])
-    names = [name for name, _ in subjects_of(found["output_unit"], subject)]
-    parts = [(f"{name}: {output}" if name else output, found.sel({subject: name}) if name else found) for name in names]
+    subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
+    names = [name for name, _ in subjects_of(dataset["output_unit"], subject)]
+    parts = [(f"{name}: {output}" if name else output, dataset.sel({subject: name}) if name else dataset) for name in names]
     return [(title, str(one["output_unit"].item()), one) for title, one in parts]
 
 
@@ -103,19 +103,19 @@ def _chart(words: tuple[str, str, str], panels: list[Panel], count: int, legend:
     return Chart(key, title, caption + more, shown, panel_height=height, share_x=False, legend=legend)
 
 
-def _indices(title: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
-    total = np.nan_to_num(found["total_order"].values)
+def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
+    total = np.nan_to_num(dataset["total_order"].values)
     order = np.argsort(-total, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
     cells, lines = [], []
     for name, colour, at in (("total_order", TOTAL, -0.17), ("first_order", FIRST, 0.17)):
-        share = np.nan_to_num(found[name].values[order])
-        half = np.nan_to_num(found[f"{name}_half_width"].values[order])
+        share = np.nan_to_num(dataset[name].values[order])
+        half = np.nan_to_num(dataset[f"{name}_half_width"].values[order])
         middle = rows + at
         cells.append(Cells(np.minimum(share, 0.0), np.maximum(share, 0.0), middle - 0.15, middle + 0.15, name, colour))
         low, high = np.maximum(share - half, -0.15), np.minimum(share + half, 1.15)
         lines.append(Line(*_pieces(low, high, middle), "95 % interval", INK, width=1.4))
-    names = [measure_of(data, str(name)).words for name in found["value"].values[order]]
+    names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     labels = [Label(-0.17 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     return Panel(
         title, cells=tuple(cells), lines=tuple(lines), labels=tuple(labels), rules=(Rule(0.0, "x", CENTRE),),
@@ -124,11 +124,11 @@ def _indices(title: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
     )  # fmt: skip
 
 
-def _swings(title: str, unit: str, found: xr.Dataset, data: xr.Dataset) -> Panel:
-    swing, base = np.nan_to_num(found["swing"].values), float(found["base"])
+def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
+    swing, base = np.nan_to_num(dataset["swing"].values), float(dataset["base"])
     order = np.argsort(-swing, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
-    ends = {name: np.where(np.isfinite(values := found[name].values[order]), values, base) for name in ("low", "high")}
+    ends = {name: np.where(np.isfinite(values := dataset[name].values[order]), values, base) for name in ("low", "high")}
     same_side = (ends["low"] - base) * (ends["high"] - base) > 0.0  # one over the other: each half as high
     cells = []
     for name, colour, side in (("low", COAST, 0.5), ("high", DRIVE, -0.5)):
@@ -139,12 +139,12 @@ def _swings(title: str, unit: str, found: xr.Dataset, data: xr.Dataset) -> Panel
     high = max(base, *(float(values.max()) for values in ends.values()))
     width = high - low
     begin = low - (_NAMES + 0.03) * width
-    given = [found[f"{name}_value"].values[order].tolist() for name in ("low", "high")]
-    measures = [measure_of(data, str(name)) for name in found["value"].values[order]]
-    told = [f"{numeral(a * m.factor, 3)} to {m.said(b, 3)}" for a, b, m in zip(*given, measures, strict=True)]
+    extremes = [dataset[f"{name}_value"].values[order].tolist() for name in ("low", "high")]
+    measures = [measure_of(data, str(name)) for name in dataset["value"].values[order]]
+    bar_labels = [f"{numeral(a * m.factor, 3)} to {m.said(b, 3)}" for a, b, m in zip(*extremes, measures, strict=True)]
     names = [measure.words for measure in measures]
     labels = [Label(begin, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
-    labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), told, strict=True)]
+    labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), bar_labels, strict=True)]
     steps = np.linspace(low, high, 5)
     return Panel(
         title, unit, cells=tuple(cells), labels=tuple(labels), rules=(Rule(base, "x", INK, dashed=False),),

@@ -110,10 +110,10 @@ def _band(band: Band, x: Axis, y: Axis) -> str:
     ends = (axis.low if band.low is None else band.low, axis.high if band.high is None else band.high)
     a, b = sorted(axis.at(np.array(ends)).tolist())
     width, height = abs(x.end - x.start), abs(y.end - y.start)
-    place = f'x="{a:.1f}" width="{b - a:.1f}" height="{height}"' if band.along == "x" else (
+    geometry = f'x="{a:.1f}" width="{b - a:.1f}" height="{height}"' if band.along == "x" else (
         f'y="{a:.1f}" height="{b - a:.1f}" width="{width:.1f}"'
     )  # fmt: skip
-    return f'<rect {place} fill="{band.colour}" fill-opacity="{band.opacity:g}"/>'
+    return f'<rect {geometry} fill="{band.colour}" fill-opacity="{band.opacity:g}"/>'
 
 
 def _rule(rule: Rule, x: Axis, y: Axis) -> str:
@@ -123,19 +123,19 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
     dash = ' stroke-dasharray="2 2"' if rule.dashed else ""
     drawn = f'<path d="{path}" stroke="{rule.colour}"{dash}/>'
     if rule.label:
-        place = f'x="{at + 3:.1f}" y="10"' if across else f'x="{x.end - 3:.1f}" y="{at + 11:.1f}" text-anchor="end"'
-        drawn += f'<text {place} font-size="10.5" fill="{rule.colour}">{escape(rule.label)}</text>'
+        geometry = f'x="{at + 3:.1f}" y="10"' if across else f'x="{x.end - 3:.1f}" y="{at + 11:.1f}" text-anchor="end"'
+        drawn += f'<text {geometry} font-size="10.5" fill="{rule.colour}">{escape(rule.label)}</text>'
     return drawn
 
 
 def _label(label: Label, x: Axis, y: Axis) -> str:
     left, base = float(x.at(np.array(label.x))), float(y.at(np.array(label.y)))
     above = label.side == "above"
-    place = f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"' if above else (
+    geometry = f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"' if above else (
         f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"'
     )  # fmt: skip
     halo = f'stroke="{PAPER}" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
-    return f'<text {place} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
+    return f'<text {geometry} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
 
 
 def _line(line: Line, x: Axis, y: Axis) -> str:

@@ -29,10 +29,10 @@ _NOUNS = {noun.__name__: noun for noun in (Band, Bars, Cells, Chart, Heat, Key, 
 def packed_charts(charts: Sequence[Chart]) -> bytes:
     """Return charts as an archive; the same charts give the same bytes."""
     arrays: list[Array] = []
-    told = {"format": format_name("charts"), "charts": [_told(chart, arrays) for chart in charts]}
-    words = np.frombuffer(json.dumps(told, ensure_ascii=False).encode("utf-8"), np.uint8)
+    description = {"format": format_name("charts"), "charts": [_told(chart, arrays) for chart in charts]}
+    words = np.frombuffer(json.dumps(description, ensure_ascii=False).encode("utf-8"), np.uint8)
     content = BytesIO()
-    entries: dict[str, Any] = {"charts": words, **{str(k): each for k, each in enumerate(arrays)}}
+    entries: dict[str, Any] = {"charts": words, **{str(k): array for k, array in enumerate(arrays)}}
     np.savez_compressed(content, **entries)
     return content.getvalue()
 
@@ -47,12 +47,12 @@ def read_charts(path: Path) -> list[Chart]:
     try:
         check_archive(path)
         with np.load(path, allow_pickle=False) as archive:
-            told = json.loads(archive["charts"].tobytes().decode("utf-8"))
+            content = json.loads(archive["charts"].tobytes().decode("utf-8"))
             arrays = {int(name): archive[name] for name in archive.files if name != "charts"}
-        name = told["format"]
+        name = content["format"]
         check_format(f"gearrattle charts {name}" if isinstance(name, int) else name, path, "charts")
-        made = [_made(each, arrays) for each in told["charts"]]
-        if not all(isinstance(each, Chart) for each in made):
+        made = [_made(packed, arrays) for packed in content["charts"]]
+        if not all(isinstance(chart, Chart) for chart in made):
             raise TypeError("not a chart")
         return made
     except Refused as error:
@@ -72,16 +72,16 @@ def _told(value: Any, arrays: list[Array]) -> Any:
         arrays.append(value)
         return {"array": len(arrays) - 1}
     if isinstance(value, tuple | list):
-        return [_told(each, arrays) for each in value]
+        return [_told(entry, arrays) for entry in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
 def _made(value: Any, arrays: dict[int, Array]) -> Any:
     """Return what was told."""
     if isinstance(value, list):
-        return tuple(_made(each, arrays) for each in value)
+        return tuple(_made(entry, arrays) for entry in value)
     if not isinstance(value, dict):
         return value
     if "array" in value:
         return arrays[value["array"]]
-    return _NOUNS[value["noun"]](**{name: _made(each, arrays) for name, each in value.items() if name != "noun"})
+    return _NOUNS[value["noun"]](**{name: _made(entry, arrays) for name, entry in value.items() if name != "noun"})

@@ -47,10 +47,10 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
     for name in names:
         by_unit: dict[str, list[Line]] = {}
         units = units_of(data, name)
-        for subject, each in subjects_of(numbers_of(values_of(data, name)), subject_of(data, name)):
+        for subject, subject_values in subjects_of(numbers_of(values_of(data, name)), subject_of(data, name)):
             key = legend.setdefault(subject or name, Key(subject or name, COLOURS[len(legend) % len(COLOURS)]))
             by_unit.setdefault(units[subject], []).extend(
-                Line(np.zeros(0), curve, key.name, key.colour, width=width) for curve, width in _curves(each, axis)
+                Line(np.zeros(0), curve, key.name, key.colour, width=width) for curve, width in _curves(subject_values, axis)
             )
         panels += [_panel(data, axis, (name, unit), lines) for unit, lines in by_unit.items()]
     over = " Thick: the median over the samples; thin: 5 and 95 %." if SAMPLE in data.dims else ""
@@ -67,17 +67,17 @@ def probability_sweep(data: xr.Dataset) -> Chart | None:
     if len(axes_in(data)) != 1 or SAMPLE not in data.dims or not output:
         return None
     (axis,) = axes_in(data)
-    found = rattle_probability(data, output)
+    probability = rattle_probability(data, output)
     subject = subject_of(data, output)
-    if subject and not found.sizes[subject]:
+    if subject and not probability.sizes[subject]:
         return None
     lines: list[Line] = []
     legend = []
-    for i, (name, _) in enumerate(subjects_of(found["probability"], subject)):
+    for i, (name, _) in enumerate(subjects_of(probability["probability"], subject)):
         key = Key(name or output, COLOURS[i % len(COLOURS)])
         legend.append(key)
         for quantity, width in (("probability", 2.0), ("low", 0.8), ("high", 0.8)):
-            curve = dict(subjects_of(found[quantity], subject))[name].values
+            curve = dict(subjects_of(probability[quantity], subject))[name].values
             lines.append(Line(np.zeros(0), curve, key.name, key.colour, width=width))
     panel = replace(_panel(data, axis, ("Share of samples that rattle", ""), lines), y_range=(-0.03, 1.03))
     over = words_of_axis(data, axis)
@@ -96,8 +96,8 @@ def _curves(values: xr.DataArray, axis: str) -> list[tuple[Array, float]]:
     """Curves over the axis, and how thick they are."""
     if SAMPLE not in values.dims:
         return [(np.asarray(values.values), 1.6)]
-    found = values.transpose(axis, SAMPLE).values
-    quantiles = [np.array([_quantile(row, share) for row in found]) for share in (0.5, 0.05, 0.95)]
+    samples = values.transpose(axis, SAMPLE).values
+    quantiles = [np.array([_quantile(row, share) for row in samples]) for share in (0.5, 0.05, 0.95)]
     return list(zip(quantiles, (2.0, 0.8, 0.8), strict=True))
 
 

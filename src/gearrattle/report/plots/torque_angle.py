@@ -41,20 +41,20 @@ def torque_angles(findings: Findings) -> Chart | None:
         loop = torque_angle(findings.model, name, float(delta.min()), float(delta.max()))
         si = findings.model.units == "SI"
         degrees, across = (180.0 / np.pi, "°") if si else (1.0, "")
-        upright = scale(loop.torque, "N m" if si else "")
+        torque_scale = scale(loop.torque, "N m" if si else "")
         lines = (
-            Line(loop.deflection * degrees, loop.elastic * upright.factor, "without friction", CENTRE, width=1.0),
+            Line(loop.deflection * degrees, loop.elastic * torque_scale.factor, "without friction", CENTRE, width=1.0),
             Line(
-                loop.deflection * degrees, loop.torque * upright.factor, "static loop", MUTED, width=3.0, opacity=0.55
+                loop.deflection * degrees, loop.torque * torque_scale.factor, "static loop", MUTED, width=3.0, opacity=0.55
             ),
-            Line(delta * degrees, torque * upright.factor, "this run", ACCENT, width=1.0, opacity=0.8),
+            Line(delta * degrees, torque * torque_scale.factor, "this run", ACCENT, width=1.0, opacity=0.8),
         )
         corners = layout.corners[layout.clearance.tolist().index(k)] * degrees if k in layout.clearance else np.zeros(0)
         rules = tuple(Rule(float(c), "x") for c in corners)
         margin = 0.06 * float(np.ptp(delta)) * degrees
         reach = (float(delta.min()) * degrees - margin, float(delta.max()) * degrees + margin)
         title = f"deflection  [{across}]" if across else "deflection"
-        panels.append(Panel(name, upright.unit, title, lines, rules=rules, x_range=reach))
+        panels.append(Panel(name, torque_scale.unit, title, lines, rules=rules, x_range=reach))
     if not panels:
         return None
     return Chart(

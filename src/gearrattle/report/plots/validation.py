@@ -21,16 +21,16 @@ MEASURED, SIMULATED = INK, DRIVE
 _BOTH = (Key("measured", MEASURED), Key("simulated", SIMULATED))
 
 
-def validation_charts(found: Validation) -> list[Chart]:
+def validation_charts(validation: Validation) -> list[Chart]:
     """Return every figure that has something to show, in reading order."""
-    made = [sigma_chart(found), budget_chart(found), _grid(found, _CYCLES, _cycle), _grid(found, _ORDERS, _orders)]
-    made += [_grid(found, _SPECTRA, _spectrum), _grid(found, _BANDS, _bands)]
+    made = [sigma_chart(validation), budget_chart(validation), _grid(validation, _CYCLES, _cycle), _grid(validation, _ORDERS, _orders)]
+    made += [_grid(validation, _SPECTRA, _spectrum), _grid(validation, _BANDS, _bands)]
     return [chart for chart in made if chart is not None]
 
 
-def sigma_chart(found: Validation) -> Chart:
+def sigma_chart(validation: Validation) -> Chart:
     """Draw sigma of every channel and level with its interval, before what the error budget allows."""
-    rows = [(f"{pair.name}, {level.measure}", level) for pair in found.pairs for level in pair.levels][::-1]
+    rows = [(f"{pair.name}, {level.measure}", level) for pair in validation.pairs for level in pair.levels][::-1]
     at = np.arange(len(rows), dtype=np.float64)
     sigma, low, high = (np.array([getattr(level, key) for _, level in rows]) for key in ("sigma", "low", "high"))
     expanded = np.nan_to_num(np.array([level.expanded for _, level in rows]))
@@ -56,11 +56,11 @@ def sigma_chart(found: Validation) -> Chart:
     return Chart("sigma", "Levels", caption, (panel,), panel_height=ROW * len(rows) + 14, legend=legend)
 
 
-def budget_chart(found: Validation) -> Chart | None:
+def budget_chart(validation: Validation) -> Chart | None:
     """Draw the budgets of the channels with the largest remainders: bars of each source, of sigma and what is left."""
-    chosen = [(pair, max(pair.levels, key=_remaining)) for pair in found.pairs]
+    chosen = [(pair, max(pair.levels, key=_remaining)) for pair in validation.pairs]
     chosen = [(pair, level) for pair, level in chosen if np.isfinite(level.sigma)]
-    chosen.sort(key=lambda each: -_remaining(each[1]))
+    chosen.sort(key=lambda entry: -_remaining(entry[1]))
     if not chosen:
         return None
     panels = tuple(_budget(pair, level) for pair, level in chosen[: MOST // 2])
@@ -77,10 +77,10 @@ def budget_chart(found: Validation) -> Chart | None:
 
 
 def _budget(pair: Pair, level: Level) -> Panel:
-    told = [(each.source, each.value, MUTED) for each in level.budget]
-    told += [("expanded, 95 %", level.expanded, CENTRE), ("sigma", abs(level.sigma), DRIVE)]
-    told.append(("remainder", abs(level.remainder), COAST))
-    rows = [(f"{name}: {_value(value)}", value, colour) for name, value, colour in told][::-1]
+    bars = [(term.source, term.value, MUTED) for term in level.budget]
+    bars += [("expanded, 95 %", level.expanded, CENTRE), ("sigma", abs(level.sigma), DRIVE)]
+    bars.append(("remainder", abs(level.remainder), COAST))
+    rows = [(f"{name}: {_value(value)}", value, colour) for name, value, colour in bars][::-1]
     at = np.arange(len(rows), dtype=np.float64)
     values = np.nan_to_num([value for _, value, _ in rows])
     cells = tuple(
@@ -125,15 +125,15 @@ _BANDS = (
 )  # fmt: skip
 
 
-def _grid(found: Validation, words: tuple[str, str, str], draw: Callable[[Validation, Pair], Panel]) -> Chart | None:
-    panels = tuple(draw(found, pair) for pair in found.pairs[:MOST])
+def _grid(validation: Validation, words: tuple[str, str, str], draw: Callable[[Validation, Pair], Panel]) -> Chart | None:
+    panels = tuple(draw(validation, pair) for pair in validation.pairs[:MOST])
     panels = tuple(panel for panel in panels if panel.lines)
     if not panels:
         return None
     key, title, caption = words
     legend = (Key("within limits", DRIVE), Key("outside", COAST)) if key == "bands" else _BOTH
     return Chart(
-        key, title, caption + _left(len(found.pairs), min(len(found.pairs), MOST)), panels,
+        key, title, caption + _left(len(validation.pairs), min(len(validation.pairs), MOST)), panels,
         columns=min(2, len(panels)), panel_height=170, share_x=False, legend=legend,
     )  # fmt: skip
 
@@ -163,15 +163,15 @@ def _cycle(_found: Validation, pair: Pair) -> Panel:
 def _orders(_found: Validation, pair: Pair) -> Panel:
     if not pair.orders:
         return Panel(pair.name)
-    order = np.array([each.order for each in pair.orders])
-    largest = max(max(each.measured, each.simulated) for each in pair.orders)
+    order = np.array([validation.order for validation in pair.orders])
+    largest = max(max(validation.measured, validation.simulated) for validation in pair.orders)
     factor, unit = prefixed(largest, pair.unit)
     away = 0.012 * max(float(order[-1]), 1.0)
     floor = 1e-4 * largest
     lines = []
     for name, colour, side in (("measured", MEASURED, 0.0), ("simulated", SIMULATED, 1.0)):
-        size = np.array([getattr(each, name) for each in pair.orders])
-        far = 1.96 * np.array([getattr(each, f"{name}_error") for each in pair.orders])
+        size = np.array([getattr(validation, name) for validation in pair.orders])
+        far = 1.96 * np.array([getattr(validation, f"{name}_error") for validation in pair.orders])
         at = order + side * away
         low, high = (factor * np.maximum(size + s * far, floor) for s in (-1.0, 1.0))
         lines.append(_upright(low, high, at, colour))
@@ -184,9 +184,9 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
     )  # fmt: skip
 
 
-def _spectrum(found: Validation, pair: Pair) -> Panel:
+def _spectrum(validation: Validation, pair: Pair) -> Panel:
     c = pair.curves
-    shown = (c.frequency > 0.0) & (c.frequency <= found.band[1])
+    shown = (c.frequency > 0.0) & (c.frequency <= validation.band[1])
     lines, largest = [], 0.0
     for density, name, colour in (
         (c.measured_density, "measured", MEASURED),
@@ -201,12 +201,12 @@ def _spectrum(found: Validation, pair: Pair) -> Panel:
     unit = f"({pair.unit})²/Hz" if pair.unit != "1" else "1/Hz"
     return Panel(
         pair.name, unit, "frequency, Hz", tuple(lines), x_log=True, y_log=True,
-        x_range=(float(c.frequency[shown][0]), found.band[1]),
+        x_range=(float(c.frequency[shown][0]), validation.band[1]),
         y_range=(float(ends[0]), float(max(ends[1], 10.0 * ends[0]))),
     )  # fmt: skip
 
 
-def _bands(found: Validation, pair: Pair) -> Panel:
+def _bands(validation: Validation, pair: Pair) -> Panel:
     lines = []
     for colour, chance in ((DRIVE, True), (COAST, False)):
         rows = [band for band in pair.bands if band.by_chance == chance]
@@ -222,7 +222,7 @@ def _bands(found: Validation, pair: Pair) -> Panel:
     most = 1.1 * float(np.max(np.abs(np.concatenate([line.y[np.isfinite(line.y)] for line in lines]))))
     return Panel(
         pair.name, "dB", "frequency, Hz", tuple(lines), rules=(Rule(0.0, "y", CENTRE, dashed=False),), x_log=True,
-        x_range=(0.8 * pair.bands[0].low, 1.1 * found.band[1]), y_range=(-most, most),
+        x_range=(0.8 * pair.bands[0].low, 1.1 * validation.band[1]), y_range=(-most, most),
     )  # fmt: skip
 
 

@@ -69,12 +69,12 @@ class Sound(Result):
     def levels(self) -> dict[str, float]:
         """Sound pressure level of each design over its whole length [dB re 20 uPa]; -inf for silence."""
         with np.errstate(divide="ignore"):
-            means = [np.mean(each**2) for each in self.pressure]
+            means = [np.mean(signal**2) for signal in self.pressure]
             return {name: float(10.0 * np.log10(m / _REFERENCE**2)) for name, m in zip(self.names, means, strict=True)}
 
     def quality(self) -> dict[str, Quality]:
         """Loudness, sharpness and roughness of each design; needs the extra ``sound``."""
-        return {name: quality(each, self.rate) for name, each in zip(self.names, self.pressure, strict=True)}
+        return {name: quality(signal, self.rate) for name, signal in zip(self.names, self.pressure, strict=True)}
 
     def wav(self, name: str, bits: int = 32) -> bytes:
         """The WAV file of a design at the common gain; 24 bits (integers), 32 or 64 (floating point)."""
@@ -138,10 +138,10 @@ def listen(
     if path is None:
         notes.append("the path is assumed: compare designs by it, take no level from it")
     pressure = []
-    for name, each in named.items():
-        made = _heard(each, way) if isinstance(each, Recording) else _impacts(name, each, way, elements)
+    for name, source in named.items():
+        made = _heard(source, way) if isinstance(source, Recording) else _impacts(name, source, way, elements)
         pressure.append(made)
-    peak = max(float(np.abs(each).max(initial=0.0)) for each in pressure)
+    peak = max(float(np.abs(signal).max(initial=0.0)) for signal in pressure)
     common = gain if gain is not None else (_HEADROOM / peak if peak > 0.0 else 1.0)
     return Sound(tuple(named), tuple(pressure), rate, float(common), way, tuple(notes))
 
@@ -150,14 +150,14 @@ def _named(runs: Any) -> dict[str, Run | Recording]:
     if isinstance(runs, Run | Recording):
         runs = [runs]
     if not isinstance(runs, Mapping):
-        runs = {chr(ord("A") + i) if i < 26 else f"design-{i}": each for i, each in enumerate(runs)}
-    if not runs or not all(isinstance(each, Run | Recording) for each in runs.values()):
+        runs = {chr(ord("A") + i) if i < 26 else f"design-{i}": run for i, run in enumerate(runs)}
+    if not runs or not all(isinstance(run, Run | Recording) for run in runs.values()):
         raise ModelError(Problem("runs", type(runs).__name__, "must be runs or recordings, at least one"))
     wrong = [str(name) for name in runs if not str(name).replace("_", "").replace("-", "").replace(".", "").isalnum()]
     if wrong:
         rule = "a design's name becomes a file's: letters, digits, _, - and . only"
         raise ModelError(Problem("runs", repr(wrong[0]), rule))
-    return {str(name): each for name, each in runs.items()}
+    return {str(name): run for name, run in runs.items()}
 
 
 def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str]:
@@ -177,11 +177,11 @@ def audible(name: str, model: Model, elements: Sequence[str] | None) -> list[str
         )
     known = assemble(model).layout.clearance_names
     meshes = {element.name for element in model.elements if element.along_line}
-    chosen = [each for each in known if each in meshes] if elements is None else list(elements)
-    for each in chosen:
-        if each not in known:
+    chosen = [name for name in known if name in meshes] if elements is None else list(elements)
+    for clearance in chosen:
+        if clearance not in known:
             rule = f"there is no clearance of this name; there are {listed(known)}"
-            raise ModelError(Problem(f"{name}: elements", each, rule, did_you_mean(each, known)))
+            raise ModelError(Problem(f"{name}: elements", clearance, rule, did_you_mean(clearance, known)))
     if not chosen:
         rule = "no gear mesh has backlash: nothing of this run can be heard"
         remedy = f"name elements among {listed(known)}" if known else "give an element backlash or a clearance"
@@ -196,15 +196,15 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     chosen = audible(name, run.model, elements)
     window = steady(motion)
     impacts = find_impacts(motion).within(window)
-    heard = np.isin(impacts.clearance, [known.index(each) for each in chosen])
-    if not np.isfinite(impacts.exchanged[heard]).all():
+    selected = np.isin(impacts.clearance, [known.index(name) for name in chosen])
+    if not np.isfinite(impacts.exchanged[selected]).all():
         rule = "no body at one of these is free to move, so its impacts exchange no momentum"
         raise ModelError(Problem(f"{name}: elements", listed(chosen), rule, "name other elements"))
     seconds = window.end - window.start
     if seconds > LONGEST:
         raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {LONGEST:g} s", "cut it"))
     samples = int(np.ceil(seconds * way.rate)) + 1
-    return _through(impulse_train(impacts.time[heard] - window.start, impacts.exchanged[heard], way.rate, samples), way)
+    return _through(impulse_train(impacts.time[selected] - window.start, impacts.exchanged[selected], way.rate, samples), way)
 
 
 def _heard(recording: Recording, way: SoundPath) -> Array:

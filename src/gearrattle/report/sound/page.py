@@ -53,7 +53,7 @@ class SoundPage(Presentation[Sound]):
 
     def answer(self) -> tuple[Table, ...]:
         head = ("design", *(f"{key} [{_UNITS[key]}]" for key in next(iter(self.designs.values()))))
-        rows = tuple((name, *(f"{value:.4g}" for value in each.values())) for name, each in self.designs.items())
+        rows = tuple((name, *(f"{value:.4g}" for value in design.values())) for name, design in self.designs.items())
         return (Table(head, rows),)
 
     def figures(self) -> list[Chart]:

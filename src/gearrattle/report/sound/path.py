@@ -67,7 +67,7 @@ class SoundPath:
     source: str
 
 
-def sound_path(given: Any, rate: float, scale: float = 1.0) -> SoundPath:
+def sound_path(source: Any, rate: float, scale: float = 1.0) -> SoundPath:
     """Make a path.
 
     Args:
@@ -79,15 +79,15 @@ def sound_path(given: Any, rate: float, scale: float = 1.0) -> SoundPath:
     Raises:
         ModelError: a mode out of range, a file that cannot be read.
     """
-    if given is None:
+    if source is None:
         return modal_path(CASING, rate, "assumed casing of six modes")
-    if isinstance(given, str | os.PathLike):
-        return _measured(Path(given), rate, scale)
+    if isinstance(source, str | os.PathLike):
+        return _measured(Path(source), rate, scale)
     try:
-        rows = [(float(f), float(z), float(g)) for f, z, g in given]
+        rows = [(float(f), float(z), float(g)) for f, z, g in source]
     except (TypeError, ValueError):
         rule = "must be rows of frequency [Hz], damping ratio and gain [Pa/(N s)], or the path of a WAV or CSV file"
-        raise ModelError(Problem("path", repr(given)[:60], rule, "such as [(1200, 0.02, 1.0)]")) from None
+        raise ModelError(Problem("path", repr(source)[:60], rule, "such as [(1200, 0.02, 1.0)]")) from None
     return modal_path(rows, rate, f"{counted(len(rows), 'mode')} given")
 
 
@@ -96,9 +96,9 @@ def modal_path(modes: Sequence[tuple[float, float, float]], rate: float, source:
     for i, (frequency, damping, gain) in enumerate(modes):
         fine = 0.0 < frequency < 0.5 * rate and 0.0 < damping < 1.0 and math.isfinite(gain)
         if not fine:
-            found = f"{frequency:g} Hz, damping {damping:g}, gain {gain:g}"
+            value = f"{frequency:g} Hz, damping {damping:g}, gain {gain:g}"
             rule = f"a mode must lie between 0 and {0.5 * rate:g} Hz, its damping ratio between 0 and 1"
-            raise ModelError(Problem(f"path.{i}", found, rule))
+            raise ModelError(Problem(f"path.{i}", value, rule))
     if not modes:
         raise ModelError(Problem("path", "no modes", "must have at least one mode"))
     slowest = min(2.0 * math.pi * f * z for f, z, _ in modes)
@@ -130,7 +130,7 @@ def _measured(path: Path, rate: float, scale: float) -> SoundPath:
     try:
         columns = read_columns(path, {"time": units.TIME, "response": RESPONSE}, False)
     except RecordError as error:
-        raise ModelError(Problem(error.place, error.found, error.rule, error.remedy)) from None
+        raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
     time, values = columns.values["time"], columns.values["response"]
     step = float(time[-1] - time[0]) / max(1, time.size - 1)
     if time.size < 2 or step <= 0.0 or np.abs(np.diff(time) - step).max() > 1e-3 * step:

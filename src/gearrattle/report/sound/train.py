@@ -42,9 +42,9 @@ def impulse_train(time: Array, impulse: Array, rate: float, samples: int) -> Arr
     padded = np.zeros(samples + 2 * HALF + 1)
     offsets = np.arange(-HALF + 1, HALF + 1)
     for first in range(0, time.size, _BATCH):
-        place = np.asarray(time[first : first + _BATCH], dtype=np.float64) * rate
-        whole = np.floor(place).astype(np.int64)
-        away = offsets - (place - whole)[:, None]
+        position = np.asarray(time[first : first + _BATCH], dtype=np.float64) * rate
+        whole = np.floor(position).astype(np.int64)
+        away = offsets - (position - whole)[:, None]
         rows = whole[:, None] + offsets + HALF
         values = impulse[first : first + _BATCH, None] * rate * _kernel(away)
         inside = (rows >= 0) & (rows < padded.size)

@@ -42,22 +42,22 @@ def summary_of(data: xr.Dataset) -> str:
         for n in range(1, min(count, _MOST_SAID) + 1)
     ]
     more = f", and {count - _MOST_SAID} more" if count > _MOST_SAID else ""
-    told = [f"{counted(count, 'periodic motion')}: {joined(shares)} of the initial states{more}."] if count else []
+    sentences = [f"{counted(count, 'periodic motion')}: {joined(shares)} of the initial states{more}."] if count else []
     if np.any(data["family"].values):
-        told.append("A family is a continuum of motions, as of a body that floats anywhere within its gap.")
+        sentences.append("A family is a continuum of motions, as of a body that floats anywhere within its gap.")
     quiet = quiet_share(data)
     interval = ""
     if np.isfinite(quiet["low"]):
         interval = f" (95 % interval {_percent(quiet['low'])} to {_percent(quiet['high'])})"
-    told.append(f"The quiet state is reached from {_percent(quiet['share'])} of them{interval}.")
+    sentences.append(f"The quiet state is reached from {_percent(quiet['share'])} of them{interval}.")
     for code, words in ((CHAOS, "lead to chaos"), (UNSETTLED, "had not settled and are counted to no motion")):
         share = int(np.count_nonzero(data["basin"].values == code)) / max(1.0, quiet["among"])
         if share > 0.0:
-            told.append(f"{_percent(share)} {words}.")
+            sentences.append(f"{_percent(share)} {words}.")
     failed = int(np.count_nonzero(data["basin"].values == NOTHING))
     if failed:
-        told.append(f"{failed} of {counted(data['basin'].size, 'case')} failed; they are counted nowhere.")
-    return " ".join([*told, _apart(data)])
+        sentences.append(f"{failed} of {counted(data['basin'].size, 'case')} failed; they are counted nowhere.")
+    return " ".join([*sentences, _apart(data)])
 
 
 def _apart(data: xr.Dataset) -> str:
@@ -66,13 +66,13 @@ def _apart(data: xr.Dataset) -> str:
     if data.sizes[ATTRACTOR] < 2 or between >= FAR:
         return ""
     within = float(data.attrs["within"])
-    told = (
+    sentence = (
         f"Orbits of one motion differ by {numeral(within, 2)} of half the clearance at most, those of two by "
         f"{numeral(between, 2)} at least; {numeral(same, 2)} parts them."
     )
     if between < _ROOM * same or within > same / _ROOM:
-        told += " That leaves little room: another threshold may find other motions."
-    return told
+        sentence += " That leaves little room: another threshold may find other motions."
+    return sentence
 
 
 def _percent(share: float) -> str:
@@ -126,7 +126,7 @@ def attractor_table(data: xr.Dataset) -> Table:
 
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
-    found = [
+    all_sections = [
         Section(
             "attractors",
             "Attractors",
@@ -135,7 +135,7 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
         ),
         Section("failures", "Cases that failed", tables=(failure_table(data, messages),)),
     ]
-    return [section for section in found if any(table.rows for table in section.tables)]
+    return [section for section in all_sections if any(table.rows for table in section.tables)]
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:

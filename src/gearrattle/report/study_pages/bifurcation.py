@@ -33,10 +33,10 @@ _MOST_CHARTS, _MOST_SAID, _MOST_ROWS = 4, 5, 60
 
 def charts(data: xr.Dataset) -> list[Chart]:
     """Return a diagram for every combination of further axes, the first few."""
-    found = []
+    diagrams = []
     for i, (held, one) in enumerate(itertools.islice(_combinations(data), _MOST_CHARTS)):
-        found.append(diagram(one, "bifurcation" + (f"-{i + 1}" if held else ""), held))
-    return found
+        diagrams.append(diagram(one, "bifurcation" + (f"-{i + 1}" if held else ""), held))
+    return diagrams
 
 
 def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
@@ -53,26 +53,26 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 def summary_of(data: xr.Dataset) -> str:
     """What comes with the swept value, and where two motions coexist."""
-    told, shown = [], _swept_measure(data)
+    sentences, shown = [], _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
-        found = stretches(one)
-        parts = [f"{each.words} {_span(each.low, each.high, shown)}" for each in found[:_MOST_SAID]]
-        left = len(found) - _MOST_SAID
+        sweep_stretches = stretches(one)
+        parts = [f"{stretch.words} {_span(stretch.low, stretch.high, shown)}" for stretch in sweep_stretches[:_MOST_SAID]]
+        left = len(sweep_stretches) - _MOST_SAID
         more = f", and {counted(left, 'more stretch', 'more stretches')}" if left > 0 else ""
-        told.append(f"Going {name}: {'; '.join(parts)}{more}.")
+        sentences.append(f"Going {name}: {'; '.join(parts)}{more}.")
     if "motions" in data:
         first = data.isel(dict.fromkeys((str(name) for name in data["motions"].dims[:-1]), 0))
         apart = _runs(first)
         where = joined([_span(low, high, shown) for low, high in apart[:_MOST_SAID]])
-        told.append(
+        sentences.append(
             f"Two motions coexist {where}."
             if apart
             else "Both directions end in the same motion wherever that is decided."
         )
     missing = data["outcome"].size - int((data["outcome"] == DONE).sum())
     if missing:
-        told.append(f"{missing} of {counted(data['outcome'].size, 'case')} failed.")
-    return " ".join(told)
+        sentences.append(f"{missing} of {counted(data['outcome'].size, 'case')} failed.")
+    return " ".join(sentences)
 
 
 def _swept_measure(data: xr.Dataset) -> Measure:
@@ -99,11 +99,11 @@ def _runs(data: xr.Dataset) -> list[tuple[float, float]]:
 def setting_of(data: xr.Dataset) -> str:
     """What was swept and how the motion was looked at."""
     axis, others = swept(data), [measure_of(data, str(name)).words for name in data["outcome"].dims[1:-1]]
-    beside = f" for every combination of {joined(others)}" if others else ""
+    combination = f" for every combination of {joined(others)}" if others else ""
     tolerance = numeral(float(data.attrs["tolerance"]), 2)
     ways = joined([str(way) for way in data["direction"].values])
     return (
-        f"Swept: {_swept_measure(data).words} ({counted(data.sizes[axis], 'value')}, {ways}){beside}. "
+        f"Swept: {_swept_measure(data).words} ({counted(data.sizes[axis], 'value')}, {ways}){combination}. "
         f"Seen at {float(data.attrs['phase']):g} of every period; points within {tolerance} of "
         f"the clearance are the same; periods up to {int(data.attrs['largest_period'])} T are looked for."
     )
@@ -123,17 +123,17 @@ def stretch_table(data: xr.Dataset) -> Table:
     """Stretches of one kind of motion, a row each."""
     rows, shown = [], _swept_measure(data).factor
     for name, one in sweeps_of(data):
-        for each in stretches(one):
-            period = f"{each.period}" if each.period else ""
+        for stretch in stretches(one):
+            period = f"{stretch.period}" if stretch.period else ""
             rows.append(
                 (
                     name,
-                    _number(each.low * shown),
-                    _number(each.high * shown),
-                    f"{each.count}",
-                    each.motion,
+                    _number(stretch.low * shown),
+                    _number(stretch.high * shown),
+                    f"{stretch.count}",
+                    stretch.motion,
                     period,
-                    each.verdict,
+                    stretch.verdict,
                 )
             )
     left = len(rows) - _MOST_ROWS
@@ -162,7 +162,7 @@ def _number(value: float) -> str:
 
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
-    found = [
+    all_sections = [
         Section(
             "stretches",
             "Stretches",
@@ -182,7 +182,7 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
             tables=(failure_table(data, messages),),
         ),
     ]
-    return [section for section in found if any(table.rows for table in section.tables)]
+    return [section for section in all_sections if any(table.rows for table in section.tables)]
 
 
 def answer(data: xr.Dataset) -> tuple[Table, ...]:
@@ -193,10 +193,10 @@ def answer(data: xr.Dataset) -> tuple[Table, ...]:
 def content(data: xr.Dataset) -> dict[str, Any]:
     """The same for machines."""
     names = ("from", "to", "motion", "period", "verdict", "values")
-    told = [
-        {"sweep": name, **dict(zip(names, map(json_value, _stretch(each)), strict=True))}
+    stretch_rows = [
+        {"sweep": name, **dict(zip(names, map(json_value, _stretch(stretch)), strict=True))}
         for name, one in sweeps_of(data)
-        for each in stretches(one)
+        for stretch in stretches(one)
     ]
     coexist = [
         {"held": held, "from": low, "to": high}
@@ -205,12 +205,12 @@ def content(data: xr.Dataset) -> dict[str, Any]:
     ]
     path = paths_of(data, swept(data))[0]
     unit = str(data[path].attrs.get("units", ""))
-    return {"swept": path, "unit": unit, "stretches": told, "coexistence": coexist}
+    return {"swept": path, "unit": unit, "stretches": stretch_rows, "coexistence": coexist}
 
 
-def _stretch(found: Stretch) -> tuple[float, float, str, int | float, str, int]:
+def _stretch(stretch: Stretch) -> tuple[float, float, str, int | float, str, int]:
     """A stretch as values; no period is NaN."""
-    return found.low, found.high, found.motion, found.period or float("nan"), found.verdict, found.count
+    return stretch.low, stretch.high, stretch.motion, stretch.period or float("nan"), stretch.verdict, stretch.count
 
 
 PAGE = StudyPage(

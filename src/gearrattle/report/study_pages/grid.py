@@ -78,72 +78,72 @@ def summary_of(data: xr.Dataset) -> str:
     output = chosen_codes(data)
     cases, done = data["outcome"].size, int((data["outcome"] == DONE).sum())
     missing = int((data["outcome"] == MISSING).sum())
-    told = []
+    sentences = []
     if done < cases:
         failed = cases - done - missing
         kinds = [f"{failed} failed"] * bool(failed) + [f"{missing} are not computed yet"] * bool(missing)
-        told.append(f"Of {counted(cases, 'case')} {' and '.join(kinds)}; they are counted nowhere.")
-    told += lacking_said(data, "case")
+        sentences.append(f"Of {counted(cases, 'case')} {' and '.join(kinds)}; they are counted nowhere.")
+    sentences += lacking_said(data, "case")
     if not output:
-        return " ".join([f"{counted(int(done), 'case')} {'was' if done == 1 else 'were'} computed.", *told])
+        return " ".join([f"{counted(int(done), 'case')} {'was' if done == 1 else 'were'} computed.", *sentences])
     if has_probabilities(data) and not axes_in(data):
-        return " ".join([*_probable(data, output), *told])
-    return " ".join([*_counted(data, output), *told])
+        return " ".join([*_probable(data, output), *sentences])
+    return " ".join([*_counted(data, output), *sentences])
 
 
 def _counted(data: xr.Dataset, output: str) -> list[str]:
     """In how many cases each part does what."""
-    told = []
+    sentences = []
     counts = code_counts(data, output)
     for name, by_word in list(counts.items())[:_MOST_NAMED]:
         there = {word: count for word, count in by_word.items() if count}
         who = name if subject_of(data, output) else "The driveline"
         total = sum(there.values())
         if len(there) == 1:
-            told.append(f"{who} is {next(iter(there))} in all {counted(total, 'case')}.")
+            sentences.append(f"{who} is {next(iter(there))} in all {counted(total, 'case')}.")
         elif there:
-            told.append(
+            sentences.append(
                 f"{who} is {joined([f'{word} in {count}' for word, count in there.items()])} of "
                 f"{counted(total, 'case')}."
             )
-    return [*told, *_more(len(counts))]
+    return [*sentences, *_more(len(counts))]
 
 
 def _probable(data: xr.Dataset, output: str) -> list[str]:
     """How likely each part rattles, and what decides it."""
-    found, subject = rattle_probability(data, output), subject_of(data, output)
+    probability, subject = rattle_probability(data, output), subject_of(data, output)
     follows = sensitivities(data, output) if scattered(data) else None
-    told = []
-    names = [str(name) for name in found[subject].values] if subject else [""]
+    sentences = []
+    names = [str(name) for name in probability[subject].values] if subject else [""]
     if not names:
         return ["No part has a gap: nothing can rattle."]
     for name in names[:_MOST_NAMED]:
-        one = found.sel({subject: name}) if subject else found
+        one = probability.sel({subject: name}) if subject else probability
         p, low, high = (100.0 * float(one[key]) for key in ("probability", "low", "high"))
         if not np.isfinite(p):
             continue
         who = name or "The driveline"
         sentence = f"{who} rattles in {p:.0f} % of samples (95 % interval {low:.0f} to {high:.0f} %)"
-        told.append(
+        sentences.append(
             sentence + _decided(data, follows.sel({subject: name}) if subject and follows is not None else follows)
         )
-    return [*told, *_more(len(names))]
+    return [*sentences, *_more(len(names))]
 
 
-def _decided(data: xr.Dataset, found: xr.Dataset | None) -> str:
+def _decided(data: xr.Dataset, dataset: xr.Dataset | None) -> str:
     """The value the regime follows most, if it does so beyond chance."""
-    if found is not None and "total_order" in found and np.isfinite(found["total_order"].values).any():
-        most = int(np.nanargmax(found["total_order"].values))
-        share, half = (float(found[name].values[most]) for name in ("total_order", "total_order_half_width"))
-        words = measure_of(data, str(found["value"].values[most])).words
+    if dataset is not None and "total_order" in dataset and np.isfinite(dataset["total_order"].values).any():
+        most = int(np.nanargmax(dataset["total_order"].values))
+        share, half = (float(dataset[name].values[most]) for name in ("total_order", "total_order_half_width"))
+        words = measure_of(data, str(dataset["value"].values[most])).words
         return f"; {words} decides most (total index {share:.2f} ± {half:.2f})."
-    if found is None or not np.isfinite(found["spearman"].values).any():
+    if dataset is None or not np.isfinite(dataset["spearman"].values).any():
         return "."
-    strengths = found["spearman"].values
+    strengths = dataset["spearman"].values
     most = int(np.nanargmax(np.abs(strengths)))
-    if not abs(strengths[most]) > float(found["chance_correlation"]):
+    if not abs(strengths[most]) > float(dataset["chance_correlation"]):
         return "; it follows no single value beyond chance."
-    words = measure_of(data, str(found["value"].values[most])).words
+    words = measure_of(data, str(dataset["value"].values[most])).words
     return f"; it follows {words} most (rank correlation {strengths[most]:.2f})."
 
 
@@ -166,7 +166,7 @@ def _more(count: int) -> list[str]:
 
 def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[Section]:
     """The tables, those that have rows."""
-    found = [
+    all_sections = [
         Section(
             "probabilities",
             "Probabilities",
@@ -184,7 +184,7 @@ def sections(data: xr.Dataset, messages: Mapping[tuple[int, ...], str]) -> list[
         ),
         Section("failures", "Cases that failed", tables=(failure_table(data, messages),)),
     ]
-    return [section for section in found if any(table.rows for table in section.tables)]
+    return [section for section in all_sections if any(table.rows for table in section.tables)]
 
 
 PAGE = StudyPage(

@@ -41,9 +41,9 @@ def summary_of(data: xr.Dataset) -> str:
     reached = joined([f"{name} {_beside(data, i, best)}" for i, name in enumerate(_objectives(data))])
     word = "The best design" if len(_objectives(data)) == 1 else "Nearest to the best of every objective"
     sure = int(data["certified"][best]) == 1
-    told = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
-    found = f"{word}: {reached}, with {values}. {told}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
-    return " ".join([found, *lacking_said(data, "design")])
+    certificate = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
+    sentence = f"{word}: {reached}, with {values}. {certificate}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+    return " ".join([sentence, *lacking_said(data, "design")])
 
 
 def _values(data: xr.Dataset, i: int) -> str:
@@ -55,11 +55,11 @@ def _values(data: xr.Dataset, i: int) -> str:
 def _beside(data: xr.Dataset, i: int, best: int) -> str:
     """An objective's value, and the model's own."""
     unit = str(data.attrs["units"][i])
-    found = numeral(float(data["value"][best, i]), 4) + (f" {unit}" if unit else "")
+    text = numeral(float(data["value"][best, i]), 4) + (f" {unit}" if unit else "")
     if not bool(data.attrs.get("own", 0)) or not np.isfinite(float(data["value"][0, i])):
-        return found
+        return text
     missed = "" if float(data["violation"][0]) == 0.0 else ", which misses a limit"
-    return f"{found} (the model itself {numeral(float(data['value'][0, i]), 4)}{missed})"
+    return f"{text} (the model itself {numeral(float(data['value'][0, i]), 4)}{missed})"
 
 
 def _least(data: xr.Dataset) -> str:
@@ -83,9 +83,9 @@ def setting_of(data: xr.Dataset) -> str:
     word = {"min": "small", "max": "large"}
     sought = [f"{name} {word[sense]}" for name, sense in zip(_objectives(data), data.attrs["senses"], strict=True)]
     limits = list(data.attrs["constraints"])
-    told = f" within the limits {joined(limits)}" if limits else ""
+    within = f" within the limits {joined(limits)}" if limits else ""
     return (
-        f"Variables: {joined(ranges)}. Sought: {joined(sought)}{told}. NSGA-II, "
+        f"Variables: {joined(ranges)}. Sought: {joined(sought)}{within}. NSGA-II, "
         f"{counted(data.sizes['generation'], 'generation')} of {counted(data.attrs['population'], 'design')}, "
         f"seed {data.attrs['seed']}."
     )
@@ -106,7 +106,7 @@ def counts(data: xr.Dataset) -> Table:
 def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
     """The tables, those that have rows."""
     words = "By the first objective, the better first; each is front/NNN.toml, the one nearest to the ideal best.toml."
-    found = [
+    all_sections = [
         Section("members", "Members of the front", words=(words,), tables=(_front_table(data),)),
         Section(
             "failures",
@@ -115,7 +115,7 @@ def sections(data: xr.Dataset, messages: Messages) -> list[Section]:
             tables=(failure_table(data, messages),),
         ),
     ]
-    return [section for section in found if any(table.rows for table in section.tables)]
+    return [section for section in all_sections if any(table.rows for table in section.tables)]
 
 
 def _front_table(data: xr.Dataset) -> Table:
@@ -124,10 +124,10 @@ def _front_table(data: xr.Dataset) -> Table:
     best = int(data.attrs["best"])
     rows = []
     for rank, i in enumerate(members[:_MOST_ROWS]):
-        found = [numeral(float(value), 4) for value in data["value"].values[i]]
+        objective_cells = [numeral(float(value), 4) for value in data["value"].values[i]]
         values = [numeral(float(data[path][i]) * m.factor, 4) for path, m in zip(paths, measures, strict=True)]
         sure = {1: "yes", 0: "no"}.get(int(data["certified"][i]), "–")
-        rows.append((f"{rank + 1}{' (best)' if i == best else ''}", *found, *values, sure))
+        rows.append((f"{rank + 1}{' (best)' if i == best else ''}", *objective_cells, *values, sure))
     units = [str(unit) for unit in data.attrs["units"]]
     heads = [f"{name} [{unit}]" if unit else name for name, unit in zip(_objectives(data), units, strict=True)]
     left = len(members) - _MOST_ROWS

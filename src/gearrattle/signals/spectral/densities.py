@@ -99,22 +99,22 @@ def cross_psd(
     Raises:
         ModelError: as ``psd``.
     """
-    y, x, segments, found = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
+    y, x, segments, estimate = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
     _probable(level)
-    radius = response_radius(found.coherence, segments.averages, level)
+    radius = response_radius(estimate.coherence, segments.averages, level)
     limit = np.where(radius < 1.0, np.arcsin(np.minimum(radius, 1.0)), np.pi)
-    limit = np.where(np.isfinite(found.coherence), limit, np.nan)
+    limit = np.where(np.isfinite(estimate.coherence), limit, np.nan)
     ratio = "1" if y.dimensionless else f"({y.unit})/({x.unit})"
     product = "1" if y.dimensionless else f"({x.unit})*({y.unit})/Hz"
-    reach = radius * np.abs(found.response)
+    reach = radius * np.abs(estimate.response)
     values = {
-        "cross": (found.cross, product),
-        "response": (found.response, ratio),
+        "cross": (estimate.cross, product),
+        "response": (estimate.response, ratio),
         "radius": (reach, ratio),
         "phase_limit": (limit, "rad"),
     }
-    told = {KIND: "cross density", **described(y, segments), "reference": x.name, "level": level}
-    return _labelled(y, found.frequency, values, told)
+    attributes = {KIND: "cross density", **described(y, segments), "reference": x.name, "level": level}
+    return _labelled(y, estimate.frequency, values, attributes)
 
 
 def coherence(
@@ -143,21 +143,21 @@ def coherence(
     Raises:
         ModelError: as ``psd``; fewer than two segments, of which every coherence is 1.
     """
-    y, x, segments, found = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
+    y, x, segments, estimate = _pair(source, channel, reference, resolution=resolution, overlap=overlap, window=window)
     _probable(level)
     if segments.count < 2:
         rule = "of one segment every coherence is 1"
         raise ModelError(Problem(y.place, "1 segment", rule, "coarsen the resolution, or take a longer record"))
-    value = found.coherence
+    value = estimate.coherence
     low, high = coherence_limits(value, segments.averages, level)
-    told = {
+    attributes = {
         KIND: "coherence",
         "reference": x.name,
         "level": level,
         "threshold": coherence_threshold(segments.averages, level),
     }
     values = {"coherence": (value, "1"), "low": (low, "1"), "high": (high, "1")}
-    return _labelled(y, found.frequency, values, {**described(y, segments), **told, "units": "1"})
+    return _labelled(y, estimate.frequency, values, {**described(y, segments), **attributes, "units": "1"})
 
 
 def segments_of(signal: Sampled, resolution: str | float | None, overlap: float, window: str, parts: int) -> Segments:
@@ -237,6 +237,6 @@ def _labelled(
     """Return arrays over frequency with their units."""
     import xarray as xr
 
-    variables = {name: ("frequency", each, {"units": unit}) for name, (each, unit) in values.items()}
-    told = {"units": frequency_unit(signal)}
-    return xr.Dataset(variables, {"frequency": ("frequency", frequency, told)}, attributes)
+    variables = {name: ("frequency", array, {"units": unit}) for name, (array, unit) in values.items()}
+    axis_attributes = {"units": frequency_unit(signal)}
+    return xr.Dataset(variables, {"frequency": ("frequency", frequency, axis_attributes)}, attributes)

@@ -85,18 +85,18 @@ def order_map(
     read = turned(signal.values, signal.interval, shaft.angle, shaft.speed, per_turn)
     if read.values.size < turns * per_turn:
         _long_enough(signal, shaft, turns + 2.0 / per_turn)
-    found = order_spectra(read, turns, overlap, window, shown_orders)
+    estimate = order_spectra(read, turns, overlap, window, shown_orders)
     attributes = {
         KIND: "order map",
-        **_told(signal, shaft, found),
+        **_told(signal, shaft, estimate),
         "window": window,
         "overlap": overlap,
         "samples_per_turn": per_turn,
     }
     if speed_step is not None:
         step = quantity("speed_step", speed_step, units.ANGULAR_VELOCITY, signal.dimensionless)
-        return _gathered(signal, found, step, attributes)
-    return _labelled(signal, found, over, attributes)
+        return _gathered(signal, estimate, step, attributes)
+    return _labelled(signal, estimate, over, attributes)
 
 
 def order_cuts(
@@ -145,18 +145,18 @@ def order_cuts(
         raise ModelError(Problem("orders", shown(wanted.tolist()), rule, remedy))
     _long_enough(signal, shaft, turns)
     _highest(signal, shaft, float(wanted[-1]))
-    found = fitted_orders(
+    estimate = fitted_orders(
         signal.values, signal.interval, shaft.angle, shaft.speed, orders=wanted, turns=turns, overlap=overlap
     )
-    return _labelled(signal, found, over, {KIND: "order cuts", **_told(signal, shaft, found), "overlap": overlap})
+    return _labelled(signal, estimate, over, {KIND: "order cuts", **_told(signal, shaft, estimate), "overlap": overlap})
 
 
 def _choices(over: str, window: str, overlap: float) -> None:
     """Refuse words and shares out of range."""
-    for place, given, options in (("over", over, _OVER), ("window", window, WINDOWS)):
-        if given not in options:
+    for argument, value, options in (("over", over, _OVER), ("window", window, WINDOWS)):
+        if value not in options:
             rule = f"must be one of {listed(options)}"
-            raise ModelError(Problem(place, shown(given), rule, did_you_mean(given, options)))
+            raise ModelError(Problem(argument, shown(value), rule, did_you_mean(value, options)))
     if not 0.0 <= overlap < 1.0:
         raise ModelError(Problem("overlap", shown(overlap), "must lie from 0 to below 1", "0.5 suits a Hann window"))
 
@@ -184,31 +184,31 @@ def _highest(signal: Sampled, shaft: Shaft, wanted: float | None) -> float:
     return wanted
 
 
-def _told(signal: Sampled, shaft: Shaft, found: Orders) -> dict[str, Any]:
+def _told(signal: Sampled, shaft: Shaft, orders: Orders) -> dict[str, Any]:
     """Return the attributes that orders have."""
     return {
         "source": signal.source,
         "channel": signal.name,
         "units": signal.unit,
         "shaft": shaft.name,
-        "turns": found.turns,
-        "resolution": 1.0 / found.turns,
+        "turns": orders.turns,
+        "resolution": 1.0 / orders.turns,
         "notes": "\n".join(signal.notes),
     }
 
 
-def _labelled(signal: Sampled, found: Orders, over: str, attributes: dict[str, Any]) -> xr.Dataset:
+def _labelled(signal: Sampled, orders: Orders, over: str, attributes: dict[str, Any]) -> xr.Dataset:
     """Return amplitudes and phases with their coordinates."""
     import xarray as xr
 
-    rows = np.arange(found.speed.size)
+    rows = np.arange(orders.speed.size)
     if over == "speed":
-        rows = _by_speed(signal, found.speed, found.time)
+        rows = _by_speed(signal, orders.speed, orders.time)
     variables = {
-        "amplitude": ((over, "order"), np.abs(found.amplitude[rows]), {"units": signal.unit}),
-        "phase": ((over, "order"), np.angle(found.amplitude[rows]), {"units": "rad"}),
+        "amplitude": ((over, "order"), np.abs(orders.amplitude[rows]), {"units": signal.unit}),
+        "phase": ((over, "order"), np.angle(orders.amplitude[rows]), {"units": "rad"}),
     }
-    coordinates = {**row_coordinates(signal, over, found.time[rows], found.speed[rows]), "order": found.order}
+    coordinates = {**row_coordinates(signal, over, orders.time[rows], orders.speed[rows]), "order": orders.order}
     return xr.Dataset(variables, coordinates, attributes)
 
 
@@ -231,16 +231,16 @@ def _by_speed(signal: Sampled, speed: Array, time: Array) -> Any:
     at = int(np.argmax(steps <= 0.0 if rising else steps >= 0.0))
     rule = "the speed must rise or fall throughout, to be an axis"
     remedy = 'speed_step="25 rpm" gathers what comes back to a speed; over="time" keeps the order in time'
-    found = f"{speed[at]:.6g} then {speed[at + 1]:.6g} rad/s at {signal.start + time[at + 1]:.6g} s"
-    raise ModelError(Problem(f"{signal.source}: speed", found, rule, remedy))
+    value = f"{speed[at]:.6g} then {speed[at + 1]:.6g} rad/s at {signal.start + time[at + 1]:.6g} s"
+    raise ModelError(Problem(f"{signal.source}: speed", value, rule, remedy))
 
 
-def _gathered(signal: Sampled, found: Orders, step: float, attributes: dict[str, Any]) -> xr.Dataset:
+def _gathered(signal: Sampled, orders: Orders, step: float, attributes: dict[str, Any]) -> xr.Dataset:
     """Return amplitudes over steps of the speed."""
     import xarray as xr
 
-    count = np.ones(found.speed.size, np.int64)
-    rows = by_steps(Waterfall(found.order, np.abs(found.amplitude), found.time, found.speed, count), step, False)
+    count = np.ones(orders.speed.size, np.int64)
+    rows = by_steps(Waterfall(orders.order, np.abs(orders.amplitude), orders.time, orders.speed, count), step, False)
     variables = {
         "amplitude": (("speed", "order"), rows.values, {"units": signal.unit}),
         "blocks": ("speed", rows.counts, {"units": "1"}),

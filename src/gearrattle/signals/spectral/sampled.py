@@ -98,12 +98,12 @@ def sampled(source: Source, channel: str) -> Sampled:
         ModelError: no such channel, samples that are not uniform, no numbers, or too few.
     """
     check_run(source, (Recording,))
-    found = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
-    if found.values.size < FEWEST:
+    samples = _of_run(source, channel) if isinstance(source, Run) else _of_recording(source, channel)
+    if samples.values.size < FEWEST:
         rule = f"a spectrum needs {FEWEST} samples at least"
-        raise ModelError(Problem(found.place, counted(found.values.size, "sample"), rule, "take a longer record"))
-    _finite(found.place, found.values)
-    return found
+        raise ModelError(Problem(samples.place, counted(samples.values.size, "sample"), rule, "take a longer record"))
+    _finite(samples.place, samples.values)
+    return samples
 
 
 def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaft | None:
@@ -128,15 +128,15 @@ def shaft_of(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
             return Shaft(angle, ramp.speed(time), "the reference shaft")
         constant = source.model.excitation.omega if speed is None else _constant(source, signal, speed)
         return Shaft(constant * time, np.full(count, constant), "the reference shaft" if speed is None else str(speed))
-    found = _turning(source, speed)
-    if isinstance(found, Channel):
-        _finite(f"{signal.source}: {found.name}", found.values)
-        if found.quantity in ("shaft angle", "angle"):
-            return Shaft(found.values, speed_of(found.values, signal.interval), found.name)
-        return Shaft(angle_of(found.values, signal.interval), found.values, found.name)
-    if found is None:
+    turning = _turning(source, speed)
+    if isinstance(turning, Channel):
+        _finite(f"{signal.source}: {turning.name}", turning.values)
+        if turning.quantity in ("shaft angle", "angle"):
+            return Shaft(turning.values, speed_of(turning.values, signal.interval), turning.name)
+        return Shaft(angle_of(turning.values, signal.interval), turning.values, turning.name)
+    if turning is None:
         return None
-    return Shaft(found * (time - signal.start), np.full(count, found), f"{found * 30.0 / np.pi:.6g} rpm")
+    return Shaft(turning * (time - signal.start), np.full(count, turning), f"{turning * 30.0 / np.pi:.6g} rpm")
 
 
 def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaft:
@@ -167,26 +167,26 @@ def required(source: Source, signal: Sampled, speed: str | float | None) -> Shaf
     return shaft
 
 
-def quantity(place: str, given: str | float, dimension: Dimension, dimensionless: bool = False) -> float:
+def quantity(location: str, value: str | float, dimension: Dimension, dimensionless: bool = False) -> float:
     """Return a positive quantity in SI.
 
     Raises:
         ModelError: not positive, or no quantity of this dimension.
     """
     try:
-        return float(Quantity(dimension, "positive").read(given, dimensionless))
+        return float(Quantity(dimension, "positive").read(value, dimensionless))
     except PydanticCustomError as error:
         context = error.context or {}
-        raise ModelError(Problem(place, shown(given), context["rule"], context["remedy"])) from None
+        raise ModelError(Problem(location, shown(value), context["rule"], context["remedy"])) from None
 
 
-def _finite(place: str, values: Array) -> None:
+def _finite(location: str, values: Array) -> None:
     """Refuse samples that are no numbers."""
     bad = ~np.isfinite(values)
     if bad.any():
         at = int(np.argmax(bad))
         rule, remedy = "samples must be finite numbers", 'a mapping with gaps = "bridge" fills them'
-        raise ModelError(Problem(place, f"{values[at]} at sample {at}", rule, remedy))
+        raise ModelError(Problem(location, f"{values[at]} at sample {at}", rule, remedy))
 
 
 def column_of(layout: Layout, channel: str) -> tuple[str, int]:
@@ -235,16 +235,16 @@ def _folds(run: Run, rate: float) -> tuple[str, ...]:
 
 def _of_recording(recording: Recording, channel: str) -> Sampled:
     """Return a signal of a recording."""
-    found = _channel(recording, channel)
-    if found is None:
-        found = recording[channel]  # refuses by name
+    selected = _channel(recording, channel)
+    if selected is None:
+        selected = recording[channel]  # refuses by name
     interval = recording.interval
     if interval is None:
         steps = np.diff(recording.time)
         value = f"steps from {steps.min():.6g} s to {steps.max():.6g} s" if steps.size else "one sample"
         remedy = 'a mapping with rate = "10 kHz" makes them so'
         raise ModelError(Problem(recording.source, value, "samples must be uniform in time", remedy))
-    return Sampled(found.name, found.unit, found.values, float(recording.time[0]), interval, recording.source)
+    return Sampled(selected.name, selected.unit, selected.values, float(recording.time[0]), interval, recording.source)
 
 
 def _channel(recording: Recording, name: str) -> Channel | None:
@@ -260,13 +260,13 @@ def _turning(recording: Recording, speed: str | float | None) -> Channel | float
     if speed is None:
         return recording.find("shaft angle") or recording.find("speed")
     if isinstance(speed, str):
-        found = _channel(recording, speed)
-        if found is not None:
-            if found.quantity not in _TURNING:
-                rule = f"is {found.quantity or 'of no known quantity'}; the shaft needs {listed(_TURNING)}"
+        selected = _channel(recording, speed)
+        if selected is not None:
+            if selected.quantity not in _TURNING:
+                rule = f"is {selected.quantity or 'of no known quantity'}; the shaft needs {listed(_TURNING)}"
                 remedy = "a mapping says what a channel is"
-                raise ModelError(Problem(f"{recording.source}: {found.name}", found.quantity, rule, remedy))
-            return found
+                raise ModelError(Problem(f"{recording.source}: {selected.name}", selected.quantity, rule, remedy))
+            return selected
         if not speed[:1].isdigit():
             rule = f"no channel and no speed; the channels are {listed(recording.names)}"
             raise ModelError(Problem("speed", shown(speed), rule, did_you_mean(speed, recording.names) or '"1500 rpm"'))

@@ -57,8 +57,8 @@ def spectra(
     """
     how: dict[str, Any] = {"resolution": resolution, "overlap": overlap, "window": window, "level": level}
     first = psd(source, channel, **how)
-    told = f"power spectral density of {first.attrs['channel']}"
-    found = _named(first, _PSD, told)
+    long_name = f"power spectral density of {first.attrs['channel']}"
+    variables = _named(first, _PSD, long_name)
     attributes = {**first.attrs, KIND: "spectra", "rms": rms_of(first)}
     if reference is not None:
         other = psd(source, reference, **how)
@@ -66,14 +66,14 @@ def spectra(
         alike = coherence(source, channel, reference, **how)
         x, y = both.attrs["reference"], both.attrs["channel"]
         names = tuple((old, f"reference_{new}") for old, new in _PSD)
-        found |= _named(other, names, f"power spectral density of {x}")
-        found |= cross_parts(both)
-        found |= _named(alike, _COHERENCE, f"coherence of {x} and {y}")
+        variables |= _named(other, names, f"power spectral density of {x}")
+        variables |= cross_parts(both)
+        variables |= _named(alike, _COHERENCE, f"coherence of {x} and {y}")
         attributes |= {"reference": x, "reference_units": other.attrs["units"], "reference_rms": rms_of(other)}
         attributes["threshold"] = alike.attrs["threshold"]
     import xarray as xr
 
-    return xr.Dataset(found, {"frequency": first["frequency"]}, attributes)
+    return xr.Dataset(variables, {"frequency": first["frequency"]}, attributes)
 
 
 def _named(data: xr.Dataset, names: tuple[tuple[str, str], ...], words: str) -> dict[str, Any]:
@@ -103,8 +103,8 @@ def _parts(values: xr.DataArray, name: str, words: str) -> dict[str, Any]:
         "phase": (np.where(np.isfinite(plain), np.angle(plain), np.nan), "rad", "phase"),
     }
     return {
-        f"{name}_{part}": ("frequency", each, {"units": what, "long_name": f"{words}, {told}"})
-        for part, (each, what, told) in made.items()
+        f"{name}_{part}": ("frequency", array, {"units": what, "long_name": f"{words}, {description}"})
+        for part, (array, what, description) in made.items()
     }
 
 

@@ -24,7 +24,7 @@ KINDS: dict[str, type[StudySpec]] = {
 __all__ = ["KINDS", "StudySpec", "kind_named"]
 
 
-def kind_named(name: object, place: str) -> type[StudySpec]:
+def kind_named(name: object, location: str) -> type[StudySpec]:
     """Return a kind by its name.
 
     Args:
@@ -37,5 +37,5 @@ def kind_named(name: object, place: str) -> type[StudySpec]:
     if not isinstance(name, str) or name not in KINDS:
         rule = f"there is no such kind of study; there are {listed(list(KINDS))}"
         remedy = did_you_mean(name, tuple(KINDS)) if isinstance(name, str) else ""
-        raise ModelError(Problem(place, shown(name), rule, remedy))
+        raise ModelError(Problem(location, shown(name), rule, remedy))
     return KINDS[name]

@@ -65,5 +65,5 @@ def check_scheduler(address: Any, workers: int | None) -> None:
         return
     head, mark, rest = address.partition("://")
     if head + mark not in SCHEDULERS or (mark and not rest):
-        names = ", ".join(f"{each}HOST:PORT" if each.endswith("//") else each for each in SCHEDULERS)
+        names = ", ".join(f"{name}HOST:PORT" if name.endswith("//") else name for name in SCHEDULERS)
         raise ModelError(Problem("scheduler", f'"{address}"', f"must be one of {names}"))

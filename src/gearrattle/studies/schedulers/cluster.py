@@ -189,8 +189,8 @@ class _Dealer:
                 self._manned = self._counted
             elif self._counted - self._manned > _PATIENCE_ALONE:
                 self._manned = float("inf")
-                told = f"the cluster at {_address(self._client)} has no workers: the study waits for some"
-                warnings.warn(told, RuntimeWarning, stacklevel=2)
+                warning = f"the cluster at {_address(self._client)} has no workers: the study waits for some"
+                warnings.warn(warning, RuntimeWarning, stacklevel=2)
         return self._room
 
     def _look_for_the_scheduler(self) -> None:

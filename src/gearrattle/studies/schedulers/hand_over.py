@@ -24,7 +24,7 @@ from importlib.metadata import version
 from uuid import uuid4
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem
-from gearrattle.studies.places import Place
+from gearrattle.studies.storage import Storage
 from gearrattle.studies.store import Store
 
 SAME = ("gearrattle", "numpy", "numba")
@@ -41,12 +41,12 @@ class Handed:
     """What travels with every chunk.
 
     Attributes:
-        place: of the study.
+        storage: of the study.
         name: of the hand-over there.
         digest: SHA-256 of it.
     """
 
-    place: Place
+    storage: Storage
     name: str
     digest: str
 
@@ -54,15 +54,15 @@ class Handed:
 @contextmanager
 def handed_over(store: Store) -> Iterator[Handed]:
     """Write a study's hand-over, and remove it in the end."""
-    place = store.place.absolute()
+    storage = store.storage.absolute()
     head = json.dumps({name: version(name) for name in SAME}).encode()
-    content = head + b"\n" + _pickled(Store(place, store.plan, store.outputs, store.work))
+    content = head + b"\n" + _pickled(Store(storage, store.plan, store.outputs, store.work))
     name = f".handed-{uuid4().hex}"
-    place.write(name, content)
+    storage.write(name, content)
     try:
-        yield Handed(place, name, hashlib.sha256(content).hexdigest())
+        yield Handed(storage, name, hashlib.sha256(content).hexdigest())
     finally:
-        place.remove(name)
+        storage.remove(name)
 
 
 def _pickled(store: Store) -> bytes:
@@ -106,7 +106,7 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
         nonlocal asked
         if time.monotonic() - asked > _ASKING:
             asked = time.monotonic()
-            if not handed.place.exists(handed.name):
+            if not handed.storage.exists(handed.name):
                 raise Cancelled("the study has ended")
 
     with _TURNS.alone() if alone else _TURNS.beside_others():
@@ -117,20 +117,20 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 @lru_cache(maxsize=2)
 def _received(handed: Handed) -> Store:
     """Read a hand-over and see whether this process can do what it asks."""
-    place = handed.place
+    storage = handed.storage
     content = _seen(handed)
     head, _, body = content.partition(b"\n")
     wrong = {name: want for name, want in json.loads(head).items() if version(name) != want}
     if wrong:
-        found = ", ".join(f"{name} {version(name)}" for name in wrong)
+        versions = ", ".join(f"{name} {version(name)}" for name in wrong)
         rule = f"only the same versions give the same bits: {', '.join(f'{n} {v}' for n, v in wrong.items())}"
-        raise ModelError(Problem(_here(), found, rule, "install them there"))
+        raise ModelError(Problem(_here(), versions, rule, "install them there"))
     touched = f".touched-{uuid4().hex}"
     try:
-        place.write(touched, b"")
-        place.remove(touched)
+        storage.write(touched, b"")
+        storage.remove(touched)
     except OSError as error:
-        rule = f"cannot write into the study's folder {place.address}: {error.strerror or error}"
+        rule = f"cannot write into the study's folder {storage.address}: {error.strerror or error}"
         raise ModelError(Problem(_here(), "", rule, "let workers write there")) from None
     store: Store = pickle.loads(body)
     return store
@@ -141,14 +141,14 @@ def _seen(handed: Handed) -> bytes:
     deadline = time.monotonic() + _SEEING
     while True:
         try:
-            content = handed.place.read(handed.name)
+            content = handed.storage.read(handed.name)
             trouble = "reads other bytes than were written"
         except OSError as error:
             content, trouble = b"", error.strerror or str(error)
         if hashlib.sha256(content).hexdigest() == handed.digest:
             return content
         if time.monotonic() > deadline:
-            rule = f"cannot see the study's folder {handed.place.address}: {trouble}"
+            rule = f"cannot see the study's folder {handed.storage.address}: {trouble}"
             remedy = "give an output folder on a file system that all workers share"
             raise ModelError(Problem(_here(), "", rule, remedy))
         time.sleep(_SEEING / 100.0)

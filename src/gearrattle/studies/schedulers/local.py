@@ -179,7 +179,7 @@ def _dealt(
             under_way[chunk] = None
             under_way[chunk] = pool.submit(_work, chunk)
         tick()
-        done, _ = wait([each for each in under_way.values() if each], timeout=TICK, return_when=FIRST_COMPLETED)
+        done, _ = wait([future for future in under_way.values() if future], timeout=TICK, return_when=FIRST_COMPLETED)
         for future in done:
             chunk = future.result()
             del under_way[chunk]

@@ -39,7 +39,7 @@ _SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def known_formats(given: str | Sequence[str]) -> list[str]:
+def known_formats(requested: str | Sequence[str]) -> list[str]:
     """Return formats, each once.
 
     Args:
@@ -48,14 +48,14 @@ def known_formats(given: str | Sequence[str]) -> list[str]:
     Raises:
         ModelError: none, or one that figures are not saved as.
     """
-    names = given.split(",") if isinstance(given, str) else list(given)
-    found = list(dict.fromkeys(name.strip().lower().removeprefix(".") for name in names if name.strip()))
-    wrong = [name for name in found if name not in FORMATS]
-    if wrong or not found:
-        told = ", ".join(f'"{name}"' for name in wrong) or "none"
+    names = requested.split(",") if isinstance(requested, str) else list(requested)
+    formats = list(dict.fromkeys(name.strip().lower().removeprefix(".") for name in names if name.strip()))
+    wrong = [name for name in formats if name not in FORMATS]
+    if wrong or not formats:
+        listed_names = ", ".join(f'"{name}"' for name in wrong) or "none"
         remedy = "a PGF figure is made by matplotlib itself: figure.savefig, with LaTeX" if "pgf" in wrong else ""
-        raise ModelError(Problem("format", told, f"must be {', '.join(FORMATS[:-1])} or {FORMATS[-1]}", remedy))
-    return found
+        raise ModelError(Problem("format", listed_names, f"must be {', '.join(FORMATS[:-1])} or {FORMATS[-1]}", remedy))
+    return formats
 
 
 def checked_dpi(dpi: float) -> float:

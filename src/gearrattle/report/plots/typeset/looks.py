@@ -105,11 +105,11 @@ def _ordered(used: set[str], legend: Iterable[str], drawn: Iterable[str]) -> lis
 
 def _hatched(colours: list[str]) -> dict[str, str]:
     """Hatch every colour whose grey is close to that of one before with the same hatching."""
-    found: dict[str, str] = {}
+    hatches: dict[str, str] = {}
     for colour in colours:
         free = (
             hatch for hatch in _HATCHES
-            if all(abs(grey(colour) - grey(other)) >= _APART for other, own in found.items() if own == hatch)
+            if all(abs(grey(colour) - grey(other)) >= _APART for other, own in hatches.items() if own == hatch)
         )  # fmt: skip
-        found[colour] = next(free, _HATCHES[-1])
-    return found
+        hatches[colour] = next(free, _HATCHES[-1])
+    return hatches

@@ -57,21 +57,21 @@ def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[A
         _bars(axes, bars, looks)
     for order, line in enumerate(panel.lines):
         _line(axes, line, looks, order, most=round(4.0 * inches * PRINTER))
-    beside: Any = {"shift": (3.0, 0.0), "place": ("left", "center"), "along": "yaxis"}
+    placement: Any = {"shift": (3.0, 0.0), "place": ("left", "center"), "along": "yaxis"}
     for label in rows.right:
-        _words(axes, label.words, (1.0, label.y), label.colour, **beside).set_in_layout(True)
+        _words(axes, label.words, (1.0, label.y), label.colour, **placement).set_in_layout(True)
     return words + [_label(axes, label) for label in panel.labels]
 
 
-def heat(axes: Axes, found: Heat, *, most: int) -> AxesImage:
+def heat(axes: Axes, heat_map: Heat, *, most: int) -> AxesImage:
     """Draw a map; where it has more cells than a printer points, each point shows the largest of its cells."""
     from matplotlib.colors import LinearSegmentedColormap
 
     colours = LinearSegmentedColormap.from_list("shades", list(SHADES)).with_extremes(bad=PAPER)
-    values = pooled(pooled(found.values, most).T, most).T
+    values = pooled(pooled(heat_map.values, most).T, most).T
     return axes.imshow(
-        np.ma.masked_invalid(values), cmap=colours, vmin=found.low, vmax=found.high, origin="lower", aspect="auto",
-        extent=(*found.x_range, *found.y_range), interpolation="nearest", zorder=0.2, label=found.name,
+        np.ma.masked_invalid(values), cmap=colours, vmin=heat_map.low, vmax=heat_map.high, origin="lower", aspect="auto",
+        extent=(*heat_map.x_range, *heat_map.y_range), interpolation="nearest", zorder=0.2, label=heat_map.name,
     )  # fmt: skip
 
 
@@ -81,8 +81,8 @@ def pooled(values: Array, most: int) -> Array:
     if share == 1:
         return values
     starts = np.arange(0, values.shape[0], share)
-    found = np.maximum.reduceat(np.where(np.isnan(values), -np.inf, values), starts, axis=0)
-    return np.where(np.isneginf(found), np.nan, found)
+    largest = np.maximum.reduceat(np.where(np.isnan(values), -np.inf, values), starts, axis=0)
+    return np.where(np.isneginf(largest), np.nan, largest)
 
 
 def _band(axes: Axes, band: Band) -> None:
@@ -123,18 +123,18 @@ def _rule(axes: Axes, rule: Rule) -> Annotation | None:
         return None
     xy, words = ((rule.at, 1.0), "xaxis") if across else ((1.0, rule.at), "yaxis")
     shift, ha = ((2.0, -1.0), "left") if across else ((-2.0, -1.0), "right")
-    return _words(axes, rule.label, xy, rule.colour, shift=shift, place=(ha, "top"), along=words)
+    return _words(axes, rule.label, xy, rule.colour, shift=shift, alignment=(ha, "top"), along=words)
 
 
 def _label(axes: Axes, label: Label) -> Annotation:
     above = label.side == "above"
-    shift, place = ((-2.0, 2.0), ("right", "bottom")) if above else ((3.0, 0.0), ("left", "center"))
-    return _words(axes, label.words, (label.x, label.y), label.colour, shift=shift, place=place, along="data")
+    shift, alignment = ((-2.0, 2.0), ("right", "bottom")) if above else ((3.0, 0.0), ("left", "center"))
+    return _words(axes, label.words, (label.x, label.y), label.colour, shift=shift, alignment=alignment, along="data")
 
 
 def _words(
     axes: Axes, words: str, xy: tuple[float, float], colour: str, *, shift: tuple[float, float],
-    place: tuple[str, str], along: str,
+    alignment: tuple[str, str], along: str,
 ) -> Annotation:  # fmt: skip
     """Write beside a point, with a rim of paper about the letters."""
     from matplotlib import rcParams
@@ -142,8 +142,8 @@ def _words(
 
     where: Any = {"xaxis": axes.get_xaxis_transform(), "yaxis": axes.get_yaxis_transform(), "data": axes.transData}
     written = axes.annotate(
-        words, xy, xytext=shift, xycoords=where[along], textcoords="offset points", color=colour, ha=place[0],
-        va=place[1], fontsize=rcParams["legend.fontsize"], annotation_clip=True, zorder=4.0, parse_math=False,
+        words, xy, xytext=shift, xycoords=where[along], textcoords="offset points", color=colour, ha=alignment[0],
+        va=alignment[1], fontsize=rcParams["legend.fontsize"], annotation_clip=True, zorder=4.0, parse_math=False,
         path_effects=[withStroke(linewidth=1.6, foreground=PAPER)],
     )  # fmt: skip
     written.set_in_layout(False)

@@ -68,8 +68,8 @@ def _grown(figure: Figure, axes: Axes, height: float) -> bool:
 def _column(figure: Figure, axes: Axes, panels: Collection[Axes]) -> tuple[float, float]:
     """Return from where to where the words of a panel may reach: to the panels beside it, or the paper's edge [px]."""
     own = axes.get_window_extent()
-    beside = [other.get_window_extent() for other in panels if other is not axes]
-    level = [box for box in beside if box.y0 < own.y1 and box.y1 > own.y0]
+    others = [other.get_window_extent() for other in panels if other is not axes]
+    level = [box for box in others if box.y0 < own.y1 and box.y1 > own.y0]
     away = 3.0 * figure.dpi / 72.0
     left = max((box.x1 for box in level if box.x1 <= own.x0), default=0.0)
     right = figure.bbox.x1 if not any(box.x0 >= own.x1 for box in level) else own.x1

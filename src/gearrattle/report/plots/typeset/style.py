@@ -56,8 +56,8 @@ class Style:
         Raises:
             ModelError: a width, a font, a size or a style that is none.
         """
-        problems = [found for found in (_width_wrong(self.width), _font_wrong(self.font), _size_wrong(self.size),
-                                        _rc_wrong(self.rc)) if found is not None]  # fmt: skip
+        problems = [problem for problem in (_width_wrong(self.width), _font_wrong(self.font), _size_wrong(self.size),
+                                        _rc_wrong(self.rc)) if problem is not None]  # fmt: skip
         if problems:
             raise ModelError(problems)
 
@@ -124,9 +124,9 @@ def _millimetres(width: float | str) -> float:
 def _width_wrong(width: float | str) -> Problem | None:
     if NARROWEST <= _millimetres(width) <= WIDEST:
         return None
-    found = f'"{width}"' if isinstance(width, str) else f"{width}"
+    value = f'"{width}"' if isinstance(width, str) else f"{width}"
     rule = f"must be a length from {NARROWEST:g} to {WIDEST:g} mm"
-    return Problem("width", found, rule, 'such as "85 mm" or "3.5 inch", or "single" (85 mm) or "double" (175 mm)')
+    return Problem("width", value, rule, 'such as "85 mm" or "3.5 inch", or "single" (85 mm) or "double" (175 mm)')
 
 
 def _font_wrong(font: str) -> Problem | None:

@@ -1,6 +1,6 @@
-"""The shelf of places to keep a study: folders, and addresses as fsspec knows them.
+"""The shelf of storage for studies: folders, and addresses as fsspec knows them.
 
-Takes what the user gives as output; gives a Place.
+Takes what the user gives as output; gives a Storage.
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ from typing import TypeAlias
 from urllib.parse import unquote
 
 from gearrattle.errors import ModelError, Problem
-from gearrattle.studies.places.base import File, Place
-from gearrattle.studies.places.folder import Folder
-from gearrattle.studies.places.remote import Remote, remote
+from gearrattle.studies.storage.base import File, Storage
+from gearrattle.studies.storage.folder import Folder
+from gearrattle.studies.storage.remote import Remote, remote
 
-Address: TypeAlias = str | os.PathLike[str] | Place
-"""A path, an address, or a place already found."""
+Address: TypeAlias = str | os.PathLike[str] | Storage
+"""A path, an address, or a storage location already found."""
 
 _PROTOCOL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://")
 _HALF = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/(?!/)")
 
-__all__ = ["Address", "File", "Folder", "Place", "Remote", "place_of"]
+__all__ = ["Address", "File", "Folder", "Storage", "Remote", "storage_of"]
 
 
-def place_of(address: Address) -> Place:
-    """Return the place that a path or an address names; ``file://`` is a folder.
+def storage_of(address: Address) -> Storage:
+    """Return the storage location that a path or an address names; ``file://`` is a folder.
 
     Raises:
         NotInstalled: a library for the protocol is not here.
-        ModelError: there is no such protocol, or the address names no place.
+        ModelError: there is no such protocol, or the address names no storage location.
     """
     if not isinstance(address, str | os.PathLike):
         return address

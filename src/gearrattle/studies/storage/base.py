@@ -1,11 +1,11 @@
-"""What a place is: somewhere to keep a study, a folder or an address, that may be written by several processes.
+"""What a storage location is: somewhere to keep a study, a folder or an address, that may be written by several processes.
 
-A place holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
+A storage location holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
 appears after everything that was written before it: a study's markers rest on that. ``write`` promises nothing.
 
-To add a place: its file with a class, and a line in ``place_of``. The tests of the store run over all of them.
+To add a storage location: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
 
-Takes nothing; the places beside it build on this, and do not see each other.
+Takes nothing; the other kinds of storage build on this, and do not see each other.
 """
 
 from __future__ import annotations
@@ -17,39 +17,39 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class File:
-    """One file of a place, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
+    """One file of a storage location, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
 
     Attributes:
-        place: where.
+        storage: where.
         name: its name there.
     """
 
-    place: Place
+    storage: Storage
     name: str
 
     def __str__(self) -> str:
-        return f"{self.place.address.rstrip('/')}/{self.name}"
+        return f"{self.storage.address.rstrip('/')}/{self.name}"
 
     def exists(self) -> bool:
         """Return whether it is there."""
-        return self.place.exists(self.name)
+        return self.storage.exists(self.name)
 
     def read_bytes(self) -> bytes:
         """Return its content; FileNotFoundError if it is not there."""
-        return self.place.read(self.name)
+        return self.storage.read(self.name)
 
     def write_bytes(self, data: bytes) -> None:
         """Write it, whole or not at all."""
-        self.place.put(self.name, data)
+        self.storage.put(self.name, data)
 
     def unlink(self, missing_ok: bool = False) -> None:
         """Remove it."""
         if not missing_ok and not self.exists():
             raise FileNotFoundError(2, "No such file", str(self))
-        self.place.remove(self.name)
+        self.storage.remove(self.name)
 
 
-class Place(Protocol):
+class Storage(Protocol):
     """Somewhere to keep a study.
 
     Methods raise OSError for whatever goes wrong there.
@@ -57,7 +57,7 @@ class Place(Protocol):
 
     @property
     def address(self) -> str:
-        """What to call it in messages; ``place_of`` finds it by this again."""
+        """What to call it in messages; ``storage_of`` finds it by this again."""
 
     @property
     def shared(self) -> bool:
@@ -67,8 +67,8 @@ class Place(Protocol):
     def local(self) -> Path | None:
         """The folder, if it is one of this machine."""
 
-    def absolute(self) -> Place:
-        """Return the same place, by a name that holds for processes that work elsewhere."""
+    def absolute(self) -> Storage:
+        """Return the same storage location, by a name that holds for processes that work elsewhere."""
 
     def make(self, folder: str = "") -> None:
         """Make it and a folder of it, if they are not there."""
@@ -76,8 +76,8 @@ class Place(Protocol):
     def is_empty(self) -> bool:
         """Return whether nothing is there."""
 
-    def under(self, folder: str) -> Place:
-        """Return a place of its own in a folder of it."""
+    def under(self, folder: str) -> Storage:
+        """Return a storage location of its own in a folder of it."""
 
     def exists(self, name: str) -> bool:
         """Return whether a file is there."""

@@ -6,7 +6,7 @@ its files, or ``FSSPEC_<PROTOCOL>_<OPTION>``. What lies behind an address is ask
 
 fsspec: https://filesystem-spec.readthedocs.io.
 
-Takes an address; gives a Place.
+Takes an address; gives a Storage.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Remote:
         return _OPTIONS | (_FOLDERS if self.address.startswith("local://") else {})
 
     def _at(self, name: str = "") -> str:
-        found: str = self._system._strip_protocol(f"{self.address}/{name}" if name else self.address)
-        return found
+        path: str = self._system._strip_protocol(f"{self.address}/{name}" if name else self.address)
+        return path
 
     def absolute(self) -> Remote:
         """Return it: addresses hold everywhere."""
@@ -67,7 +67,7 @@ class Remote:
         return not self._listed("")
 
     def under(self, folder: str) -> Remote:
-        """Return a place in a folder of it."""
+        """Return a storage location in a folder of it."""
         return Remote(f"{self.address}/{folder}")
 
     def exists(self, name: str) -> bool:
@@ -135,11 +135,11 @@ class Remote:
 
 
 def remote(address: str) -> Remote:
-    """Return the place behind an address.
+    """Return the storage location behind an address.
 
     Raises:
         NotInstalled: fsspec, or its library for the protocol, is not here.
-        ModelError: there is no such protocol, or the address names no place.
+        ModelError: there is no such protocol, or the address names no storage location.
     """
     protocol, _, rest = address.partition("://")
     try:
@@ -158,7 +158,7 @@ def remote(address: str) -> Remote:
         remedy = "give a folder, or an address of fsspec, for example s3://bucket/study"
         raise ModelError(Problem("output", address, rule, remedy)) from None
     if not rest.strip("/"):
-        rule = "names no place to write to"
+        rule = "names no storage location to write to"
         raise ModelError(Problem("output", address, rule, f"for example {protocol}://bucket/study"))
     return Remote(address.rstrip("/"))
 

@@ -1,4 +1,4 @@
-"""Places: a study kept behind an address is the one kept in a folder, whatever stops it; every place keeps its word."""
+"""Storage: a study kept behind an address is the one kept in a folder, whatever stops it; every kind of storage keeps its promises."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
-from gearrattle.studies.places import File, Folder, Place, Remote, place_of
+from gearrattle.studies.storage import File, Folder, Storage, Remote, storage_of
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import TOML, loudness, model
@@ -44,8 +44,8 @@ def address(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
 
 
 @pytest.fixture
-def place(address: str) -> Place:
-    return place_of(address)
+def storage(address: str) -> Storage:
+    return storage_of(address)
 
 
 @pytest.fixture(scope="module")
@@ -53,36 +53,36 @@ def whole() -> xr.Dataset:
     return gr.study(model(), AXES, OUTPUTS, workers=1, function=loudness)
 
 
-def test_what_is_put_is_there_and_what_is_removed_is_not(place: Place) -> None:
-    assert place.is_empty()
-    place.make()
-    assert place.names("done") == []
-    place.put("done/a.json", b"1")
-    place.put("done/a.json", b"23")
-    place.write("done/b.json", b"4")
-    assert place.read("done/a.json") == b"23"
-    assert sorted(place.names("done")) == ["a.json", "b.json"]
-    assert place.exists("done/b.json")
-    place.remove("done/b.json")
-    place.remove("done/b.json")
-    assert not place.exists("done/b.json")
+def test_what_is_put_is_there_and_what_is_removed_is_not(storage: Storage) -> None:
+    assert storage.is_empty()
+    storage.make()
+    assert storage.names("done") == []
+    storage.put("done/a.json", b"1")
+    storage.put("done/a.json", b"23")
+    storage.write("done/b.json", b"4")
+    assert storage.read("done/a.json") == b"23"
+    assert sorted(storage.names("done")) == ["a.json", "b.json"]
+    assert storage.exists("done/b.json")
+    storage.remove("done/b.json")
+    storage.remove("done/b.json")
+    assert not storage.exists("done/b.json")
     with pytest.raises(FileNotFoundError):
-        place.read("done/b.json")
-    assert not place.is_empty()
+        storage.read("done/b.json")
+    assert not storage.is_empty()
 
 
-def test_what_must_be_new_is_put_once(place: Place) -> None:
-    place.make()
-    place.put("study.json", b"mine", new=True)
+def test_what_must_be_new_is_put_once(storage: Storage) -> None:
+    storage.make()
+    storage.put("study.json", b"mine", new=True)
     with pytest.raises(FileExistsError):
-        place.put("study.json", b"theirs", new=True)
-    assert place.read("study.json") == b"mine"
-    assert place.names("") == ["study.json"]  # nothing half-written stays
+        storage.put("study.json", b"theirs", new=True)
+    assert storage.read("study.json") == b"mine"
+    assert storage.names("") == ["study.json"]  # nothing half-written stays
 
 
-def test_a_file_of_a_place_is_like_a_path(place: Place) -> None:
-    place.make()
-    file = File(place, "part")
+def test_a_file_in_storage_is_like_a_path(storage: Storage) -> None:
+    storage.make()
+    file = File(storage, "part")
     with pytest.raises(FileNotFoundError):
         file.unlink()
     file.write_bytes(b"abc")
@@ -92,13 +92,13 @@ def test_a_file_of_a_place_is_like_a_path(place: Place) -> None:
     assert not file.exists()
 
 
-def test_a_folder_is_taken_whole(place: Place, tmp_path: Path) -> None:
+def test_a_folder_is_taken_whole(storage: Storage, tmp_path: Path) -> None:
     (tmp_path / "page" / "figures").mkdir(parents=True)
     (tmp_path / "page" / "report.html").write_text("page")
     (tmp_path / "page" / "figures" / "map.svg").write_text("map")
-    place.make()
-    place.take(tmp_path / "page")
-    assert (place.read("report.html"), place.read("figures/map.svg")) == (b"page", b"map")
+    storage.make()
+    storage.take(tmp_path / "page")
+    assert (storage.read("report.html"), storage.read("figures/map.svg")) == (b"page", b"map")
 
 
 def test_a_study_is_the_same_wherever_it_is_kept(address: str, whole: xr.Dataset) -> None:
@@ -117,42 +117,42 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(address: str, whole: 
 
     with pytest.raises(Cancelled):
         gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, progress=stop)
-    place = place_of(address)
+    storage = storage_of(address)
     found = prepare(model(), AXES, OUTPUTS, function=loudness)
-    assert 0 < len(Store.open(place, found.plan, found.outputs, resume=True).done()) < 12
+    assert 0 < len(Store.open(storage, found.plan, found.outputs, resume=True).done()) < 12
     again = gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, resume=True)
     assert again.identical(whole)
 
 
 def test_damage_is_noticed_and_computed_again(address: str, whole: xr.Dataset) -> None:
     gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness)
-    place = place_of(address)
-    place.write("results.zarr/TR rms/c/0/0/0", b"abc")
-    place.write("done/0000003.json", b"{")
-    place.remove("done/0000005.json")
+    storage = storage_of(address)
+    storage.write("results.zarr/TR rms/c/0/0/0", b"abc")
+    storage.write("done/0000003.json", b"{")
+    storage.remove("done/0000005.json")
     again = gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, resume=True)
     assert again.identical(whole)
 
 
 def test_who_began_may_be_killed_before_the_arrays_are_made(address: str, whole: xr.Dataset) -> None:
     found = prepare(model(), AXES, OUTPUTS, function=loudness)
-    place = place_of(address)
+    storage = storage_of(address)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Store, "_lay_out", lambda _: None)
-        Store.open(place, found.plan, found.outputs, resume=False)
+        Store.open(storage, found.plan, found.outputs, resume=False)
     again = gr.study(model(), AXES, OUTPUTS, output=address, workers=1, function=loudness, resume=True)
     assert again.identical(whole)
 
 
 def test_a_second_client_that_begins_at_the_same_time_is_refused(address: str) -> None:
-    found, place = prepare(model(), AXES, OUTPUTS), place_of(address)
-    seen = place.exists
-    Store.open(place, found.plan, found.outputs, resume=False)
+    found, storage = prepare(model(), AXES, OUTPUTS), storage_of(address)
+    seen = storage.exists
+    Store.open(storage, found.plan, found.outputs, resume=False)
     with pytest.MonkeyPatch.context() as patch:  # it looked before the other had begun
-        patch.setattr(type(place), "exists", lambda _, name: name != "study.json" and seen(name))
-        patch.setattr(type(place), "is_empty", lambda _: True)
+        patch.setattr(type(storage), "exists", lambda _, name: name != "study.json" and seen(name))
+        patch.setattr(type(storage), "is_empty", lambda _: True)
         with pytest.raises(ModelError, match="holds a study already"):
-            Store.open(place, found.plan, found.outputs, resume=False)
+            Store.open(storage, found.plan, found.outputs, resume=False)
 
 
 def test_processes_keep_chunks_behind_an_address_themselves(tmp_path: Path, whole: xr.Dataset) -> None:
@@ -167,7 +167,7 @@ def test_threads_share_the_memory_of_the_process(tmp_path: Path, whole: xr.Datas
     assert found.identical(whole)
     with pytest.raises(ModelError, match="do not see the memory"):
         gr.study(model(), AXES, OUTPUTS, output=address + "2", workers=2)
-    assert place_of(address + "2").is_empty()
+    assert storage_of(address + "2").is_empty()
 
 
 def test_killed_between_two_chunks_it_goes_on_from_an_address(tmp_path: Path) -> None:
@@ -210,19 +210,19 @@ def test_addresses_that_lead_nowhere_are_refused_before_anything_runs(
 def test_a_library_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "s3fs", None)
     with pytest.raises(NotInstalled, match="pip install s3fs"):
-        place_of("s3://bucket/study")
+        storage_of("s3://bucket/study")
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(NotInstalled, match=r"gearrattle\[studies\]"):
-        place_of("s3://bucket/study")
+        storage_of("s3://bucket/study")
 
 
 def test_paths_and_addresses_are_told_apart(tmp_path: Path) -> None:
-    assert place_of(f"file://{tmp_path}/a%20b") == Folder(tmp_path / "a b")
-    assert place_of("out/map") == Folder(Path("out/map"))
-    assert place_of("s3:/odd") == Folder(Path("s3:/odd"))  # text is taken at its word
-    assert place_of("memory://a/") == Remote("memory://a")
-    found = place_of("memory://a/")
-    assert place_of(found) is found
+    assert storage_of(f"file://{tmp_path}/a%20b") == Folder(tmp_path / "a b")
+    assert storage_of("out/map") == Folder(Path("out/map"))
+    assert storage_of("s3:/odd") == Folder(Path("s3:/odd"))  # text is taken at its word
+    assert storage_of("memory://a/") == Remote("memory://a")
+    found = storage_of("memory://a/")
+    assert storage_of(found) is found
 
 
 def test_whatever_a_store_raises_names_its_address() -> None:
@@ -246,8 +246,8 @@ def test_the_command_takes_an_address(tmp_path: Path, capsys: pytest.CaptureFixt
     told = capsys.readouterr().out
     assert f"results: {address}/results.zarr" in told
     assert f"page: {address}/report.html" in told
-    assert place_of(address).read("report.html").startswith(b"<!doctype html>")
-    assert place_of(address).names("figures")
+    assert storage_of(address).read("report.html").startswith(b"<!doctype html>")
+    assert storage_of(address).names("figures")
     assert int(np.sum(gr.open_study(address)["outcome"])) == 2
     assert main(["study", str(tmp_path / "study.toml"), "-o", "s4://bucket/study"]) == 2
     assert "there is no protocol s4://" in capsys.readouterr().err

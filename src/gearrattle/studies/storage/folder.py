@@ -2,7 +2,7 @@
 
 Files appear by renaming after their content has reached the disk.
 
-Takes a path; gives a Place.
+Takes a path; gives a Storage.
 """
 
 from __future__ import annotations
