@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import xarray as xr
 import zarr
 from scipy.io import loadmat, savemat
 
@@ -141,6 +142,17 @@ def test_a_run_of_a_later_version_is_refused_by_every_reader(files: dict[str, Pa
     _renamed_hdf5(path, format_name("run"))
 
 
+def test_a_run_of_the_first_version_opens_with_its_friction(tmp_path: Path) -> None:
+    run = gr.simulate(gr.load("examples/dual_mass_flywheel.toml"), cycles=3, discard=1, audit=False)
+    run.save(tmp_path / "run.nc")
+    with h5py.File(tmp_path / "run.nc", "r+") as file:
+        file.move("auxiliaries", "companions")
+    _renamed_hdf5(tmp_path / "run.nc", "gearrattle run 1")
+    again = gr.open_run(tmp_path / "run.nc")
+    assert run.trajectory.auxiliaries is not None
+    xr.testing.assert_identical(again.data["slider_force"], run.data["slider_force"])
+
+
 @pytest.mark.parametrize("version", [1, 9])
 def test_a_study_of_another_version_is_not_resumed(version: int, files: dict[str, Path], model: gr.Model) -> None:
     _renamed_study(files["study"], f"gearrattle study {version}")
@@ -235,7 +247,7 @@ WRITERS = {
 def test_whoever_writes_a_file_in_a_format_of_ours_is_known() -> None:
     """A new writer gets a kind in ``FORMATS``, and its name here."""
     of_arrays = r"\.to_netcdf\(|\.to_zarr\(|savez|savemat\(|File\(path, \"w\""
-    of_text = r"json\.dumps\(.*\n.*write_text|place\.put\(ABOUT|json\.dumps\(\{name"
+    of_text = r"json\.dumps\(.*\n.*write_text|storage\.put\(ABOUT|json\.dumps\(\{name"
     texts = {path.relative_to(SOURCE).as_posix(): path.read_text(encoding="utf-8") for path in source_files()}
     assert {name for name, text in texts.items() if re.search(f"{of_arrays}|{of_text}", text)} == set(WRITERS)
 

@@ -1,7 +1,7 @@
 """The one error tree.
 
 Every message a user can meet names the *place* (file, line, key, or element and time), the *value* found, the *rule*
-it breaks and the *remedy*. Takes nothing from other rooms; every room above may raise these.
+it breaks and the *remedy*. Takes nothing from other packages; every package above may raise these.
 """
 
 from __future__ import annotations

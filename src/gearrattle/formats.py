@@ -32,7 +32,7 @@ class Format:
 
 
 FORMATS = {
-    "run": Format(1, "simulate the model again"),
+    "run": Format(2, "simulate the model again"),
     "stream": Format(3, "compute the motion again in another folder"),
     "study": Format(2, "compute the study again in another folder", oldest=2),
     "optimization": Format(1, "optimise again in another folder"),
@@ -46,7 +46,7 @@ FORMATS = {
 
 
 def format_name(kind: str) -> str:
-    """Return the name of the format that is written: ``"gearrattle run 1"``."""
+    """Return the name of the format that is written: ``"gearrattle run 2"``."""
     return f"gearrattle {kind} {FORMATS[kind].version}"
 
 
@@ -55,7 +55,7 @@ def check_format(name: object, source: object, *kinds: str) -> None:
 
     Args:
         name: of its format, as the file tells it; empty if it tells none.
-        place: the file, for the message.
+        source: the file, for the message.
         kinds: that are wanted, any of them.
 
     Raises:

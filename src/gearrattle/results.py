@@ -26,7 +26,7 @@ from gearrattle.engine.system import variation as growth
 from gearrattle.engine.system.coordinates import relative_coordinates
 from gearrattle.engine.system.energy import EnergyAudit
 from gearrattle.engine.system.flow import flow_of
-from gearrattle.engine.system.passages import Companions, Passages
+from gearrattle.engine.system.passages import Auxiliaries, Passages
 from gearrattle.engine.system.perturbed import Gradient
 from gearrattle.errors import ModelError, Problem
 from gearrattle.files import Refused, opened_hdf5
@@ -50,8 +50,9 @@ _SAMPLED = {
     "element_torque": ("element", "N m"),
 }
 _WHOLE = {"region": "i2", "slider": "i1"}
-_COMPANIONS = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
+_AUXILIARY_VALUES = {"slider_stretch": ("memory", "rad"), "slider_force": ("force", "N m, or N for a mesh")}
 _PASSAGES = {"time": ("time", "f8"), "watch": ("watch", "i2"), "upward": ("upward", "i1"), "velocity": ("rate", "f8")}
+_EARLIER_GROUP = "companions"  # of the format "gearrattle run 1", in place of "auxiliaries"
 """Names and kinds in the file, which stay; with ``memory``, called ``stretched`` there."""
 _Samples = dict[str, tuple[tuple[str, ...], Array, str]]
 """By name: axes, values, SI unit."""
@@ -83,7 +84,7 @@ class Run(Result):
         angle, velocity, acceleration (time, inertia) [rad, rad/s, rad/s^2]; deflection, force, region
         (time, clearance) [rad or m, N m or N, -]; element_torque (time, element) [N m]. With friction or clipped
         contact damping also slider, the state of each (its words in flag_meanings), slider_stretch of its spring and
-        slider_force (time, companion) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
+        slider_force (time, auxiliary) [-, rad, N m or N]; along a sweep also speed (time) [rad/s]; with prescribed
         motions drive_torque (time, motion), what keeps them up [N m]. Attributes: period, units, provenance; of a
         dimensionless model every unit reads "1". The arrays are read-only, for criteria and figures are made of them;
         ``run.data.copy(deep=True)`` may be changed.
@@ -102,13 +103,13 @@ class Run(Result):
             "clearance": t.layout.clearance_names,
             "element": t.layout.element_names,
         }
-        if t.companions is not None:
-            labels["companion"] = t.layout.companion_names
-            for name, (value, unit) in _COMPANIONS.items():
-                samples[name] = (("time", "companion"), getattr(t.companions, value), unit)
-            codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.companion_words]
-            states = np.stack([code[s] for code, s in zip(codes, t.companions.piece.T, strict=True)], axis=1)
-            samples["slider"] = (("time", "companion"), states, "1")
+        if t.auxiliaries is not None:
+            labels["auxiliary"] = t.layout.auxiliary_names
+            for name, (value, unit) in _AUXILIARY_VALUES.items():
+                samples[name] = (("time", "auxiliary"), getattr(t.auxiliaries, value), unit)
+            codes = [np.array([WORDS.index(word) for word in words]) for words in t.layout.auxiliary_words]
+            states = np.stack([code[s] for code, s in zip(codes, t.auxiliaries.piece.T, strict=True)], axis=1)
+            samples["slider"] = (("time", "auxiliary"), states, "1")
         if self.model.motions:
             labels["motion"] = tuple(motion.on for motion in self.model.motions)
             samples["drive_torque"] = (("time", "motion"), drive_torque(self.model, t), "N m")
@@ -147,11 +148,11 @@ class Run(Result):
 
     @cached_property
     def switches(self) -> pd.DataFrame:
-        """Every switch of a slider or a limit of contact damping: time [s], companion (name), state (words)."""
+        """Every switch of a slider or a limit of contact damping: time [s], auxiliary (name), state (words)."""
         import pandas as pd
 
         rows = list(switches(assemble(self.model).system, self.trajectory))
-        return pd.DataFrame(rows, columns=["time", "companion", "state"])
+        return pd.DataFrame(rows, columns=["time", "auxiliary", "state"])
 
     @property
     def speed(self) -> Array | None:
@@ -164,17 +165,17 @@ class Run(Result):
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model).system)
-        first, log, companions = t.layout.region_of_first_piece, t.events, t.companions
+        first, log, auxiliaries = t.layout.region_of_first_piece, t.events, t.auxiliaries
         pieces = dict(zip(flow.system.places, t.initial_region - first, strict=False))
         start = t.first_cycle * t.layout.period
-        if companions is None:
+        if auxiliaries is None:
             unknown = np.zeros((len(log), 0))
             upward = (log.to_region > log.from_region).astype(np.int64)
             passages = Passages(log.time - start, log.clearance, upward, log.velocity, unknown)
         else:
-            pieces |= dict(zip(flow.system.places[len(first) :], companions.initial, strict=True))
-            passages = replace(companions.passages, time=companions.passages.time - start)
-        count = len(flow.system.laws) + len(flow.system.companions)
+            pieces |= dict(zip(flow.system.places[len(first) :], auxiliaries.initial, strict=True))
+            passages = replace(auxiliaries.passages, time=auxiliaries.passages.time - start)
+        count = len(flow.system.laws) + len(flow.system.auxiliaries)
         return growth.variation(flow, tuple(int(pieces.get(k, 0)) for k in range(count)), passages, end=t.end - start)
 
     @cached_property
@@ -191,7 +192,7 @@ class Run(Result):
         elements = relative_coordinates(assemble(self.model).system).elements
         names = [f"deflection.{t.layout.element_names[k]}" for k in elements]
         names += [f"velocity.{name}" for name in free_names(self.model)]
-        names += [f"slider.{t.layout.companion_names[c]}" for c in assemble(self.model).system.memories]
+        names += [f"slider.{t.layout.auxiliary_names[c]}" for c in assemble(self.model).system.memories]
         return xr.DataArray(self.variation.gradient(), {"state": names, "start": names}, ("state", "start"))
 
     @cached_property
@@ -284,8 +285,8 @@ class Run(Result):
             for name in ("clearance", "from_region", "to_region"):
                 group.create_variable(name, ("event",), "i2", data=getattr(log, name).astype("i2"))
             group["clearance"].attrs["meaning"] = "index into the root's clearance"
-            if t.companions is not None:
-                _write_companions(file, t.companions)
+            if t.auxiliaries is not None:
+                _write_auxiliaries(file, t.auxiliaries)
             _write_points(file, self.model.to_stored()[1])
 
     def _write_csv(self, path: Path) -> None:
@@ -343,27 +344,27 @@ def _read_points(file: Any) -> Points:
     return {digest: (np.array(group["time"][...]), np.array(group["value"][...])) for digest, group in groups}
 
 
-def _write_companions(file: Any, companions: Companions) -> None:
-    """Write pieces and crossings of companions as a group; their forces and memories are samples."""
-    group, log = file.create_group("companions"), companions.passages
+def _write_auxiliaries(file: Any, auxiliaries: Auxiliaries) -> None:
+    """Write pieces and crossings of auxiliaries as a group; their forces and memories are samples."""
+    group, log = file.create_group("auxiliaries"), auxiliaries.passages
     count, memories = log.memory.shape
-    samples, sliders = companions.piece.shape
+    samples, sliders = auxiliaries.piece.shape
     group.dimensions = {"sample": samples, "slider": sliders, "event": count, "memory": memories}
-    group.create_variable("state", ("sample", "slider"), "i1", data=companions.piece.astype("i1"))
-    group.create_variable("initial", ("slider",), "i1", data=companions.initial.astype("i1"))
+    group.create_variable("state", ("sample", "slider"), "i1", data=auxiliaries.piece.astype("i1"))
+    group.create_variable("initial", ("slider",), "i1", data=auxiliaries.initial.astype("i1"))
     for field, (name, kind) in _PASSAGES.items():
         group.create_variable(name, ("event",), kind, data=getattr(log, field).astype(kind))
     group.create_variable("stretched", ("event", "memory"), "f8", data=log.memory)
 
 
-def _read_companions(file: Any) -> Companions:
-    group = file.groups["companions"]
+def _read_auxiliaries(file: Any) -> Auxiliaries:
+    group = file.groups["auxiliaries" if "auxiliaries" in file.groups else _EARLIER_GROUP]
     log: dict[str, Any] = {
         field: np.array(group[name][...], float if kind == "f8" else np.int64)
         for field, (name, kind) in _PASSAGES.items()
     }
-    return Companions(
-        **{name: np.array(file[of][...], float) for of, (name, _) in _COMPANIONS.items()},
+    return Auxiliaries(
+        **{name: np.array(file[of][...], float) for of, (name, _) in _AUXILIARY_VALUES.items()},
         piece=np.array(group["state"][...], np.int64),
         initial=np.array(group["initial"][...], np.int64),
         passages=Passages(**log, memory=np.array(group["stretched"][...], float)),
@@ -440,6 +441,6 @@ def _read(stored: Any, path: str | os.PathLike[str]) -> Run:
             notes=tuple(json.loads(str(file.attrs["notes"]))),
             energy=_energy(json.loads(str(file.attrs["energy"]))),
             first_cycle=int(file.attrs.get("first_cycle", 0)),
-            companions=_read_companions(file) if "companions" in file.groups else None,
+            auxiliaries=_read_auxiliaries(file) if {"auxiliaries", _EARLIER_GROUP} & set(file.groups) else None,
         )
     return Run(trajectory, model)

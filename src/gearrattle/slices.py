@@ -1,4 +1,4 @@
-"""Long arrays in slices, so that Ctrl-C is heard between two of them: NumPy hears nothing before it has done.
+"""Long arrays in slices, so that Ctrl-C works between two of them: NumPy does not react before it is done.
 
 Slices are small enough to stay in the processor's cache, so working in them takes no longer.
 """

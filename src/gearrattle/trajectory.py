@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.system.energy import EnergyAudit
-from gearrattle.engine.system.passages import Companions
+from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.statistics import Statistics
 
 Array = NDArray[np.float64]
@@ -50,9 +50,9 @@ class Layout:
         period: common period T of all orders [s].
         orders: ascending distinct orders of the excitation (torques and transmission errors).
         reference: index of the inertia transmissibility refers to (the first torque table's; 0 without torques).
-        companion_names: (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
+        auxiliary_names: (C,) sliders ("damper.0", "damper.drive.1": the second drive stage's), limiters ("gear.pull",
             "gear.push") and alternating stiffness ("gear.pairs").
-        companion_words: what the pieces of each stand for.
+        auxiliary_words: what the pieces of each stand for.
         prescribed: indices of the bodies whose motion is prescribed: no impact moves them.
     """
 
@@ -74,8 +74,8 @@ class Layout:
     period: float
     orders: Array
     reference: int
-    companion_names: tuple[str, ...] = ()
-    companion_words: tuple[tuple[str, ...], ...] = ()
+    auxiliary_names: tuple[str, ...] = ()
+    auxiliary_words: tuple[tuple[str, ...], ...] = ()
     prescribed: tuple[int, ...] = ()
 
     @property
@@ -175,7 +175,7 @@ class Trajectory:
         notes: everything the user must know about this motion.
         energy: where the energy went (None: no audit).
         first_cycle: whole cycles before the first sample: more than 0 for a later chunk of a long run.
-        companions: sliders, limiters, alternating stiffness (None: the driveline has none).
+        auxiliaries: sliders, limiters, alternating stiffness (None: the driveline has none).
         exact: what knows the motion between its samples (None: nothing does).
     """
 
@@ -198,7 +198,7 @@ class Trajectory:
     notes: tuple[str, ...] = field(default=())
     energy: EnergyAudit | None = None
     first_cycle: int = 0
-    companions: Companions | None = None
+    auxiliaries: Auxiliaries | None = None
     exact: Exact | None = field(default=None, repr=False, compare=False)
 
     @property

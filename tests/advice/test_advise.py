@@ -11,7 +11,7 @@ import pytest
 
 import gearrattle as gr
 from gearrattle.advice import Forecast, advise, scored
-from gearrattle.advice.pilot import fly
+from gearrattle.advice.pilot import run_pilot
 from gearrattle.analysis.stiffness import regions_visited
 from gearrattle.errors import ModelError
 from gearrattle.signals import dwell_of_regions, region_shares, steady
@@ -118,7 +118,7 @@ def test_lumping_is_tried_and_checked_by_flying_the_lumped_model() -> None:
 
 def test_a_pilot_too_short_for_the_horizon_extrapolates() -> None:
     model = settled(case("case3_loaded"), {"cycles": 127, "discard": 27})
-    long, short = fly(model, 127), fly(model, 127, cycles=6)
+    long, short = run_pilot(model, 127), run_pilot(model, 127, cycles=6)
     assert long.predictable_cycles == gr.simulate(model).predictability_horizon / model_period(model)
     assert 0.5 < short.predictable_cycles / long.predictable_cycles < 2.0
     assert math.isinf(replace(long, planned=5).predictable_cycles)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearrattle as gr
-from gearrattle.engine.system.passages import Companions, Passages
+from gearrattle.engine.system.passages import Auxiliaries, Passages
 from tests.architecture.places import EXAMPLES
 
 SHORT = {"cycles": 4, "samples_per_cycle": 32, "discard": 2}
@@ -27,7 +27,7 @@ def run(model: gr.Model) -> gr.Run:
     return gr.simulate(model, **SHORT)
 
 
-def assert_same(one: Companions | Passages, two: Companions | Passages) -> None:
+def assert_same(one: Auxiliaries | Passages, two: Auxiliaries | Passages) -> None:
     for field in fields(one):
         before, after = getattr(one, field.name), getattr(two, field.name)
         if field.name == "passages":
@@ -39,7 +39,7 @@ def assert_same(one: Companions | Passages, two: Companions | Passages) -> None:
 def test_a_saved_run_comes_back_with_its_sliders(run: gr.Run, tmp_path: Path) -> None:
     run.save(tmp_path / "run.nc")
     again = gr.open_run(tmp_path / "run.nc")
-    assert_same(again.trajectory.companions, run.trajectory.companions)
+    assert_same(again.trajectory.auxiliaries, run.trajectory.auxiliaries)
     assert again.data.equals(run.data)
     assert again.flow_gradient.equals(run.flow_gradient)
     assert again.model == run.model
@@ -48,7 +48,7 @@ def test_a_saved_run_comes_back_with_its_sliders(run: gr.Run, tmp_path: Path) ->
 def test_the_states_of_sliders_have_words(run: gr.Run) -> None:
     words = run.data.slider.attrs["flag_meanings"].split(", ")
     assert words[:4] == ["sticks", "slips forward", "slips backward", "let go"]
-    slider = run.data.sel(companion="damper.drive.1")
+    slider = run.data.sel(auxiliary="damper.drive.1")
     limit = 0.5 * (8.0 - 0.6)
     slips = slider.slider.values == words.index("slips forward")
     assert slips.any()
@@ -68,16 +68,16 @@ def test_the_force_of_the_damper_is_law_and_sliders(run: gr.Run) -> None:
     assert degree.max() < 14.0
     damping = np.where(run.data.region.sel(clearance="damper").values == 0, 0.01, 0.05)
     sliders = sum(
-        run.data.slider_force.sel(companion=name).values
-        for name in run.data.companion.values
+        run.data.slider_force.sel(auxiliary=name).values
+        for name in run.data.auxiliary.values
         if name.startswith("damper")
     )
     assert np.allclose(run.data.force.sel(clearance="damper").values, elastic + damping * rate + sliders, atol=1e-11)
 
 
 def test_chunks_of_a_stream_have_their_sliders(model: gr.Model, run: gr.Run) -> None:
-    chunks = [chunk.trajectory.companions for chunk in gr.stream(model, **SHORT, chunk=1)]
-    whole = run.trajectory.companions
+    chunks = [chunk.trajectory.auxiliaries for chunk in gr.stream(model, **SHORT, chunk=1)]
+    whole = run.trajectory.auxiliaries
     for name in ("force", "memory", "piece"):
         joined = np.concatenate([getattr(c, name)[0 if i == 0 else 1 :] for i, c in enumerate(chunks)])
         assert np.array_equal(joined, getattr(whole, name))
@@ -100,7 +100,7 @@ def test_a_study_gives_what_runs_give(model: gr.Model, tmp_path: Path) -> None:
 def test_without_dimensions_and_back(model: gr.Model, run: gr.Run) -> None:
     plain = gr.nondimensionalize(model)
     back = plain.restore(gr.simulate(plain.model, **SHORT))
-    mine, theirs = run.trajectory.companions, back.trajectory.companions
+    mine, theirs = run.trajectory.auxiliaries, back.trajectory.auxiliaries
     log, other = mine.passages, theirs.passages
     pairs = [(mine, theirs, "force"), (mine, theirs, "memory")]
     for ours, restored, name in (*pairs, *((log, other, name) for name in ("time", "memory", "velocity"))):
@@ -212,7 +212,7 @@ def test_friction_goes_through_the_ratio_of_a_merged_gear() -> None:
     long, short = (gr.simulate(m, cycles=5, samples_per_cycle=64, discard=0) for m in (model, small.model))
     twist = [r.data.deflection.sel(clearance="rubs").values for r in (long, short)]
     assert np.abs(twist[0] - twist[1] * ratio).max() < 2e-3 * np.abs(twist[0]).max()
-    assert len(short.trajectory.companions.passages.time) > 4
+    assert len(short.trajectory.auxiliaries.passages.time) > 4
 
 
 @pytest.mark.parametrize("speed", [0.0, 104.71975511965978, 157.07963267948966, 418.8790204786391])
@@ -225,9 +225,9 @@ def test_friction_over_speed_follows_the_speed(speed: float) -> None:
         return
     run = gr.simulate(model.with_({"excitation.speed": speed}), **SHORT)
     loop = np.interp(speed, np.array([0.0, 1e3, 2e3, 3e3, 4e3]) * 2 * np.pi / 60, [8.0, 13.0, 28.0, 53.0, 88.0])
-    force = run.data.slider_force.sel(companion="arc_springs.0").values
+    force = run.data.slider_force.sel(auxiliary="arc_springs.0").values
     assert np.abs(force).max() <= 0.5 * loop * (1 + 1e-12)
-    slips = np.isin(run.data.slider.sel(companion="arc_springs.0").values, (1, 2))
+    slips = np.isin(run.data.slider.sel(auxiliary="arc_springs.0").values, (1, 2))
     assert np.allclose(np.abs(force[slips]), 0.5 * loop, rtol=1e-14)
     assert slips.any() == (speed < 400.0)
 
@@ -242,13 +242,13 @@ def test_other_algorithms_are_refused_before_anything_runs(model: gr.Model) -> N
 
 
 def test_switches_have_time_name_and_state(run: gr.Run) -> None:
-    table, watch = run.switches, run.trajectory.companions.passages.watch
-    assert list(table.columns) == ["time", "companion", "state"]
+    table, watch = run.switches, run.trajectory.auxiliaries.passages.watch
+    assert list(table.columns) == ["time", "auxiliary", "state"]
     assert len(table) == int((watch >= len(run.trajectory.layout.clearance)).sum()) > 50
     assert np.all(np.diff(table["time"]) >= 0.0)
-    gear = table[table["companion"] == "gear.push"]
+    gear = table[table["auxiliary"] == "gear.push"]
     assert set(gear["state"]) == {"idle"}  # contact begins at the limit, which ends by itself
-    inner = table[table["companion"] == "damper.0"]["state"].tolist()
+    inner = table[table["auxiliary"] == "damper.0"]["state"].tolist()
     assert all((a == "sticks") != (b == "sticks") for a, b in pairwise(inner))
     smooth = gr.load(EXAMPLES / "manual_transmission.toml")
     assert gr.simulate(smooth, cycles=1, samples_per_cycle=8, discard=0).switches.empty

@@ -87,7 +87,7 @@ def test_between_groups_the_forces_are_the_same(
         theta, omega = np.random.default_rng(seed).normal(size=(2, len(BODIES))) * np.array([[0.03], [5.0]])
         want = rho * torques(model, rho * theta, rho * omega)
         assert torques(grouped, theta, omega) == pytest.approx(want, rel=1e-9, abs=1e-9)
-    assert len(assemble(grouped).system.companions) == len(assemble(model).system.companions)
+    assert len(assemble(grouped).system.auxiliaries) == len(assemble(model).system.auxiliaries)
 
 
 def torques(model: gr.Model, theta: np.ndarray, omega: np.ndarray) -> np.ndarray:

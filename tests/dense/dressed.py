@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gearrattle.engine.system.auxiliary import Auxiliary, alternation, limiters, slider
 from gearrattle.engine.system.clock import Clock
-from gearrattle.engine.system.companion import Companion, alternation, limiters, slider
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.engine.system.signals import Signals
 from tests.dense.case import Case
@@ -49,10 +49,10 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Dressed(Case):
-    """A case with companions and signals.
+    """A case with auxiliaries and signals.
 
     Attributes:
-        sliders: in the order of their companions, behind those of the clipped elements.
+        sliders: in the order of their auxiliaries, behind those of the clipped elements.
         clipped: elements with clipped contact damping.
         pairs: alternating elements; their instants come again every period if ``repeats``.
         signals: knots, coefficients, and what they act on; None without.
@@ -67,7 +67,7 @@ class Dressed(Case):
     def system(self) -> PiecewiseSystem:
         """What the program takes."""
         plain = super().system()
-        beside: list[Companion] = []
+        beside: list[Auxiliary] = []
         for k in self.clipped:
             beside += limiters(k, plain.laws[k])
         for each in self.sliders:
@@ -81,7 +81,7 @@ class Dressed(Case):
         ticks = sorted((time, first + i) for i, pair in enumerate(self.pairs) for time in pair.instants)
         clock = Clock(np.array([time for time, _ in ticks]), np.array([c for _, c in ticks], np.int64), self.repeats)
         return replace(
-            plain, companions=tuple(beside), signals=self.signals, clock=clock if ticks else None
+            plain, auxiliaries=tuple(beside), signals=self.signals, clock=clock if ticks else None
         )  # fmt: skip
 
     def ticks(self, pair: int) -> np.ndarray:

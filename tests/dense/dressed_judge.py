@@ -18,7 +18,7 @@ from math import comb
 import numpy as np
 
 from gearrattle.engine.solvers import Motion
-from gearrattle.engine.system.passages import Companions, Passages
+from gearrattle.engine.system.passages import Auxiliaries, Passages
 from tests.dense.dressed import Dressed
 from tests.dense.dressed_plain import Inside, inside, layout_of, rate_rows, unit_of
 from tests.dense.judge import FORCED, LATE, PENETRATION, ROUNDINGS, Verdict
@@ -31,12 +31,12 @@ TOGETHER = 8 * EPS
 """Of the time: two instants as near as this may come in either order."""
 
 
-def no_companions(motion: Motion) -> Companions:
-    """What a motion without companions would say of them: only its crossings."""
+def no_auxiliaries(motion: Motion) -> Auxiliaries:
+    """What a motion without auxiliaries would say of them: only its crossings."""
     log, none = motion.crossings, np.zeros((len(motion.angle), 0))
     upward = (log.to_piece > log.from_piece).astype(np.int64)
     passages = Passages(log.time, log.clearance, upward, log.velocity, np.zeros((len(log.time), 0)))
-    return Companions(none, none, none.astype(np.int64), np.zeros(0, np.int64), passages)
+    return Auxiliaries(none, none, none.astype(np.int64), np.zeros(0, np.int64), passages)
 
 
 class DressedJudge:
@@ -44,7 +44,7 @@ class DressedJudge:
 
     def __init__(self, case: Dressed, motion: Motion) -> None:
         self.case, self.motion, self.verdict, self.place = case, motion, Verdict(), layout_of(case)
-        self.companions = motion.companions or no_companions(motion)
+        self.auxiliaries = motion.auxiliaries or no_auxiliaries(motion)
         self.clear, self.known = list(case.clearances), {}
         self.time = np.arange(len(motion.angle)) * (case.period / case.samples)
         sums, signals = sums_of(case), case.signals
@@ -63,7 +63,7 @@ class DressedJudge:
 
     def _initial(self) -> Modes:
         """The modes the run begins in: by the check's own rules, where they do not depend on rounding."""
-        said = read(self.case, self.motion.initial_piece, self.companions.initial)
+        said = read(self.case, self.motion.initial_piece, self.auxiliaries.initial)
         z, _ = self.state(0)
         rate = rate_rows(self.case, self.place, signs=True) @ z
         own = at_start(self.case, said.pieces, z[: self.place.m], rate)
@@ -123,7 +123,7 @@ class DressedJudge:
         if case.signals is not None:
             error = error + case.signals.error @ chain[:: case.signals.degree + 1]
         first = 2 * len(case.clipped)
-        e = self.companions.memory[j, first : first + len(case.sliders)]
+        e = self.auxiliaries.memory[j, first : first + len(case.sliders)]
         return np.concatenate([case.rows @ q - error, v, e if j else 0.0 * e, u]), q
 
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +143,7 @@ class DressedJudge:
 
     def judge(self) -> Verdict:
         """Go through the run, sample by sample."""
-        log, faults = self.companions.passages, self.verdict.faults
+        log, faults = self.auxiliaries.passages, self.verdict.faults
         if np.any(np.diff(log.time) < 0) or np.any(log.time < 0) or np.any(log.time > self.time[-1] * (1 + 4 * EPS)):
             faults.append("crossings are not in order of time, or outside the run")
             return self.verdict
@@ -180,7 +180,7 @@ class DressedJudge:
 
     def _ticks(self) -> None:
         """Every change by the clock at its instant."""
-        log, first = self.companions.passages, self.first_slider + len(self.case.sliders)
+        log, first = self.auxiliaries.passages, self.first_slider + len(self.case.sliders)
         end = self.case.length * self.case.period
         for i in range(len(self.case.pairs)):
             told, due = log.time[log.watch == first + i], self.case.ticks(i)
@@ -193,7 +193,7 @@ class DressedJudge:
 
     def _corners(self) -> None:
         """The log of corners against the log of everything."""
-        log, passages = self.motion.crossings, self.companions.passages
+        log, passages = self.motion.crossings, self.auxiliaries.passages
         for i, k in enumerate(self.clear):
             own, other = log.clearance == i, passages.watch == i
             same = own.sum() == other.sum() and np.array_equal(
@@ -265,7 +265,7 @@ class DressedJudge:
 
     def _crossing(self, e, z, spread, passed):
         """Judge entry e of the log, z being the state there, and step into what follows."""
-        log, here = self.companions.passages, self.now()
+        log, here = self.auxiliaries.passages, self.now()
         i, upward, region = int(log.watch[e]), int(log.upward[e]), self.now().region
         kind, what = self._named(i)
         self.verdict.crossings += kind != "pairs"
@@ -306,7 +306,7 @@ class DressedJudge:
 
     def _beside(self, watch: int, now: float) -> bool:
         """Whether one of those watched, or its element, changes at an instant."""
-        log, case = self.companions.passages, self.case
+        log, case = self.auxiliaries.passages, self.case
         owners = [*self.clear, *(k for k in case.clipped for _ in range(2))]
         owners += [each.element for each in (*case.sliders, *case.pairs)]
         mine = np.array([owners[w] == owners[watch] for w in log.watch], dtype=bool)
@@ -316,7 +316,7 @@ class DressedJudge:
         """Modes, forces and accelerations stored at sample j, against its state."""
         motion, case, place, told = self.motion, self.case, self.place, self.modes
         try:
-            said = read(case, motion.piece[j], self.companions.piece[j])
+            said = read(case, motion.piece[j], self.auxiliaries.piece[j])
         except Impossible as wrong:
             self.verdict.faults.append(f"piece: {wrong}, sample {j}")
             return

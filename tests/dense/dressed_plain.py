@@ -79,7 +79,7 @@ def coefficients(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, n
 
 
 def sizes(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sizes of the terms k, c, f are sums of: offsets from zero deflection on, and what companions take or add."""
+    """Sizes of the terms k, c, f are sums of: offsets from zero deflection on, and what auxiliaries take or add."""
     beside = [*case.clipped, *(pair.element for pair in case.pairs)]
     terms = 1.0 + np.isin(np.arange(len(case.laws)), beside)
     k, c = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])

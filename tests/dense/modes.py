@@ -123,7 +123,7 @@ def _moved(case: Dressed, modes: Modes, element: int, upward: int) -> tuple[Mode
 
 
 def read(case: Dressed, clearances: np.ndarray, beside: np.ndarray) -> Modes:
-    """The modes that the program's own numbers of pieces mean: (K,) of clearances, (C,) of companions."""
+    """The modes that the program's own numbers of pieces mean: (K,) of clearances, (C,) of auxiliaries."""
     pieces = [0] * len(case.laws)
     for k, piece in zip(case.clearances, clearances, strict=True):
         pieces[k] = int(piece)

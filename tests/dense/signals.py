@@ -1,4 +1,4 @@
-"""Random drivelines under piecewise polynomials: records and run-ups, with companions on board or without.
+"""Random drivelines under piecewise polynomials: records and run-ups, with auxiliaries on board or without.
 
 Records are cubic splines, and where they are torques polynomials with jumps as well; their knots lie at random or at
 dyadic parts of the period. A run-up is what the program makes of a ramp and its tones; ``off`` holds that against the
@@ -19,8 +19,8 @@ from gearrattle.engine.system.channels import Channel, joined
 from gearrattle.engine.system.phase import Ramp
 from gearrattle.engine.system.run_up import Sound, Tone, channels
 from gearrattle.engine.system.signals import Signals
+from tests.dense.auxiliaries import dressed, widths, with_friction, with_limits, with_pairs
 from tests.dense.case import Case
-from tests.dense.companions import dressed, widths, with_friction, with_limits, with_pairs
 from tests.dense.dressed import Dressed
 from tests.dense.families import between, random_case, rates, share, uniform
 

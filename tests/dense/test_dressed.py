@@ -10,8 +10,8 @@ import random
 import numpy as np
 import pytest
 
+from tests.dense.auxiliaries import AUXILIARIES, dressed
 from tests.dense.case import run
-from tests.dense.companions import COMPANIONS, dressed
 from tests.dense.dressed_judge import check_dressed
 from tests.dense.dressed_plain import inside
 from tests.dense.families import FAMILIES, random_case, seeded
@@ -22,7 +22,7 @@ from tests.dense.plain import region_of
 from tests.dense.signals import DRIVEN, PROMISED, SIGNALS, off, with_run_up
 from tests.dense.test_attack import BLURRED
 
-MAKERS = {**COMPANIONS, **SIGNALS}
+MAKERS = {**AUXILIARIES, **SIGNALS}
 ALWAYS = range(4)
 PARTS = range(3)
 IN_A_PART = 100
@@ -76,7 +76,7 @@ def test_all_that_can_switch_does_switch():
     words: set[str] = set()
     for seed in range(12):
         case = seeded("all beside", seed, MAKERS["all beside"])
-        passages, first = run(case).companions.passages, len(case.clearances)
+        passages, first = run(case).auxiliaries.passages, len(case.clearances)
         for watch, upward in zip(passages.watch, passages.upward, strict=True):
             c = int(watch) - first
             if c < 0:
@@ -100,6 +100,6 @@ def test_families_know_their_cases():
     assert set(DRIVEN) <= set(FAMILIES)
     for family, make in MAKERS.items():
         one, other = seeded(family, 5, make), seeded(family, 5, make)
-        assert one.system().companions or one.signals is not None
+        assert one.system().auxiliaries or one.signals is not None
         assert np.array_equal(one.angle, other.angle)
         assert one.sliders == other.sliders

@@ -39,7 +39,7 @@ def kinds(case: Dressed, motion: Motion) -> set[str]:
 
 
 def with_passages(motion: Motion, passages: Passages) -> Motion:
-    return replace(motion, companions=replace(motion.companions, passages=passages))
+    return replace(motion, auxiliaries=replace(motion.auxiliaries, passages=passages))
 
 
 def without(passages: Passages, *entries: int) -> Passages:
@@ -52,7 +52,7 @@ def entries_of(case: Dressed, motion: Motion, part: str) -> list[int]:
     first = len(case.clearances)
     ends = np.cumsum([first, 2 * len(case.clipped), len(case.sliders), len(case.pairs)])
     i = ("limiters", "sliders", "pairs").index(part)
-    watch = motion.companions.passages.watch
+    watch = motion.auxiliaries.passages.watch
     found = np.flatnonzero((watch >= ends[i]) & (watch < ends[i + 1]))
     return [int(found[j]) for j in sorted({int(x) for x in np.linspace(0, len(found) - 1, 5)})] if len(found) else []
 
@@ -67,7 +67,7 @@ def test_a_missing_switch_is_reported(family, part):
     tried = 0
     for case, motion in cases(family):
         for e in entries_of(case, motion, part):
-            assert kinds(case, with_passages(motion, without(motion.companions.passages, e)))
+            assert kinds(case, with_passages(motion, without(motion.auxiliaries.passages, e)))
             tried += 1
     assert tried > 3
 
@@ -76,7 +76,7 @@ def test_a_missing_switch_is_reported(family, part):
 def test_a_moved_switch_is_reported(family, part):
     tried = 0
     for case, motion in cases(family):
-        passages = motion.companions.passages
+        passages = motion.auxiliaries.passages
         for e in entries_of(case, motion, part):
             time = passages.time.copy()
             time[e] += SHIFT * case.period
@@ -93,10 +93,10 @@ def test_a_brief_slip_left_out_carries_more_than_the_limit():
     """Slip and stick again taken from the log: only the stretch can tell."""
     tried = 0
     for case, motion in cases("friction"):
-        passages, first = motion.companions.passages, len(case.clearances) + 2 * len(case.clipped)
+        passages, first = motion.auxiliaries.passages, len(case.clearances) + 2 * len(case.clipped)
         for e in entries_of(case, motion, "sliders"):
             later = [f for f in range(e + 1, len(passages.time)) if passages.watch[f] == passages.watch[e]]
-            begins = motion.companions.initial[passages.watch[e] - len(case.clearances)] == 0
+            begins = motion.auxiliaries.initial[passages.watch[e] - len(case.clearances)] == 0
             begins &= not np.any(passages.watch[:e] == passages.watch[e])  # the first slip of a slider that sticks
             owner = case.sliders[passages.watch[e] - first].element
             moved = [g for g in range(e) if passages.watch[g] < len(case.clearances)
@@ -119,18 +119,18 @@ def test_another_limit_is_reported():
 def test_a_falsified_stretch_is_reported():
     tried = 0
     for case, motion in cases("friction"):
-        memory = motion.companions.memory.copy()
+        memory = motion.auxiliaries.memory.copy()
         j, i = np.unravel_index(np.argmax(np.abs(memory[1:])), memory[1:].shape)
         if memory[j + 1, i] != 0.0:
             memory[j + 1, i] *= 1 + 1e-7
-            assert "stretch" in kinds(case, replace(motion, companions=replace(motion.companions, memory=memory)))
+            assert "stretch" in kinds(case, replace(motion, auxiliaries=replace(motion.auxiliaries, memory=memory)))
             tried += 1
     assert tried > 0
 
 
 def test_a_tick_invented_or_in_two_parts_is_reported():
     for case, motion in cases("alternating"):
-        passages = motion.companions.passages
+        passages = motion.auxiliaries.passages
         (e, *_) = entries_of(case, motion, "pairs")
         twice = Passages(*(np.insert(getattr(passages, f.name), [e, e], getattr(passages, f.name)[[e]], axis=0)
                        for f in fields(Passages)))  # fmt: skip

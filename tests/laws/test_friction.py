@@ -35,7 +35,7 @@ def half_swing(amplitude: float, limit: float, stick: float) -> tuple[float, flo
 def test_free_decay_of_macro_slip_in_closed_form():
     limit, stick = 0.05, 60.0
     run = simulate(oscillator("0.1", "60", "1.5"), 3, 4096)
-    passages = run.trajectory.companions.passages
+    passages = run.trajectory.auxiliaries.passages
     # From rest with an unloaded spring: the first stretch sticks until -r, then slips.
     centre = stick * 1.5 / 64.0
     first = acos((1.5 - limit / stick - centre) / (1.5 - centre)) / 8.0
@@ -61,7 +61,7 @@ def test_micro_slip_is_linear_with_both_springs():
     run = simulate(oscillator("100", "21", "0.3"), 5)
     t = run.data.time.values
     rest = 21.0 * 0.3 / 25.0  # where 4 x + 21 (x - 0.3) vanishes
-    assert len(run.trajectory.companions.passages.time) == 0
+    assert len(run.trajectory.auxiliaries.passages.time) == 0
     assert np.max(np.abs(run.data.angle.values[:, 0] - (rest + (0.3 - rest) * np.cos(5.0 * t)))) < 1e-13
     assert np.allclose(run.data.element_torque.values[:, 0], 25.0 * (run.data.angle.values[:, 0] - rest), atol=1e-12)
 
@@ -132,7 +132,7 @@ def test_the_torque_of_a_staged_clutch_follows_its_loops():
     assert deflection.min() < -0.3
     assert deflection.max() > 0.6
     assert np.max(error) < 1e-4  # a turning point between two samples is missing in the path
-    assert len(set(run.trajectory.layout.companion_names)) == 5
+    assert len(set(run.trajectory.layout.auxiliary_names)) == 5
     assert {int(s) for s in np.unique(run.data.slider.values)} == {0, 1, 2, 3}
     assert run.cost.energy_residual < 1e-12
 
@@ -143,7 +143,7 @@ def test_friction_begins_unloaded_at_its_break_and_is_let_go_there():
     run = simulate(model.start(("0",), ("1.2",)), 1, 20000)
     out, back = run.events["time"].to_numpy()[:2]
     t, torque, delta = run.data.time.values, run.data.element_torque.values[:, 0], run.data.deflection.values[:, 0]
-    slider = run.data.slider_force.values[:, run.trajectory.layout.companion_names.index("c.drive.1")]
+    slider = run.data.slider_force.values[:, run.trajectory.layout.auxiliary_names.index("c.drive.1")]
     assert np.all(slider[(t < out) | ((t > back) & (t < run.events["time"][2]))] == 0.0)
     inside = (t > out) & (t < back)
     assert abs(slider[inside][0]) < 1000 * 1.2 * t[1]  # no more than the first sample's way
@@ -172,7 +172,7 @@ def test_sides_mirrored_give_a_mirrored_motion(side):
         motions.append(simulate(model.start((str(0.4 * sign),), ("0",)), 8))
     one, two = motions
     assert np.max(np.abs(one.data.angle.values + two.data.angle.values)) < 1e-11
-    assert len(one.trajectory.companions.passages.time) == len(two.trajectory.companions.passages.time) > 50
+    assert len(one.trajectory.auxiliaries.passages.time) == len(two.trajectory.auxiliaries.passages.time) > 50
 
 
 def test_forced_motion_that_only_sticks_is_the_linear_response():

@@ -40,13 +40,13 @@ def deflections(model: Driveline, run: gr.Run, k: int) -> tuple[np.ndarray, np.n
 def hold_sliders(model: Driveline, run: gr.Run) -> int:
     """Check every slider; return how many there are."""
     data, words, count = run.data, run.data.slider.attrs["flag_meanings"].split(", "), 0
-    times = run.trajectory.companions.passages.time
+    times = run.trajectory.auxiliaries.passages.time
     passed = np.searchsorted(times, data.time.values)
     for k, element in enumerate(model.elements):
         delta, rate = deflections(model, run, k)
         size, hurry = np.abs(run.data.angle.values).max() + np.abs(delta).max(), np.abs(rate).max()
         for friction in frictions(element):
-            of = data.sel(companion=friction.name)
+            of = data.sel(auxiliary=friction.name)
             limit, reach = to_float(friction.limit), to_float(friction.reach)
             state, force, stretch = of.slider.values, of.slider_force.values, of.slider_stretch.values
             forward, backward, sticks, off = (
@@ -102,7 +102,7 @@ def attack(family: str, seeds: range) -> None:
         cycles = min(problem.cycles, 3)
         run = gr.simulate(gr.loads(problem.model.toml()), cycles=cycles, samples_per_cycle=SAMPLES, discard=0)
         assert run.cost.energy_residual <= 1e-12, (family, seed)
-        if run.trajectory.companions is None:
+        if run.trajectory.auxiliaries is None:
             continue
         checked += hold_sliders(problem.model, run) + hold_clipping(problem.model, run)
         switched += len(run.switches)

@@ -77,7 +77,7 @@ def test_slip_begins_exactly_at_a_break(start):
     model = one_body({"stages": stages}, ("0", start))
     _, exact = hold(Problem(model, 2, 24))
     run = simulate(model, 2)
-    passages = run.trajectory.companions.passages
+    passages = run.trajectory.auxiliaries.passages
     at_break = run.events["time"][0]
     assert len(exact.events) > 0
     assert np.min(np.abs(passages.time[passages.watch == 1] - at_break)) < 1e-15
@@ -89,7 +89,7 @@ def test_two_sliders_that_switch_at_once():
     push = Torque("x", "0", (Harmonic("1", "2"),))
     model = Driveline("pair", (Body("x", "1"),), couplings, torques=(push,), speed="1.3").start(("0.4",), ("0",))
     run = simulate(model, 6)
-    times = run.trajectory.companions.passages.time
+    times = run.trajectory.auxiliaries.passages.time
     assert len(times) % 2 == 0
     assert len(times) > 20
     assert np.max(np.abs(times[::2] - times[1::2])) < 1e-14
@@ -113,7 +113,7 @@ def test_two_bodies_whose_sliders_slip_at_once():
 def test_rest_is_rest():
     spring = {"stiffness": "4", "hysteresis": "0.6", "stick_stiffness": "21", "damping": "0.1"}
     still = simulate(one_body(spring, ("0", "0")), 500)
-    assert len(still.trajectory.companions.passages.time) == 0
+    assert len(still.trajectory.auxiliaries.passages.time) == 0
     assert np.all(still.data.angle.values == 0.0)
     held = simulate(one_body({**spring, "stiffness": "0"}, ("0", "0"), Torque("x", "0.2999")), 500)
     # up to almost H the overshoot slips, then it sticks for ever at 0.2999 / s from the anchor
@@ -158,7 +158,7 @@ def test_a_mesh_with_transmission_error_and_clipped_damping():
     model = Driveline("gears", (Body("a", "0.01"), Body("b", "0.03")), (), (mesh,), torques, speed="80")
     run = simulate(model.start(("0", "0"), ("0", "0")), 4)
     assert len(run.events) > 20
-    assert len(run.trajectory.companions.passages.time) >= 2 * len(run.events)
+    assert len(run.trajectory.auxiliaries.passages.time) >= 2 * len(run.events)
     _, exact = hold(Problem(model.start(("0", "0"), ("0", "0")), 1, 24))
     assert to_float(exact.time[-1]) > 0.07
 

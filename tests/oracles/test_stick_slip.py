@@ -32,7 +32,7 @@ def test_v10_end_state_and_region_changes():
     run = gr.simulate(gr.loads(backlash().toml()), cycles=1, samples_per_cycle=50, discard=0)
     assert run.data.angle.values[-1, 0] == pytest.approx(-0.155581413573607560, abs=1e-13)
     assert run.data.velocity.values[-1, 0] == pytest.approx(-7.02293727583834856, abs=1e-12)
-    assert len(run.trajectory.companions.passages.time) == 42
+    assert len(run.trajectory.auxiliaries.passages.time) == 42
     assert not switch_faults(run, exact)
     assert np.abs(run.data.angle.values[:, 0] - exact.array("angle")[:, 0]).max() < 1e-13
 

@@ -18,7 +18,7 @@ def test_no_selector_holds_an_at_rule_and_every_brace_closes() -> None:
 def test_print_shows_the_drawn_figure_once() -> None:
     rules = CSS.partition("@media print {")[2]
     assert ".scripted .drawn .live { display: none; }" in rules
-    assert ".scripted .drawn .ink { display: block; }" in rules
+    assert ".scripted .drawn .static { display: block; }" in rules
 
 
 def test_no_column_is_wider_than_a_narrow_screen() -> None:

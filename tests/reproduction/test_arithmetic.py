@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gearrattle.reproduction import printed, table5
-from gearrattle.reproduction.bench import Scope, Setup, measure
 from gearrattle.reproduction.cases import SPEED
+from gearrattle.reproduction.measurements import Scope, Setup, measure
 from gearrattle.reproduction.stiffness import conditioning, jacobian, natural, stiffness_ratio
 from gearrattle.reproduction.table1 import agrees, parameters
 from gearrattle.reproduction.work import calls_for

@@ -18,7 +18,7 @@ import xarray as xr
 import gearrattle as gr
 from gearrattle.cli import main
 from gearrattle.errors import Cancelled, ModelError, NotInstalled
-from gearrattle.studies.storage import File, Folder, Storage, Remote, storage_of
+from gearrattle.studies.storage import File, Folder, Remote, Storage, storage_of
 from gearrattle.studies.store import Store
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import TOML, loudness, model

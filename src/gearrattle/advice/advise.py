@@ -24,7 +24,7 @@ from gearrattle.advice.clearances import clearances_line, contact_ratios_line, l
 from gearrattle.advice.computing import algorithm_line, cost_line, predictability_line
 from gearrattle.advice.linear import excursions
 from gearrattle.advice.lumping import lumping_line
-from gearrattle.advice.pilot import fly
+from gearrattle.advice.pilot import run_pilot
 from gearrattle.advice.record import Advice
 from gearrattle.advice.stiffness import scaling_line, stiffness_line
 from gearrattle.analysis.statics import named_equilibrium
@@ -85,9 +85,9 @@ def advise(
         band_end(model, up_to)
     driveline = assemble(model)
     system, layout, rest = driveline.system, driveline.layout, named_equilibrium(driveline)[1]
-    pilot, response = fly(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
+    pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
     pilot.run.variation.follow(stage(1))
-    lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.companions
+    lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries
     stage(3)(0.0)
     ratios = contact_ratios_line(model, pilot)
     pilot.treat_regions(stage(4))

@@ -18,7 +18,7 @@ from gearrattle.wording import counted
 
 def algorithm_line(model: Model, pilot: Pilot, *, quiet: bool) -> Line:
     """Exact; and what any other algorithm must heed, the one planned first of all."""
-    if pilot.run.trajectory.companions is not None:
+    if pilot.run.trajectory.auxiliaries is not None:
         return Line(
             "algorithm", "Use exact: no other algorithm takes friction, clipped contact damping or alternation."
         )

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gearrattle.advice.pilot import Pilot, fly
+from gearrattle.advice.pilot import Pilot, run_pilot
 from gearrattle.advice.record import Line
 from gearrattle.errors import ModelError
 from gearrattle.model import Model
@@ -24,7 +24,7 @@ _COMPARED = 0.1  # difference of mean slopes that counts
 def lumping_line(
     model: Model, pilot: Pilot, up_to: float | str | None = None, progress: Callable[[float], None] | None = None
 ) -> Line:
-    """Try the lumping for a band, by default that of the torques' orders, and fly the smaller model too."""
+    """Try the lumping for a band, by default that of the torques' orders, and run_pilot the smaller model too."""
     layout = pilot.run.trajectory.layout
     why, end = _band(model, layout.omega) if up_to is None else ((f"the band asked for: {up_to}",), up_to)
     band_end(model, end)
@@ -42,7 +42,7 @@ def lumping_line(
         f"frequencies in the band at most {100.0 * off.frequency:.2g} % off over {off.states} contact states "
         f"({100.0 * off.limit:g} % allowed)",
     )
-    apart = _apart(reduction, pilot, progress)
+    apart = _differences(reduction, pilot, progress)
     if apart:
         words = f"Keep every body. Linear modes would allow to lump {merged}, but the lumped model moves otherwise."
         return Line(TOPIC, words, (*why, *apart))
@@ -58,20 +58,20 @@ def _band(model: Model, omega: float) -> tuple[tuple[str, ...], float]:
     unit = 1.0 if model.units == "dimensionless" else 1.0 / (2.0 * np.pi)
     end = highest * omega * unit
     name = "torque" if torques else "transmission error" if errors else "speed"
-    why = [f"the band reaches to order {highest:g}, the highest of any {name}: {_told(end, model)}"]
+    why = [f"the band reaches to order {highest:g}, the highest of any {name}: {_in_words(end, model)}"]
     if torques and errors and max(errors) > highest:
-        why.append(f"transmission errors excite beyond it, up to {_told(max(errors) * omega * unit, model)}")
+        why.append(f"transmission errors excite beyond it, up to {_in_words(max(errors) * omega * unit, model)}")
     return tuple(why), end
 
 
-def _told(end: float, model: Model) -> str:
+def _in_words(end: float, model: Model) -> str:
     return f"{end:.4g} Hz" if model.units == "SI" else f"{end:.4g}"
 
 
-def _apart(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
+def _differences(reduction: Reduction, pilot: Pilot, progress: Callable[[float], None] | None) -> tuple[str, ...]:
     """How the lumped model's pilot differs; empty where it does not."""
     t = pilot.run.trajectory
-    other = fly(reduction.model, pilot.planned, progress, cycles=t.cycles)
+    other = run_pilot(reduction.model, pilot.planned, progress, cycles=t.cycles)
     differences = []
     regimes, slopes = other.of("regime"), other.of("mean slope")
     for name, regime in pilot.of("regime").items():

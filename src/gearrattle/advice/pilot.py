@@ -104,7 +104,9 @@ class Pilot:
         return forecasts
 
 
-def fly(model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES) -> Pilot:
+def run_pilot(
+    model: Model, planned: int, progress: Callable[[float], None] | None = None, cycles: int = CYCLES
+) -> Pilot:
     """Run a model exactly for some cycles, warm.
 
     Args:

@@ -146,7 +146,9 @@ def campbell(
     modes_of_states = tuple(modes(model, contact_ratio=state, region=region) for state in states)
     orders = _orders(model)
     crossings = [
-        Crossing(float(frequency) / line.order, line.order, mode, float(frequency), j, *_strongest(state_modes, line, mode))
+        Crossing(
+            float(frequency) / line.order, line.order, mode, float(frequency), j, *_strongest(state_modes, line, mode)
+        )
         for j, state_modes in enumerate(modes_of_states)
         for line in orders
         for mode, frequency in enumerate(state_modes.frequencies.tolist())
@@ -216,6 +218,8 @@ def _orders(model: Model) -> tuple[OrderLine, ...]:
 
 def _strongest(linear_modes: Modes, line: OrderLine, mode: int) -> tuple[str, float]:
     """The source of an order that excites a mode most, and its share."""
-    shares = {source: float(linear_modes.excitation[linear_modes.sources.index(source), mode]) for source in line.sources}
+    shares = {
+        source: float(linear_modes.excitation[linear_modes.sources.index(source), mode]) for source in line.sources
+    }
     source = max(shares, key=lambda name: shares[name])
     return source, shares[source]

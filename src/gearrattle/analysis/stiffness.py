@@ -79,7 +79,13 @@ def stiffness(
     eigenvalues = eigenvalues_of(driveline.system, slope, damping)
     condition = conditions(driveline.system, slope, damping, _formulations(driveline))
     return Stiffness(
-        model, eigenvalues.r_lambda, eigenvalues.stiffness_class, eigenvalues.elastic, eigenvalues.rigid, condition, left_out(model)
+        model,
+        eigenvalues.r_lambda,
+        eigenvalues.stiffness_class,
+        eigenvalues.elastic,
+        eigenvalues.rigid,
+        condition,
+        left_out(model),
     )
 
 

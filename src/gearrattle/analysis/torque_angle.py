@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from gearrattle.assembly import assemble
-from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.loops import cycle
 from gearrattle.errors import ModelError, Problem
@@ -80,7 +80,7 @@ def torque_angle(
         raise ModelError(Problem("element", shown(element), rule, did_you_mean(element, torsional)))
     k, system = names.index(element), assemble(model).system
     law = system.laws[k]
-    sliders = [companion for companion in system.companions if companion.element == k and companion.remembers]
+    sliders = [auxiliary for auxiliary in system.auxiliaries if auxiliary.element == k and auxiliary.remembers]
     ends = _ends(law, sliders)
     chosen = [
         end if asked is None else _angle(model, name, asked)
@@ -96,7 +96,7 @@ def torque_angle(
     return TorqueAngle(element, deflection, torque, elastic, loss, model.units)
 
 
-def _ends(law: PiecewiseLaw, sliders: list[Companion]) -> tuple[float, float]:
+def _ends(law: PiecewiseLaw, sliders: list[Auxiliary]) -> tuple[float, float]:
     """A range that shows everything; one to either side where there is nothing to see."""
     stick = _REACHES * max((slider.scale for slider in sliders), default=0.0)
     low = _BEYOND * float(law.corners.min(initial=0.0)) - stick

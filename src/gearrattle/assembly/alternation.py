@@ -1,9 +1,9 @@
-"""Model -> companions and their clock: meshes whose stiffness alternates with the tooth pairs in contact.
+"""Model -> auxiliaries and their clock: meshes whose stiffness alternates with the tooth pairs in contact.
 
 In a cycle of the mesh, psi = order phi + phase, all pairs are in contact over the first share of a turn, one pair less
 over the rest. The instants are those at which psi passes a whole turn, or a whole turn and the share.
 
-Takes a Model; gives companions with names, and a Clock.
+Takes a Model; gives auxiliaries with names, and a Clock.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from gearrattle.assembly.friction import WORDS, Named
 from gearrattle.assembly.period import CommonPeriod, period_of
 from gearrattle.assembly.signals import ramp_of, signals_of
+from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
-from gearrattle.engine.system.companion import alternation
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.phase import Ramp
 from gearrattle.errors import ModelError, Problem
@@ -40,7 +40,7 @@ def alternating(index: int, mesh: Element, table: Alternation, law: PiecewiseLaw
 
 
 def pairs_name(mesh: Element) -> str:
-    """What the companion of an alternating mesh is called."""
+    """What the auxiliary of an alternating mesh is called."""
     return f"{mesh.name}.pairs"
 
 
@@ -54,7 +54,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
 
     Args:
         model: the driveline.
-        of: the companion, the mesh and what it says.
+        of: the auxiliary, the mesh and what it says.
 
     Raises:
         ModelError: an order that has no whole number of cycles in a period, or too many.
@@ -63,7 +63,7 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
         return None
     ramp, signals = ramp_of(model), signals_of(model)
     times, which = [], []
-    for companion, mesh, table in of:
+    for auxiliary, mesh, table in of:
         if ramp is not None:
             if signals is None:
                 rule = "a stiffness that alternates along a sweep needs a harmonic or a record beside it"
@@ -72,10 +72,10 @@ def clock_of(model: Model, of: Sequence[tuple[int, Element, Alternation]]) -> Cl
         else:
             instants = _repeating(period_of(model), mesh, table, model.excitation.omega)
         times.append(instants)
-        which.append(np.full(instants.size, companion))
-    time, companions = np.concatenate(times), np.concatenate(which)
+        which.append(np.full(instants.size, auxiliary))
+    time, auxiliaries = np.concatenate(times), np.concatenate(which)
     order = np.argsort(time, kind="stable")
-    return Clock(time[order], companions[order], repeats=ramp is None)
+    return Clock(time[order], auxiliaries[order], repeats=ramp is None)
 
 
 def _begins(table: Alternation) -> Array:

@@ -1,10 +1,10 @@
-"""Model -> companions: friction of couplings as sliders, clipped contact damping as limiters.
+"""Model -> auxiliaries: friction of couplings as sliders, clipped contact damping as limiters.
 
 A stage's hysteresis is the full height of its loop, 2 H, in all; what it has beyond the stage before is a slider of its
 own, engaged where the stage begins and let go where it ends. What the first stages of both sides share is one slider
 that is engaged throughout; its spring is that of the side with less friction, of the drive side if both have the same.
 
-Takes elements of a model and their laws; gives companions with names.
+Takes elements of a model and their laws; gives auxiliaries with names.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from gearrattle.engine.system.companion import Companion, limiters, slider
+from gearrattle.engine.system.auxiliary import Auxiliary, limiters, slider
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
@@ -21,36 +21,36 @@ from gearrattle.model import Element, Model, Piece
 from gearrattle.trajectory import Trajectory
 
 WORDS = ("sticks", "slips forward", "slips backward", "let go", "idle", "limits", "all pairs", "a pair less")
-"""What the pieces of companions stand for: of sliders, of limiters, of meshes whose stiffness alternates."""
+"""What the pieces of auxiliaries stand for: of sliders, of limiters, of meshes whose stiffness alternates."""
 
 
 class Named(NamedTuple):
-    """A companion with its name, and what its pieces stand for."""
+    """An auxiliary element with its name, and what its pieces stand for."""
 
-    companion: Companion
+    auxiliary: Auxiliary
     name: str
     words: tuple[str, ...]
 
 
 def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[float, str, str]]:
-    """Yield time [s], name and new state in words of every companion that left its piece by itself.
+    """Yield time [s], name and new state in words of every auxiliary that left its piece by itself.
 
     What is engaged or let go because its element enters another piece is no switch: that is a crossing.
     """
-    companions, layout = motion.companions, motion.layout
-    if companions is None:
+    auxiliaries, layout = motion.auxiliaries, motion.layout
+    if auxiliaries is None:
         return
-    pieces, first, count = [0] * (len(system.laws) + len(system.companions)), len(layout.clearance), len(system.laws)
+    pieces, first, count = [0] * (len(system.laws) + len(system.auxiliaries)), len(layout.clearance), len(system.laws)
     for position, piece in zip(
-        system.places, (*(motion.initial_region - layout.region_of_first_piece), *companions.initial), strict=True
+        system.places, (*(motion.initial_region - layout.region_of_first_piece), *auxiliaries.initial), strict=True
     ):
         pieces[position] = int(piece)
     now = tuple(pieces)
-    log = companions.passages
+    log = auxiliaries.passages
     for time, watch, upward in zip(log.time.tolist(), log.watch.tolist(), log.upward.tolist(), strict=True):
         now, c = system.beyond(now, watch, upward), watch - first
-        if 0 <= c < len(layout.companion_names):
-            yield time, layout.companion_names[c], layout.companion_words[c][now[count + c]]
+        if 0 <= c < len(layout.auxiliary_names):
+            yield time, layout.auxiliary_names[c], layout.auxiliary_words[c][now[count + c]]
 
 
 def is_parted(element: Element) -> bool:
@@ -59,7 +59,7 @@ def is_parted(element: Element) -> bool:
 
 
 def left_out(model: Model) -> tuple[str, ...]:
-    """What linear results leave out, in words; nothing for a model without companions."""
+    """What linear results leave out, in words; nothing for a model without auxiliaries."""
     rubbing = [element.name for element in model.elements if element.rubs]
     clipped = [element.name for element in model.elements if element.contact_damping == "clipped"]
     alternating = [element.name for element in model.elements if element.alternation is not None]
@@ -75,8 +75,8 @@ def left_out(model: Model) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def companions_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
-    """Yield the companions of one element.
+def auxiliaries_of(index: int, element: Element, law: PiecewiseLaw, period: float) -> Iterator[Named]:
+    """Yield the auxiliaries of one element.
 
     Args:
         index: of the element.

@@ -16,7 +16,7 @@ import numpy as np
 
 from gearrattle.assembly.written_out import written_out
 from gearrattle.engine.system.characteristic import Scales
-from gearrattle.engine.system.passages import Companions
+from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.model import Model
 from gearrattle.model.components import COMPONENTS
 from gearrattle.trajectory import Layout, Trajectory
@@ -91,7 +91,7 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
     short = None if cost.smallest_step is None else cost.smallest_step * unit["time"]
     steps = {k: getattr(cost, k) * unit["time"] for k in ("average_step", "average_trial_step")}
     samples = trajectory.samples_per_cycle
-    companions = trajectory.companions
+    auxiliaries = trajectory.auxiliaries
     return replace(
         trajectory,
         layout=layout,
@@ -111,24 +111,24 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
         final_force_integral=trajectory.final_force_integral * force * unit["time"],
         cost=replace(cost, smallest_step=short, **steps),
         energy=energy,
-        companions=None if companions is None else _companions_in_si(companions, layout, scales),
+        auxiliaries=None if auxiliaries is None else _auxiliaries_in_si(auxiliaries, layout, scales),
         notes=(*trajectory.notes, "simulated without dimensions: quantities in its notes are dimensionless."),
     )
 
 
-def _companions_in_si(companions: Companions, layout: Layout, scales: Scales) -> Companions:
-    """Companions of a dimensionless motion in SI; every name begins with that of its element."""
+def _auxiliaries_in_si(auxiliaries: Auxiliaries, layout: Layout, scales: Scales) -> Auxiliaries:
+    """Auxiliaries of a dimensionless motion in SI; every name begins with that of its element."""
     unit, elements = scales.units(), dict(zip(layout.element_names, layout.is_mesh.tolist(), strict=True))
-    on_mesh = np.array([elements[name.split(".")[0]] for name in layout.companion_names])
-    passages = companions.passages
+    on_mesh = np.array([elements[name.split(".")[0]] for name in layout.auxiliary_names])
+    passages = auxiliaries.passages
     count, velocity = len(layout.clearance), passages.velocity.copy()
     own = passages.watch < count
     deflection = np.where(layout.is_mesh[layout.clearance], unit["length"], unit["angle"])
     velocity[own] *= deflection[passages.watch[own]] * unit["speed"]
     return replace(
-        companions,
-        force=companions.force * np.where(on_mesh, unit["force"], unit["torque"]),
-        memory=companions.memory * np.where(on_mesh, unit["length"], unit["angle"]),
+        auxiliaries,
+        force=auxiliaries.force * np.where(on_mesh, unit["force"], unit["torque"]),
+        memory=auxiliaries.memory * np.where(on_mesh, unit["length"], unit["angle"]),
         passages=replace(
             passages,
             time=passages.time * unit["time"],

@@ -14,7 +14,7 @@ import numpy as np
 
 from gearrattle.assembly.alternation import alternating, clock_of, pairs_name
 from gearrattle.assembly.elements import inertia_of, law_of, rows_of
-from gearrattle.assembly.friction import Named, companions_of
+from gearrattle.assembly.friction import Named, auxiliaries_of
 from gearrattle.assembly.means import mean_torques
 from gearrattle.assembly.period import period_of
 from gearrattle.assembly.prescribed import free_of
@@ -28,19 +28,19 @@ from gearrattle.trajectory import Layout
 
 
 @kept
-def companions(model: Model) -> tuple[Named, ...]:
+def auxiliaries(model: Model) -> tuple[Named, ...]:
     """Everything beside the laws, in element order."""
-    period, companions = period_of(model).period, list[Named]()
+    period, auxiliaries = period_of(model).period, list[Named]()
     for k, element in enumerate(model.elements):
-        companions += companions_of(k, element, law_of(element), period)
+        auxiliaries += auxiliaries_of(k, element, law_of(element), period)
         if element.alternation is not None:
-            companions.append(alternating(k, element, element.alternation, law_of(element)))
-    return tuple(companions)
+            auxiliaries.append(alternating(k, element, element.alternation, law_of(element)))
+    return tuple(auxiliaries)
 
 
 def _clock(model: Model) -> Clock | None:
     """When meshes whose stiffness alternates change."""
-    names = [named.name for named in companions(model)]
+    names = [named.name for named in auxiliaries(model)]
     places = [(names.index(pairs_name(e)), e, e.alternation) for e in model.elements if e.alternation is not None]
     return clock_of(model, places)
 
@@ -89,7 +89,7 @@ def _system(model: Model) -> PiecewiseSystem:
         rows=rows_of(model)[:, free],
         laws=tuple(law_of(element) for element in elements),
         inputs=Harmonics(common.period, common.cycles[: len(column)], mean[free], *torque[:, free], *error),
-        companions=tuple(named.companion for named in companions(model)),
+        auxiliaries=tuple(named.auxiliary for named in auxiliaries(model)),
         signals=signals_of(model),
         clock=_clock(model),
     )
@@ -123,7 +123,7 @@ def _layout(model: Model, system: PiecewiseSystem) -> Layout:
         period=common.period,
         orders=common.orders,
         reference=names.index(driving[0]) if driving else 0,
-        companion_names=tuple(named.name for named in companions(model)),
-        companion_words=tuple(named.words for named in companions(model)),
+        auxiliary_names=tuple(named.name for named in auxiliaries(model)),
+        auxiliary_words=tuple(named.words for named in auxiliaries(model)),
         prescribed=tuple(names.index(motion.on) for motion in model.motions),
     )

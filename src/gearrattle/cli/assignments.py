@@ -78,7 +78,9 @@ def words(option: str, entries: Sequence[str]) -> dict[str, str]:
 def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
     """Split words of the form NAME=VALUE."""
     pairs = [text.partition("=") for text in entries]
-    wrong = [text for text, (name, equals, value) in zip(entries, pairs, strict=True) if not (name and equals and value)]
+    wrong = [
+        text for text, (name, equals, value) in zip(entries, pairs, strict=True) if not (name and equals and value)
+    ]
     if wrong:
         _refuse(option, wrong[0], "must be NAME=VALUE")
     names = [name for name, _, _ in pairs]

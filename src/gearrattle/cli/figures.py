@@ -87,7 +87,7 @@ def figures(
     with Staging(folder) as staging:
         drawings = watched(work)
         staging.commit()
-    _tell(drawings, drawings.named(only or None), (folder, how["kinds"]), json=json)
+    _print_figures(drawings, drawings.named(only or None), (folder, how["kinds"]), json=json)
 
 
 def look_of(look: Look) -> Any:
@@ -116,7 +116,7 @@ def _as_options() -> Iterator[None]:
         raise ModelError(renamed) from None
 
 
-def _tell(drawings: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
+def _print_figures(drawings: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
     """Print what was drawn."""
     from gearrattle.json_types import json_text
     from gearrattle.wording import columns

@@ -86,7 +86,7 @@ def listen(
 def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
     """Open every motion or model, by the name of its file, once all of them can be heard."""
     import gearrattle
-    from gearrattle.cli.sources import heard, is_model
+    from gearrattle.cli.sources import is_model, motion_or_recording
     from gearrattle.errors import ModelError, Problem
     from gearrattle.report.sound.listen import audible
     from gearrattle.report.sound.path import sound_path
@@ -96,7 +96,7 @@ def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run 
     for path in motions:
         if path.stem in opened:
             raise ModelError(Problem(str(path), path.stem, "two motions have this name", "rename one of the files"))
-        motion = opened[path.stem] = gearrattle.load(path) if is_model(path) else heard(path)
+        motion = opened[path.stem] = gearrattle.load(path) if is_model(path) else motion_or_recording(path)
         if isinstance(motion, gearrattle.Model):
             audible(path.stem, motion, hearing.element or None)
     return opened

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Output
-from gearrattle.cli.sources import heard
+from gearrattle.cli.sources import motion_or_recording
 
 
 def metrics(
@@ -48,6 +48,6 @@ def metrics(
     from gearrattle.quantities.metrics import metrics as measured
 
     driveline = None if model is None else gearrattle.load(model)
-    motion = gearrattle.open_stream(source) if source.is_dir() else heard(source)
+    motion = gearrattle.open_stream(source) if source.is_dir() else motion_or_recording(source)
     how: dict[str, Any] = {"orders": order or None, "base_level": base_level, "kappa": kappa}
     emit("metrics", lambda _: measured(motion, driveline, name or None, **how), output, json=json, inputs=[source])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from gearrattle.cli.options import Json, Whole
-from gearrattle.cli.sources import heard
+from gearrattle.cli.sources import motion_or_recording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,7 +69,7 @@ def orders(
 
     unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
     _check({name for name, is_set in unfit.items() if is_set}, spectra)
-    signal, lines = heard(source), {}
+    signal, lines = motion_or_recording(source), {}
     if not order:
         lines = _lines(signal, model)
 
@@ -91,7 +91,9 @@ def _check(options: set[str], spectra: bool) -> None:
     from gearrattle.errors import ModelError, Problem
 
     first = "--spectra" if spectra else "--order" if "--order" in options else ""
-    clash = sorted(options & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set()))
+    clash = sorted(
+        options & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set())
+    )
     if clash:
         raise ModelError(Problem(first, ", ".join(clash), "belongs to maps of orders", "leave one of them out"))
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from gearrattle.results import Run
 
 
-def heard(source: Path) -> Run | Recording:
+def motion_or_recording(source: Path) -> Run | Recording:
     """Open a saved run as a run, anything else as a recording.
 
     Raises:

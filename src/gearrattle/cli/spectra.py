@@ -88,7 +88,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     """
     import gearrattle
     from gearrattle.assembly import assemble
-    from gearrattle.cli.sources import heard, is_model
+    from gearrattle.cli.sources import is_model, motion_or_recording
     from gearrattle.errors import ModelError, Problem
     from gearrattle.signals.spectral.sampled import column_of
 
@@ -103,7 +103,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     if options:
         rule = "is of a simulation, and this has been simulated or measured"
         raise ModelError(Problem(", ".join(options), str(source), rule, "leave it out, or give a model file"))
-    signal = heard(source)
+    signal = motion_or_recording(source)
     return lambda _: signal
 
 

@@ -69,7 +69,7 @@ def study(
 
     asked = read_study(study)
     options = _options(asked.spec, function)
-    folder = _lasting(storage_of(output or f"{study.stem}-study"))
+    folder = _outliving(storage_of(output or f"{study.stem}-study"))
     check_scheduler(scheduler, workers)
     if not estimate:
         check_storage(folder, resume=resume)
@@ -91,10 +91,10 @@ def study(
     except (KeyboardInterrupt, Exception) as error:
         raise _with_what_is_kept(error, under_way, folder) from error
     if done is not None:
-        _tell(*done, folder, json=json)
+        _print_answer(*done, folder, json=json)
 
 
-def _lasting(folder: Storage) -> Storage:
+def _outliving(folder: Storage) -> Storage:
     """Refuse a storage location that is gone when the command ends."""
     from gearrattle.errors import ModelError, Problem
 
@@ -116,7 +116,9 @@ def _carried_out(
     from gearrattle.studies.schedulers import opened
 
     workers = prepared.estimate(how["workers"], how["scheduler"]).workers
-    with opened(how["scheduler"] or prepared.scheduler, how["workers"], prepared.sensible(), shared=folder.shared) as compute:
+    with opened(
+        how["scheduler"] or prepared.scheduler, how["workers"], prepared.sensible(), shared=folder.shared
+    ) as compute:
         under_way.append(prepared)
         watch.enter("computing cases")
         done = prepared.carry_out(
@@ -188,7 +190,7 @@ def _function(named: str) -> Any:
     return function
 
 
-def _tell(done: Done, report: StudyReport, folder: Storage, *, json: bool) -> None:
+def _print_answer(done: Done, report: StudyReport, folder: Storage, *, json: bool) -> None:
     from gearrattle.cli.emit import print_result
     from gearrattle.report.saved import PAGE
     from gearrattle.studies.storage import File

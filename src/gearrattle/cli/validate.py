@@ -62,7 +62,9 @@ class Comparison:
     def unfit(self) -> list[str]:
         """Return the options given that are of a steady motion alone."""
         steady = (field for field in fields(self) if field.name != "match")
-        names = [field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))]
+        names = [
+            field.name for field in steady if list(_listed(getattr(self, field.name))) != list(_listed(field.default))
+        ]
         return [f"--{name.replace('_', '-')}" for name in names]
 
 

@@ -160,13 +160,13 @@ class _Share:
         """The progress of the next run; a run that is timed again does not go back."""
         done, self.begun = self.begun, self.begun + 1
 
-        def told(share: float) -> None:
+        def report_share(share: float) -> None:
             self.reached = max(self.reached, (done + share) / self.runs)
             if self.progress is not None:
                 self.progress(self.reached)
 
-        told(0.0)
-        return told
+        report_share(0.0)
+        return report_share
 
 
 def judged(

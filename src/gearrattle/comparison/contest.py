@@ -78,7 +78,9 @@ def contenders(algorithms: Algorithms) -> tuple[Contender, ...]:
         if wrong:
             raise ModelError(wrong)
         contenders = tuple(
-            Contender(label, algorithm.get("algorithm", label), {k: v for k, v in algorithm.items() if k != "algorithm"})
+            Contender(
+                label, algorithm.get("algorithm", label), {k: v for k, v in algorithm.items() if k != "algorithm"}
+            )
             for label, algorithm in algorithms.items()
         )
     if not contenders:

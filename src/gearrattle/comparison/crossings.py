@@ -162,7 +162,9 @@ def _matched(owner: Trajectory, mine: _Events, theirs: _Events, end: float, reac
     layout = owner.layout
     for clearance, corner, direction in np.unique(np.concatenate([mine.key, theirs.key]), axis=0).tolist():
         key = (clearance, corner, direction)
-        a, b = (events.time[np.all(events.key == key, axis=1) & (events.time <= end + reach)] for events in (mine, theirs))
+        a, b = (
+            events.time[np.all(events.key == key, axis=1) & (events.time <= end + reach)] for events in (mine, theirs)
+        )
         alignment = align(a, b, reach)
         counted = b[alignment.reference] <= end
         missed, invented = b[alignment.missed], a[alignment.invented]

@@ -121,7 +121,10 @@ def compare_statistics(
     layout = candidate.layout
     clearances, inertias = layout.clearance_names, layout.inertia_names
     metres = [layout.is_mesh[element] for element in layout.clearance]
-    rad, impulse = (["m" if is_length else "rad" for is_length in metres], ["N s" if is_length else "N m s" for is_length in metres])
+    rad, impulse = (
+        ["m" if is_length else "rad" for is_length in metres],
+        ["N s" if is_length else "N m s" for is_length in metres],
+    )
     ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
     if units != "SI":
         rad, impulse, shaking = ["1"] * len(metres), ["1"] * len(metres), ones
@@ -150,7 +153,9 @@ def compare_statistics(
     different = sum(item.verdict == "different" for item in items)
     decided = sum(item.verdict != "undecided" for item in items)
     by_chance = sum(item.by_chance for item in items)
-    return StatisticalComparison(candidate.start, candidate.end, candidate.cycles, len(exact), items, decided, different, by_chance)
+    return StatisticalComparison(
+        candidate.start, candidate.end, candidate.cycles, len(exact), items, decided, different, by_chance
+    )
 
 
 def _referred(least: Array, exact: Sequence[Portrait], reference: int) -> tuple[Array, Array]:

@@ -83,4 +83,7 @@ def growths_of(model: Model, contender: Contender, settings: Mapping[str, Any], 
     log = t.events
     regions, _ = regions_visited(flow, tuple(pieces), log.clearance, log.to_region - first[log.clearance])
     growth_by_region = growths(solver.tableau, step, flow, regions)
-    return {f"({', '.join(str(label) for label in labels_of(flow, region))})": growth_by_region[region] for region in growth_by_region}
+    return {
+        f"({', '.join(str(label) for label in labels_of(flow, region))})": growth_by_region[region]
+        for region in growth_by_region
+    }

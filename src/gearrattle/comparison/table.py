@@ -19,7 +19,9 @@ NAN = float("nan")
 
 def coherence(row: Row) -> float:
     """The least kappa of any inertia; NaN without one."""
-    return min((estimate.mean for estimate in (row.coherence or {}).values() if not math.isnan(estimate.mean)), default=NAN)
+    return min(
+        (estimate.mean for estimate in (row.coherence or {}).values() if not math.isnan(estimate.mean)), default=NAN
+    )
 
 
 def _decided(row: Row, count: str) -> float:

@@ -179,7 +179,9 @@ def _wrong_count(location: str, line: str, layout: Layout) -> RecordError | None
         return None
     several = separator == "," and line.count(separator) >= count
     remedy = "decimals need a point where commas part columns" if several else ""
-    return RecordError(location, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy)
+    return RecordError(
+        location, f"{line.count(separator) + 1} entries", f"must have {count}, as the header has", remedy
+    )
 
 
 def _factor(location: str, name: str, unit: str | None, dimension: Dimension, dimensionless: bool) -> float:

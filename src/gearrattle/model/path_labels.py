@@ -97,17 +97,17 @@ def _state_unit(kind: str, subject: str, model: Model) -> str:
 
 def _words(parts: Sequence[str], tables: Mapping[str, Any]) -> str:
     """Words of a path, by what its first part holds."""
-    room, rest = parts[0], list(parts[1:])
-    if room in ("inertia", *COMPONENTS) and len(rest) > 1:
-        owner = rest[0] if room == "inertia" else f"{room} {rest[0]}"
-        return _of_part(rest[1:], owner, _row(tables, room, rest[0]))
-    if room in ("torque", "motion") and len(rest) > 1:
-        return _of_drive(room, rest, tables)
-    if room == "excitation" and rest:
+    section, rest = parts[0], list(parts[1:])
+    if section in ("inertia", *COMPONENTS) and len(rest) > 1:
+        owner = rest[0] if section == "inertia" else f"{section} {rest[0]}"
+        return _of_part(rest[1:], owner, _row(tables, section, rest[0]))
+    if section in ("torque", "motion") and len(rest) > 1:
+        return _of_drive(section, rest, tables)
+    if section == "excitation" and rest:
         if rest[0] == "sweep" and len(rest) > 1:
             return _SWEEP.get(rest[1], _key(rest[1]))
         return "speed" if rest == ["speed"] else _key(rest[0])
-    if room == "simulation" and rest:
+    if section == "simulation" and rest:
         return _of_part(rest, "", {})
     return " ".join(_key(part) for part in parts)
 
@@ -133,10 +133,10 @@ def _of_part(keys: Sequence[str], owner: str, table: Mapping[str, Any]) -> str:
     return f"{_key(key)}{of}"
 
 
-def _of_drive(room: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str:
+def _of_drive(section: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str:
     """Words of a key of an applied torque or a prescribed motion."""
-    table = _row(tables, room, parts[0])
-    alike = [row for row in tables.get(room, ()) if row.get("on") == table.get("on")]
+    table = _row(tables, section, parts[0])
+    alike = [row for row in tables.get(section, ()) if row.get("on") == table.get("on")]
     which = next((i for i, row in enumerate(alike) if row is table), 0)
     number = f" ({which + 1} of {len(alike)})" if len(alike) > 1 else ""
     owner = f"{table.get('on', _number(parts[0]))}{number}"
@@ -149,8 +149,8 @@ def _of_drive(room: str, parts: Sequence[str], tables: Mapping[str, Any]) -> str
         return _of_part(rest, f"the engine on {owner}", {})
     if key in _SIGNAL and rest:
         return f"{_key(key)} of {owner}, {_entry(rest)}"
-    word = "torque" if room == "torque" else "motion"
-    return f"{_key(key)} of the {word} {'on' if room == 'torque' else 'of'} {owner}" + (
+    word = "torque" if section == "torque" else "motion"
+    return f"{_key(key)} of the {word} {'on' if section == 'torque' else 'of'} {owner}" + (
         f", {_entry(rest)}" if rest else ""
     )
 
@@ -167,10 +167,10 @@ def _sine(parts: Sequence[str], sines: Sequence[Mapping[str, Any]], owner: str, 
     return f"{_key(key)} {link} {owner}, order {orders[index]:g}{after}"
 
 
-def _row(tables: Mapping[str, Any], room: str, name: str) -> Mapping[str, Any]:
+def _row(tables: Mapping[str, Any], section: str, name: str) -> Mapping[str, Any]:
     """The table of a part by its name, of a torque or motion by its index; empty if there is none."""
-    rows = list(tables.get(room, ()))
-    if name.isdigit() and int(name) < len(rows) and room in ("torque", "motion"):
+    rows = list(tables.get(section, ()))
+    if name.isdigit() and int(name) < len(rows) and section in ("torque", "motion"):
         table_row: Mapping[str, Any] = rows[int(name)]
         return table_row
     return next((row for row in rows if row.get("name") == name), {})

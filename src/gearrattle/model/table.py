@@ -4,7 +4,7 @@ A pydantic class checks its fields one by one and its cross-field rules only if 
 collected: each ``Table`` may state ``rules`` on the table as written, and whatever they and the fields find leaves
 as one error, in which every entry carries a rule and a remedy in the words of this project.
 
-Takes nothing from other rooms; gives ``Table``, ``Breach`` and the wording of values to the classes of the model.
+Takes nothing from other packages; gives ``Table``, ``Breach`` and the wording of values to the classes of the model.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What metrics read: the inputs, whatever they come from.
 
 A metric does not ask where a motion came from. Its inputs are uniform samples by quantity and subject over one window,
-the reference speed and the orders of the engine where they are known, the driveline's name plate where a model is at
+the reference speed and the orders of the engine where they are known, the driveline's layout where a model is at
 hand, and the motion itself, with its exact log of crossings, where it was simulated. Where an input is missing that a
 metric ``needs``, its row has no value and says why; nothing is guessed.
 
@@ -49,7 +49,7 @@ class Inputs:
         omega: reference speed [rad/s]; None where it is unknown or not one.
         period: common period of the excitation [s]; None without a speed.
         engine_orders: ascending orders of the engine's torque; empty where unknown.
-        layout: the driveline's name plate; None without a model.
+        layout: the driveline's layout; None without a model.
         motion: the simulated motion with its log of crossings; None for a measurement.
         notes: what the user must know.
         units: of a recording's signals, by quantity and subject; empty where the layout says them.
@@ -85,7 +85,7 @@ class Inputs:
 
     @property
     def plate(self) -> Layout:
-        """The name plate, to metrics that need one."""
+        """The layout, to metrics that need one."""
         assert self.layout is not None
         return self.layout
 
@@ -125,7 +125,7 @@ class Inputs:
 
     @cached_property
     def orders(self) -> Array:
-        """All orders of the excitation: the engine's, and those of the name plate."""
+        """All orders of the excitation: the engine's, and those of the layout."""
         known = [] if self.layout is None else self.layout.orders.tolist()
         return np.unique(np.array([*self.engine_orders.tolist(), *known], dtype=np.float64))
 

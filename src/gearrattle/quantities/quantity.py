@@ -78,7 +78,7 @@ class Scope:
     """What sums are over.
 
     Attributes:
-        layout: the driveline's name plate.
+        layout: the driveline's layout.
         window: the steady part of all chunks together; sample indices as if they were one.
         samples_per_cycle: output grid.
         algorithm: what made the motion.
@@ -124,7 +124,7 @@ class Sums:
 
         Args:
             arrays: from ``packed``, or empty.
-            layout: name plate of the driveline.
+            layout: layout of the driveline.
             algorithm: what made the motion.
         """
         if not arrays:
@@ -215,7 +215,7 @@ class CrossingQuantity(Quantity[Sums]):
 
         Args:
             state: sums over the crossings of one motion, or of many along leading axes.
-            layout: the driveline's name plate; of many, that of any one of them.
+            layout: the driveline's layout; of many, that of any one of them.
             cycles: length of the steady part in periods.
             duration: the same [s], with the leading axes.
         """

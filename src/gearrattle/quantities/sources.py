@@ -200,7 +200,7 @@ def inputs_of_recording(
 
     Args:
         recording: uniform samples.
-        layout: the driveline's name plate; None without a model.
+        layout: the driveline's layout; None without a model.
         omega: reference speed [rad/s]; None takes the mean of a channel "speed", if there is one.
         engine_orders: orders of the engine's torque; may be empty.
 
@@ -252,7 +252,7 @@ def _uniform(recording: Recording) -> tuple[Array, float, tuple[str, ...]]:
 
 
 def _period(layout: Layout | None, omega: float, orders: Array) -> float:
-    """The common period of the excitation: the name plate's at this speed; else one revolution, two for half orders."""
+    """The common period of the excitation: the layout's at this speed; else one revolution, two for half orders."""
     if layout is not None:
         return layout.period * layout.omega / omega
     whole = bool(np.all(np.abs(orders - np.rint(orders)) < 1e-9))

@@ -135,7 +135,9 @@ def condense(
         raise ModelError(Problem("method", shown(method), rule, "name elements in keep, or widen the band"))
     achieved = accuracy(request, subspace.basis, tuple(range(system.size)))
     if achieved.frequency_error > limit:
-        rule = f"puts a frequency in the band off by {100 * achieved.frequency_error:.3g} %; {100 * limit:g} % is allowed"
+        rule = (
+            f"puts a frequency in the band off by {100 * achieved.frequency_error:.3g} %; {100 * limit:g} % is allowed"
+        )
         raise ModelError(Problem("method", shown(method), rule, "craig-bampton, a larger margin, or more in keep"))
     bodies = free_names(model)
     slopes = np.array([law.stiffness[-1] for law in system.laws], dtype=float)

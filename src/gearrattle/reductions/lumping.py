@@ -262,7 +262,7 @@ def _barred(request: Request, forced: tuple[int, ...], own: frozenset[int]) -> l
         elif excites[k]:
             reason = "error"
         elif k in request.kept:
-            rubs = any(companion.element == k for companion in system.companions)
+            rubs = any(auxiliary.element == k for auxiliary in system.auxiliaries)
             reason = "clearance" if k in request.clearances else "friction" if rubs else "kept"
         if reason and k in forced:
             raise Refused(k, reason)

@@ -117,7 +117,7 @@ def requested(
 ) -> Request:
     """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
     model, system, names = driveline.model, driveline.system, driveline.layout.element_names
-    own = sorted({*system.clearances, *(companion.element for companion in system.companions)})
+    own = sorted({*system.clearances, *(auxiliary.element for auxiliary in system.auxiliaries)})
     kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)
     if system.signals is not None:
@@ -182,7 +182,9 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     lost = [elements[k].name for k in merged if k in request.system.clearances]
     if lost:
         notes.append(f"clearances given up: {', '.join(lost)}; they count as closed and can no longer rattle.")
-    smooth = sorted({elements[companion.element].name for companion in request.system.companions if companion.element in merged})
+    smooth = sorted(
+        {elements[auxiliary.element].name for auxiliary in request.system.auxiliaries if auxiliary.element in merged}
+    )
     if smooth:
         notes.append(f"friction given up: {', '.join(smooth)}.")
     notes += left_out(model)

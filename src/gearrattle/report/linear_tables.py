@@ -91,7 +91,7 @@ def _modes_table(findings: Findings, modes: Modes, title: str, note: str) -> Tab
 
 
 def _shape(shape: Array, names: tuple[str, ...]) -> str:
-    """Draw a mode shape as upright bars, one a body in file order; of many bodies name those that move most."""
+    """Draw a mode shape as vertical bars, one a body in file order; of many bodies name those that move most."""
     largest = float(np.max(np.abs(shape))) or 1.0
     values = (shape / largest).tolist()
     step = 18 if len(names) <= _MOST_NAMED else 6
@@ -102,7 +102,9 @@ def _shape(shape: Array, names: tuple[str, ...]) -> str:
     width = step * len(names)
     most = sorted(np.argsort(-np.abs(shape), kind="stable")[:_MOST_NAMED].tolist())
     left = len(names) - len(most)
-    description = escape(", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else ""))
+    description = escape(
+        ", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else "")
+    )
     return Markup(
         f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" aria-label="{description}">'
         f"<title>{description}</title>"

@@ -176,7 +176,11 @@ class CampbellPage(Presentation[Campbell]):
         return Arrays(
             {
                 "frequency": (("state", "mode"), diagram.frequencies, {"units": unit}),
-                "contact_ratio": (("state", "element"), ratios.reshape(len(diagram.states), len(names)), {"units": "1"}),
+                "contact_ratio": (
+                    ("state", "element"),
+                    ratios.reshape(len(diagram.states), len(names)),
+                    {"units": "1"},
+                ),
                 **crossings,
             },
             {

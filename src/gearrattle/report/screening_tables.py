@@ -102,7 +102,7 @@ def place(data: xr.Dataset, speed: int, load: int) -> str:
         return f"{at}, {what} {labels[load]}"
     path = paths_of(data, LOAD)[0]
     measure = measure_of(data, path)
-    return f"{at}, {measure.words} = {measure.said(data[path].values[load])}"
+    return f"{at}, {measure.words} = {measure.with_unit(data[path].values[load])}"
 
 
 def decibels(margin: float) -> str:

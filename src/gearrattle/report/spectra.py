@@ -1,6 +1,6 @@
 """Spectra as results: where the power is, how far another signal explains it, and the curves between their limits.
 
-Figures are interactive, and ink without JavaScript. Natural frequencies to mark stand in the attribute
+Figures are interactive, and static SVG without JavaScript. Natural frequencies to mark stand in the attribute
 ``natural_frequencies`` [rad/s], which the command sets.
 
 Takes the Datasets of ``spectra``, ``psd``, ``cross_psd`` and ``coherence``; gives their presentations.
@@ -63,7 +63,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
 
     def content(self) -> dict[str, Any]:
         """Return attributes, and the highest peaks, ascending."""
-        data, names = self.result, self._told()
+        data, names = self.result, self._channel_words()
         values = data[names[0]].values
         inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] > values[2:])) + 1
         highest = sorted(sorted(inner.tolist(), key=lambda k: -values[k])[:_MOST])
@@ -77,7 +77,7 @@ class _OverFrequency(Presentation["xr.Dataset"]):
     def numbers(self) -> xr.Dataset:
         return self.result
 
-    def _told(self) -> tuple[str, ...]:
+    def _channel_words(self) -> tuple[str, ...]:
         """Return what has peaks, and what is told at them."""
         return self.peaked
 
@@ -101,7 +101,7 @@ class SpectraPage(_OverFrequency):
     def charts(self) -> list[Chart]:
         return spectra_charts(self.result, si=self.si, natural=numbers_in(self.result, "natural_frequencies"))
 
-    def _told(self) -> tuple[str, ...]:
+    def _channel_words(self) -> tuple[str, ...]:
         alone = ("psd", "psd_low", "psd_high")
         if "reference" not in self.result.attrs:
             return alone

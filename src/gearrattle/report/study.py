@@ -126,4 +126,4 @@ def _place(data: xr.Dataset, dimension: str, index: int) -> str:
     if dimension not in data.coords:
         return f"{dimension} {index}"
     measure = measure_of(data, dimension)
-    return f"{measure.words} = {measure.said(data[dimension].values[index])}"
+    return f"{measure.words} = {measure.with_unit(data[dimension].values[index])}"

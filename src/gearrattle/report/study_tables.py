@@ -93,7 +93,14 @@ def probabilities_table(dataset: xr.Dataset) -> Table:
     axes = [name for name in dims if name != subject]
     labels = {axis: labels_of(dataset, axis) if axis in dataset.coords else _numbers(dataset, axis) for axis in axes}
     names = [str(name) for name in dataset[subject].values] if subject else [str(dataset.attrs["output"])]
-    head = ("part", *(title_of(dataset, axis) for axis in axes), "rattling", "of samples", "probability", _level(dataset))
+    head = (
+        "part",
+        *(title_of(dataset, axis) for axis in axes),
+        "rattling",
+        "of samples",
+        "probability",
+        _level(dataset),
+    )
     columns = [
         dataset[name].transpose(*axes, ...).values for name in ("rattling", "samples", "probability", "low", "high")
     ]

@@ -60,10 +60,10 @@ def findings_content(findings: Findings) -> dict[str, Any]:
 
 def switches(trajectory: Trajectory) -> dict[str, int]:
     """Return how often each slider began or ceased to slip, and each limit of contact damping to act."""
-    if trajectory.companions is None:
+    if trajectory.auxiliaries is None:
         return {}
-    layout, watch = trajectory.layout, trajectory.companions.passages.watch
-    first, names = len(layout.clearance), layout.companion_names
+    layout, watch = trajectory.layout, trajectory.auxiliaries.passages.watch
+    first, names = len(layout.clearance), layout.auxiliary_names
     counts = np.bincount(watch[watch >= first] - first, minlength=len(names))
     return dict(zip(names, counts.tolist(), strict=True))
 

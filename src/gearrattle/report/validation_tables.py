@@ -78,7 +78,12 @@ def rms_effects_table(validation: Validation) -> Table:
     """What each uncertain parameter does to the rms of every channel, and how the levels pull it; short."""
     if validation.parameters is None:
         return Table((), ())
-    head = ("parameter", *(f"{name} rms, %" for name in validation.parameters.channels), "pulled, s.e.", "error left, %")
+    head = (
+        "parameter",
+        *(f"{name} rms, %" for name in validation.parameters.channels),
+        "pulled, s.e.",
+        "error left, %",
+    )
     rows = []
     for parameter in validation.parameters.parameters:
         effects = {effect.channel: effect for effect in parameter.effects if effect.measure == "rms"}
@@ -179,7 +184,10 @@ def setting_table(validation: Validation) -> Table:
         ("cycles in a block of the bootstrap", blocks),
         ("rate of both", f"{numeral(validation.rate, 6)} Hz"),
         ("band of both", f"{numeral(low)} to {numeral(high)} Hz"),
-        ("taken away from both", {"none": "nothing", "mean": "the mean", "linear": "a straight line"}[validation.trend]),
+        (
+            "taken away from both",
+            {"none": "nothing", "mean": "the mean", "linear": "a straight line"}[validation.trend],
+        ),
         ("clock", f"{clock.method}{f', by {clock.channel}' if clock.channel else ''}"),
         ("added to the measured times", f"{numeral(clock.delay, 6)} s, s.e. {numeral(clock.standard_error, 2)} s"),
         ("correlation there, elsewhere", f"{numeral(clock.agreement)}, {numeral(clock.rival)}"),

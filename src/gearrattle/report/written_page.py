@@ -14,10 +14,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from gearrattle.report.ink import fill_figures
 from gearrattle.report.live_figures import page_script, plotly_script
 from gearrattle.report.page import Page
 from gearrattle.report.provenance import now, versions
+from gearrattle.report.static_figures import fill_figures
 from gearrattle.report.templates import templates
 
 _HERE = Path(__file__).parent

@@ -1,6 +1,6 @@
 """Sec. 9: "Bulirsch-Stoer ... failed to converge", on systems with several nonlinearities. Does ours?
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 
 CYCLES = 40
@@ -46,7 +46,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
             yield setup_of(scope, case, LOOSE, loaded=True).at(algorithm=other)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Tell how every tolerance ended."""
     lines = [
         line
@@ -64,10 +64,12 @@ def section(measurements: Bench) -> Section:
         tuple(lines), frozenset({0, 1, 3}), "Bulirsch-Stoer over tolerances",
         "Steps in units of 1/omega. At 1e-12 an error test asks for less than rounding leaves.",
     )  # fmt: skip
-    return Section("bulirsch-stoer", "Bulirsch-Stoer", words, (_row(measurements), _incompatible(measurements)), (table,))
+    return Section(
+        "bulirsch-stoer", "Bulirsch-Stoer", words, (_row(measurements), _incompatible(measurements)), (table,)
+    )
 
 
-def _lines(measurements: Bench, case: int, kind: str, loaded: bool) -> Iterator[tuple[str, ...]]:
+def _lines(measurements: Measurements, case: int, kind: str, loaded: bool) -> Iterator[tuple[str, ...]]:
     truth = measurements.run(setup_of(measurements.scope, case, None, loaded=loaded))
     for tolerance in tolerances(measurements.scope):
         result = measurements.result(setup_of(measurements.scope, case, tolerance, loaded=loaded))
@@ -83,7 +85,7 @@ def _lines(measurements: Bench, case: int, kind: str, loaded: bool) -> Iterator[
                counted(cost.events), figure(error, 2))  # fmt: skip
 
 
-def _incompatible(measurements: Bench) -> Row:
+def _incompatible(measurements: Measurements) -> Row:
     """Sec. 9: the only routine that consistently displayed incompatible solutions.
 
     Reproduced if, on a loaded case, it has more than twice the crossings of exact at the loose tolerance, agrees at the
@@ -126,7 +128,7 @@ def _incompatible(measurements: Bench) -> Row:
     )  # fmt: skip
 
 
-def _row(measurements: Bench) -> Row:
+def _row(measurements: Measurements) -> Row:
     ended, failed = 0, []
     for case in (2, 3):
         for kind, loaded in KINDS.items():

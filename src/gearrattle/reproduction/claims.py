@@ -1,6 +1,6 @@
 """Sec. 9's claims about algorithms, each measured on the runs of Tables 3 and 4.
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.coherence import KINDS
 from gearrattle.reproduction.coherence import setup_of as fine_of
 from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.load import setup_of as of_load
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.printed import MODERATE, Performance
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 from gearrattle.reproduction.tables_3_4 import TABLES
@@ -30,7 +30,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
             yield of_tables(scope, case, "rkv-events", loaded=loaded)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Measure the claims one by one."""
     rows = (
         *(_fixed_are_faster(measurements, number, case, kind) for number, case, _ in TABLES for kind in KINDS),
@@ -44,14 +44,15 @@ def section(measurements: Bench) -> Section:
     return Section("claims", "Section 9: claims", words, rows, (_table(measurements),))
 
 
-def _fixed_are_faster(measurements: Bench, number: int, case: int, kind: str) -> Row:
+def _fixed_are_faster(measurements: Measurements, number: int, case: int, kind: str) -> Row:
     lines = next(lines for table_number, _, lines in TABLES if table_number == number)
     rk2, rk4, *others = (line for line in lines if line.calls)
     theirs = ", ".join(f"{line.label} {line.seconds / rk2.seconds:.2f}" for line in (rk4, *others))
     runs = {
         line.label: run
         for line in lines
-        if (run := measurements.run(of_tables(measurements.scope, case, line.algorithm, loaded=KINDS[kind]))) is not None
+        if (run := measurements.run(of_tables(measurements.scope, case, line.algorithm, loaded=KINDS[kind])))
+        is not None
     }
     times = {
         line.label: measurements.times(of_tables(measurements.scope, case, line.algorithm, loaded=KINDS[kind]))
@@ -86,7 +87,7 @@ def _cost_of_a_call(lines: Sequence[Performance]) -> str:
     return f"{costs[low]:.2f} ({low}) to {costs[high]:.2f} ms ({high})"
 
 
-def _trials_fail(measurements: Bench, case: int, kind: str) -> Row:
+def _trials_fail(measurements: Measurements, case: int, kind: str) -> Row:
     rates, figures = [], {}
     for name in ("rkf", "rkv", "rkv-events"):
         run = measurements.run(of_tables(measurements.scope, case, name, loaded=KINDS[kind]))
@@ -104,7 +105,7 @@ def _trials_fail(measurements: Bench, case: int, kind: str) -> Row:
     )  # fmt: skip
 
 
-def _trial_steps(measurements: Bench) -> Row:
+def _trial_steps(measurements: Measurements) -> Row:
     """Sec. 9: variable methods show a larger (initial average) trial step."""
     parts, larger, total = [], 0, 0
     for _, case, _ in TABLES:
@@ -126,7 +127,7 @@ def _trial_steps(measurements: Bench) -> Row:
     )  # fmt: skip
 
 
-def _bottoms_out(measurements: Bench) -> Row:
+def _bottoms_out(measurements: Measurements) -> Row:
     """Sec. 9: a variable step bottoms out at discontinuities."""
     parts, least = [], 1.0
     for name in ("rkf", "rkv", "bulirsch-stoer"):
@@ -141,7 +142,7 @@ def _bottoms_out(measurements: Bench) -> Row:
                least=least)  # fmt: skip
 
 
-def _table(measurements: Bench) -> Table:
+def _table(measurements: Measurements) -> Table:
     lines = []
     for _, case, _ in TABLES:
         for kind, loaded in KINDS.items():

@@ -3,7 +3,7 @@
 The mean of gamma^2 over five harmonics, four segments of 128 points (``signals.coherence``). Beside them the ceiling:
 exact against exact begun 1e-12 half-gaps away, which no algorithm can be expected to beat.
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from gearrattle.comparison.coherence import compare_coherence
 from gearrattle.report.tables import Table
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.bench import Bench, Scope, Setup
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.record import DIFFERS, NOISE, REPRODUCED, UNAVAILABLE, UNDECIDED, Row, Section, row
 from gearrattle.signals.coherence import ENSEMBLES, HARMONICS, by_chance
 
@@ -54,11 +54,13 @@ def needs(scope: Scope) -> Iterator[Setup]:
         yield setup_of(scope, "exact", loaded=loaded, nearby=True)
 
 
-def kappa(measurements: Bench, setup: Setup, reference: Setup, *, filtered: bool = True) -> tuple[float, ...] | None:
+def kappa(
+    measurements: Measurements, setup: Setup, reference: Setup, *, filtered: bool = True
+) -> tuple[float, ...] | None:
     """(4,) mean coherences of a run with a reference; None without either.
 
     Args:
-        bench: all runs.
+        measurements: all runs.
         given, reference: which two.
         filtered: whether samples pass an anti-aliasing filter before some are left out.
     """
@@ -69,7 +71,7 @@ def kappa(measurements: Bench, setup: Setup, reference: Setup, *, filtered: bool
     return tuple(coherences[name].mean for name in BODIES)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Compare the twelve coherences."""
     values = dict(_all(measurements))
     rows = [row for label in printed.COHERENCES for row in _rows(label, values)]
@@ -84,7 +86,7 @@ def section(measurements: Bench) -> Section:
     return Section("coherence", "Section 9: coherence", words, tuple(rows), (_table(values),))
 
 
-def _all(measurements: Bench) -> Iterator[tuple[Key, tuple[float, ...] | None]]:
+def _all(measurements: Measurements) -> Iterator[tuple[Key, tuple[float, ...] | None]]:
     """Every pair's kappas, filtered and not."""
     for kind, loaded in KINDS.items():
         runs = {name: setup_of(measurements.scope, name, loaded=loaded) for name in ("exact", "rk2")}
@@ -93,7 +95,10 @@ def _all(measurements: Bench) -> Iterator[tuple[Key, tuple[float, ...] | None]]:
                 setup = setup_of(measurements.scope, algorithm, loaded=loaded)
                 for reference, judge in runs.items():
                     yield Key(label, kind, reference, filtered), kappa(measurements, setup, judge, filtered=filtered)
-            yield Key("RK2", kind, "exact", filtered), kappa(measurements, runs["rk2"], runs["exact"], filtered=filtered)
+            yield (
+                Key("RK2", kind, "exact", filtered),
+                kappa(measurements, runs["rk2"], runs["exact"], filtered=filtered),
+            )
             away = setup_of(measurements.scope, "exact", loaded=loaded, nearby=True)
             yield Key(AWAY, kind, "exact", filtered), kappa(measurements, away, runs["exact"], filtered=filtered)
 
@@ -117,7 +122,7 @@ def _rows(label: str, coherences: Found) -> Iterator[Row]:
                   "; ".join(parts) or UNAVAILABLE, status, why, **figures)  # fmt: skip
 
 
-def _told(coherences: Found, label: str, *, filtered: bool) -> str:
+def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
     lines = [(kind, coherences[Key(label, kind, "exact", filtered)]) for kind in KINDS]
     return "; ".join(f"{kind} {', '.join(f'{v:.2f}' for v in values)}" for kind, values in lines if values is not None)
 
@@ -126,7 +131,7 @@ def _meaning(coherences: Found) -> Row:
     """What a coherence says of an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
         "Sec. 9, coherence as a measure of agreement", "solutions are compared by it",
-        f"RK4 at its unstable step with exact, inertias 1 to 4: {_told(coherences, 'RK4', filtered=True)}", DIFFERS,
+        f"RK4 at its unstable step with exact, inertias 1 to 4: {_values_by_load(coherences, 'RK4', filtered=True)}", DIFFERS,
         "harmonics follow the common excitation: a motion whose rattle is invented keeps a high coherence but at the "
         "gear that rattles",
     )  # fmt: skip
@@ -142,8 +147,8 @@ def _aliased(coherences: Found) -> Row:
     }
     return row(
         "Sec. 9, low coherences are the algorithms'", "0.23 to 0.59 at inertias 2 to 4",
-        f"exact with exact begun 1e-12 half-gaps away: {_told(coherences, AWAY, filtered=True)}; aliased: "
-        f"{_told(coherences, AWAY, filtered=False)}", DIFFERS,
+        f"exact with exact begun 1e-12 half-gaps away: {_values_by_load(coherences, AWAY, filtered=True)}; aliased: "
+        f"{_values_by_load(coherences, AWAY, filtered=False)}", DIFFERS,
         "sampled without a filter even the exact motion falls short of itself by as much: the chaotic high frequencies "
         "fold onto the harmonics. Whether the paper filtered is not printed", **figures,
     )  # fmt: skip
@@ -182,5 +187,8 @@ def _table(coherences: Found) -> Table:
         for label, (_, values) in printed.COHERENCES.items()
     )
     return Table(
-        ("algorithm", "load", "reference", "filtered", *BODIES), (*printed_rows, *lines), frozenset({0, 1, 2, 3}), "Coherences"
+        ("algorithm", "load", "reference", "filtered", *BODIES),
+        (*printed_rows, *lines),
+        frozenset({0, 1, 2, 3}),
+        "Coherences",
     )

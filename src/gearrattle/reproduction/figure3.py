@@ -21,9 +21,9 @@ from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
 from gearrattle.report.tables import Table
-from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.cases import HALF_GAP, J
 from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.measurements import Scope
 from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.reproduction.sweep import GEAR, Stop, Tick, history, loose_gear, mesh_alone, sweep
 from gearrattle.signals import steady
@@ -124,7 +124,9 @@ def _threshold(case: Sequence[Stop], cycles: int, tick: Tick) -> Row:
     if smooth.regime != "quiet" or not lost:
         return row(item, "named as causes", "contact is never kept, or never lost", DIFFERS, "the sweep is too narrow")
     limit, last, first = threshold(smooth, cycles), max(lost), min(kept)
-    summary = f"case 1: lost up to D = {last:.3f}, kept from {first:.3f} N m; the smooth motion says D* = {limit:.3f} N m"
+    summary = (
+        f"case 1: lost up to D = {last:.3f}, kept from {first:.3f} N m; the smooth motion says D* = {limit:.3f} N m"
+    )
     good = last < limit < first
     why = "" if good else "start-up may open a mesh that would stay closed"
     return row(item, "named as causes", summary, REPRODUCED if good else DIFFERS, why, limit=limit, last=last,

@@ -25,8 +25,8 @@ from gearrattle.engine.system.law import Stage, staged
 from gearrattle.model import Model
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import COLOURS
-from gearrattle.reproduction.bench import Scope
 from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.measurements import Scope
 from gearrattle.reproduction.record import DIFFERS, LOST, REPRODUCED, Row, Section, row
 from gearrattle.reproduction.sweep import Stop, Tick, mesh_alone, sweep
 from gearrattle.signals.regions import Regime

@@ -2,7 +2,7 @@
 
 Which displacement the paper draws and which cycles is not known to us (its text survives, its figures do not).
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from gearrattle.comparison.portrait import portrait
 from gearrattle.comparison.statistics import compare_statistics
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel, Rule
 from gearrattle.report.plots.palette import COLOURS, INK
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import load_case
 from gearrattle.reproduction.coherence import CYCLES, KINDS
 from gearrattle.reproduction.digits import figure
 from gearrattle.reproduction.load import setup_of as of_load
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.printed import LIGHT
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNAVAILABLE, Row, Section, row
 from gearrattle.results import Run
@@ -46,19 +46,24 @@ def needs(scope: Scope) -> Iterator[Setup]:
         yield setup_of(scope, "exact", loaded=loaded).at(nearby=True)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Compare both halves of the figure."""
     rows = [row for kind in KINDS for row in (_histories(measurements, kind), _spectra(measurements, kind))]
-    charts = [chart for kind in KINDS for chart in (_history_chart(measurements, kind), _spectrum_chart(measurements, kind)) if chart]
+    charts = [
+        chart
+        for kind in KINDS
+        for chart in (_history_chart(measurements, kind), _spectrum_chart(measurements, kind))
+        if chart
+    ]
     words = f"Case 3 under light load, {CYCLES if not measurements.scope.quick else 'fewer'} cycles."
     return Section("figure-7", "Figure 7: histories and spectra", words, tuple(rows), charts=tuple(charts))
 
 
-def _run(measurements: Bench, algorithm: str, kind: str) -> Run | None:
+def _run(measurements: Measurements, algorithm: str, kind: str) -> Run | None:
     return measurements.run(setup_of(measurements.scope, algorithm, loaded=KINDS[kind]))
 
 
-def _histories(measurements: Bench, kind: str) -> Row:
+def _histories(measurements: Measurements, kind: str) -> Row:
     item, printed_claim = f"Fig. 7(a), (b), RK2 and RKV, {kind}", "slight variations between the two solutions"
     rk2, rkv, exact = (_run(measurements, name, kind) for name in ("rk2", "rkv", "exact"))
     if rk2 is None or rkv is None or exact is None:
@@ -91,7 +96,7 @@ def _histories(measurements: Bench, kind: str) -> Row:
                horizon=horizon, **parts)  # fmt: skip
 
 
-def _different(measurements: Bench, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
+def _different(measurements: Measurements, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
     """How many statistics of each lie outside those of exact motions begun nearby, of how many."""
     setup, t = setup_of(measurements.scope, "exact", loaded=KINDS[kind]), exact.trajectory
     grid = {"cycles": t.cycles, "discard": t.discard, "samples_per_cycle": t.samples_per_cycle}
@@ -133,7 +138,7 @@ def high_share(run: Run) -> float:
     return float(np.sum(spectrum.density[order > HIGH_ORDER]) * spectrum.resolution)
 
 
-def _spectra(measurements: Bench, kind: str) -> Row:
+def _spectra(measurements: Measurements, kind: str) -> Row:
     item, printed_claim = f"Fig. 7(c), (d), GRS smooths high frequencies, {kind}", "a tendency to smooth them out"
     rk2, gear, exact = (_run(measurements, name, kind) for name in ("rk2", "gear", "exact"))
     if rk2 is None or exact is None:
@@ -157,10 +162,12 @@ def _spectra(measurements: Bench, kind: str) -> Row:
         if smooths
         else "at tolerance 1e-6 ours smooths nothing beyond what chance moves; the paper's tolerance is not printed"
     )
-    return row(item, printed_claim, summary, REPRODUCED if smooths else DIFFERS, why, gear=change, rk2=own, chance=chance)
+    return row(
+        item, printed_claim, summary, REPRODUCED if smooths else DIFFERS, why, gear=change, rk2=own, chance=chance
+    )
 
 
-def _history_chart(measurements: Bench, kind: str) -> Chart | None:
+def _history_chart(measurements: Measurements, kind: str) -> Chart | None:
     runs = {name: _run(measurements, name, kind) for name in ("rk2", "rkv")}
     panels, colour = [], dict(zip(runs, COLOURS, strict=False))
     for name, run in runs.items():
@@ -178,7 +185,7 @@ def _history_chart(measurements: Bench, kind: str) -> Chart | None:
     return Chart(f"fig-7ab-{kind}", f"Figure 7(a), (b), {kind}", caption, tuple(panels))
 
 
-def _spectrum_chart(measurements: Bench, kind: str) -> Chart | None:
+def _spectrum_chart(measurements: Measurements, kind: str) -> Chart | None:
     names = {"exact": INK, "rk2": COLOURS[0], "gear": COLOURS[1]}
     panels = []
     for inertia in ("flywheel", "output_gear"):

@@ -1,6 +1,6 @@
 """Sec. 9: light against moderate mean load, case 3: what variable steps cost, and coherence with RK2.
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 from gearrattle.report.tables import Table
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.coherence import CYCLES, KINDS, SAMPLES, kappa
 from gearrattle.reproduction.digits import counted, figure
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.printed import LIGHT, LOAD_SAVING, MODERATE
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, UNAVAILABLE, Row, Section, row
 from gearrattle.reproduction.stiffness import natural
@@ -37,11 +37,13 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield setup_of(scope, algorithm, ratio, loaded=loaded)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Compare light and moderate load."""
     rows = [_cost(measurements, kind, label) for kind in KINDS for label in VARIABLE]
     rows += [_coherence(measurements, kind) for kind in KINDS]
-    motions = [f"{kind} at {ratio:g}: {_motion(measurements, kind, ratio)}" for kind in KINDS for ratio in (LIGHT, MODERATE)]
+    motions = [
+        f"{kind} at {ratio:g}: {_motion(measurements, kind, ratio)}" for kind in KINDS for ratio in (LIGHT, MODERATE)
+    ]
     words = (
         "Case 3, mean over largest harmonic 0.05 and 0.5; which inertia carries the mean is our assumption. The exact "
         f"motion after the start-up: {'; '.join(motions)}. Cost is counted in function calls, which do not depend on the "
@@ -50,7 +52,7 @@ def section(measurements: Bench) -> Section:
     return Section("load", "Section 9: light and moderate load", words, tuple(rows), (_table(measurements),))
 
 
-def crossings(measurements: Bench, kind: str, ratio: float) -> int | None:
+def crossings(measurements: Measurements, kind: str, ratio: float) -> int | None:
     """Crossings of the exact motion in its steady part."""
     run = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind]))
     if run is None:
@@ -58,8 +60,11 @@ def crossings(measurements: Bench, kind: str, ratio: float) -> int | None:
     return int(steady(run.trajectory).contains(run.trajectory.events.time).sum())
 
 
-def _motion(measurements: Bench, kind: str, ratio: float) -> str:
-    run, number = measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind])), crossings(measurements, kind, ratio)
+def _motion(measurements: Measurements, kind: str, ratio: float) -> str:
+    run, number = (
+        measurements.run(setup_of(measurements.scope, "exact", ratio, loaded=KINDS[kind])),
+        crossings(measurements, kind, ratio),
+    )
     if run is None or number is None:
         return "no run"
     if number == 0:
@@ -69,14 +74,17 @@ def _motion(measurements: Bench, kind: str, ratio: float) -> str:
     return f"{counted(number)} crossings, {counted(mesh)} impacts in the mesh"
 
 
-def _pair(measurements: Bench, kind: str, algorithm: str) -> tuple[int, int] | None:
-    runs = [measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
+def _pair(measurements: Measurements, kind: str, algorithm: str) -> tuple[int, int] | None:
+    runs = [
+        measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind]))
+        for ratio in (LIGHT, MODERATE)
+    ]
     if runs[0] is None or runs[1] is None:
         return None
     return runs[0].cost.function_calls, runs[1].cost.function_calls
 
 
-def _cost(measurements: Bench, kind: str, label: str) -> Row:
+def _cost(measurements: Measurements, kind: str, label: str) -> Row:
     item = f"Sec. 9, load, {label}, {kind}"
     printed_claim, pair = "about 30 % less computing at 0.5 than at 0.05", _pair(measurements, kind, VARIABLE[label])
     if pair is None:
@@ -85,13 +93,21 @@ def _cost(measurements: Bench, kind: str, label: str) -> Row:
     summary = f"{100 * change:+.0f} %: {counted(pair[0])} and {counted(pair[1])} calls"
     near = abs(change + LOAD_SAVING) < _NEAR
     return row(
-        item, printed_claim, summary, REPRODUCED if near else DIFFERS, _why(measurements, kind, VARIABLE[label], change), change=change
+        item,
+        printed_claim,
+        summary,
+        REPRODUCED if near else DIFFERS,
+        _why(measurements, kind, VARIABLE[label], change),
+        change=change,
     )
 
 
-def _why(measurements: Bench, kind: str, algorithm: str, change: float) -> str:
+def _why(measurements: Measurements, kind: str, algorithm: str, change: float) -> str:
     """What the step is held by at either load."""
-    runs = [measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind])) for ratio in (LIGHT, MODERATE)]
+    runs = [
+        measurements.run(setup_of(measurements.scope, algorithm, ratio, loaded=KINDS[kind]))
+        for ratio in (LIGHT, MODERATE)
+    ]
     costs = [run.cost for run in runs if run is not None]
     crossed, rejected = [c.events for c in costs], [c.rejected_steps for c in costs]
     steps = [figure(FASTEST * c.average_step, 2) for c in costs]
@@ -107,7 +123,7 @@ def _why(measurements: Bench, kind: str, algorithm: str, change: float) -> str:
     )
 
 
-def _coherence(measurements: Bench, kind: str) -> Row:
+def _coherence(measurements: Measurements, kind: str) -> Row:
     """Sec. 9: solution coherences are also better for moderately loaded systems."""
     means, until = [], []
     for ratio in (LIGHT, MODERATE):
@@ -127,7 +143,7 @@ def _coherence(measurements: Bench, kind: str) -> Row:
     )  # fmt: skip
 
 
-def _table(measurements: Bench) -> Table:
+def _table(measurements: Measurements) -> Table:
     lines: list[tuple[str, ...]] = []
     for kind in KINDS:
         for label, algorithm in VARIABLE.items():

@@ -83,7 +83,7 @@ class Clearances:
     mesh: tuple[float, float, float]
     error: float
 
-    def told(self) -> str:
+    def in_words(self) -> str:
         """The values in a line."""
         parts = [
             f"{name} " + ("linear" if b == float("inf") else f"alpha {alpha:g}, beta {beta:g}, b {b:g}")

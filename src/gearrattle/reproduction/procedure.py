@@ -26,11 +26,11 @@ from gearrattle.reproduction import (
     unstable_step,
     work,
 )
-from gearrattle.reproduction.bench import Progress, Scope, Setup, measure, seconds_of
+from gearrattle.reproduction.measurements import Progress, Scope, Setup, measure, seconds_of
 from gearrattle.reproduction.record import Reproduction
 
 _A_LOAD = 0.02, 0.02
-"""About how long a load of Figs. 3 and 4 takes [s]; as in ``bench``, only ratios matter."""
+"""About how long a load of Figs. 3 and 4 takes [s]; as in ``measurements``, only ratios matter."""
 _STEPS, _READING = 6.0, 10.0
 """The same of the steps of Tables 3 and 4, and of what is read off the runs [s]."""
 _READ = (unstable_step, bulirsch_stoer, coherence, load, figure7, claims, work)
@@ -79,11 +79,11 @@ def _shares(scope: Scope, setups: tuple[Setup, ...], progress: Progress | None) 
     def part(name: str) -> Progress:
         before = sum(seconds[name] for name in names[: names.index(name)])
 
-        def told(share: float) -> None:
+        def report_share(share: float) -> None:
             if progress is not None:
                 progress(min(1.0, (before + share * seconds[name]) / total))
 
-        return told
+        return report_share
 
     return part
 

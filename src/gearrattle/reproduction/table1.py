@@ -68,7 +68,7 @@ def _case(case: int, line: printed.Clearances) -> Row:
         error=round(error, 9),
     )
     return row(
-        f"Table 2, case {case}", line.told(), ours.told(), CONSTRUCTED if ours == line else DIFFERS,
+        f"Table 2, case {case}", line.in_words(), ours.in_words(), CONSTRUCTED if ours == line else DIFFERS,
         "the models are built from these values" if ours == line else "the model is not that of the table",
         **{f"{name}_{index}": value for name in ("clutch", "spline", "mesh") for index, value in
            zip(("alpha", "beta", "b"), getattr(ours, name), strict=True)},

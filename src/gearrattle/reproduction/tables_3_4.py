@@ -1,6 +1,6 @@
 """Tables 3 and 4: what seven algorithms cost on cases 1 and 3, over the time that RK2's steps span (800 and 850).
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from gearrattle.comparison.contest import Result
 from gearrattle.report.tables import Table
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.bench import TOLERANCE, Bench, Progress, Scope, Setup
 from gearrattle.reproduction.cases import SPEED
 from gearrattle.reproduction.digits import counted, figure
 from gearrattle.reproduction.exact_count import Counted, count_steps
+from gearrattle.reproduction.measurements import TOLERANCE, Measurements, Progress, Scope, Setup
 from gearrattle.reproduction.printed import Performance
 from gearrattle.reproduction.record import CONSTRUCTED, DIFFERS, REPRODUCED, UNAVAILABLE, UNDECIDED, Row, Section, row
 
@@ -40,11 +40,11 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield setup_of(scope, case, algorithm, loaded=loaded)
 
 
-def section(measurements: Bench, tick: Progress) -> Section:
+def section(measurements: Measurements, tick: Progress) -> Section:
     """Compare both tables.
 
     Args:
-        bench: all runs.
+        measurements: all runs.
         tick: called with the finished share of the steps counted here; what it raises ends everything.
     """
     counts = _counts(measurements.scope, tick)
@@ -80,12 +80,12 @@ def _counts(scope: Scope, tick: Progress) -> Counts:
         assert line.step is not None
         assert line.steps is not None
 
-        def told(share: float, done: int = done) -> None:
+        def report_share(share: float, done: int = done) -> None:
             tick((done + share) / len(chosen))
 
         steps = line.steps // 10 if scope.quick else line.steps
         counts[number, line.label, loaded] = count_steps(
-            case, line.algorithm, line.step, steps, loaded=loaded, tick=told
+            case, line.algorithm, line.step, steps, loaded=loaded, tick=report_share
         )  # fmt: skip
     return counts
 
@@ -106,12 +106,12 @@ def _fixed_row(number: int, line: Performance, counts: list[Counted]) -> Row:
     return row(f"Table {number}, {line.label}", _printed(line), summary, CONSTRUCTED, why, **figures)
 
 
-def _row(measurements: Bench, number: int, case: int, line: Performance) -> Row:
+def _row(measurements: Measurements, number: int, case: int, line: Performance) -> Row:
     item = f"Table {number}, {line.label}"
     setups = [setup_of(measurements.scope, case, line.algorithm, loaded=loaded) for loaded in (False, True)]
     results = [measurements.result(setup) for setup in setups]
     summary = "; ".join(
-        f"{kind}: {_told(result, measurements.times(setup))}"
+        f"{kind}: {_counts_and_times(result, measurements.times(setup))}"
         for kind, result, setup in zip(("rattling", "loaded"), results, setups, strict=True)
     )
     runs = [result.run for result in results if result.run is not None]
@@ -144,7 +144,7 @@ def _seconds(times: tuple[float, ...]) -> str:
     return f"{figure(min(times))} s (+{max(times) / min(times) - 1.0:.0%})"
 
 
-def _told(result: Result, times: tuple[float, ...]) -> str:
+def _counts_and_times(result: Result, times: tuple[float, ...]) -> str:
     if result.run is None:
         return result.status
     cost = result.run.cost
@@ -154,7 +154,9 @@ def _told(result: Result, times: tuple[float, ...]) -> str:
     )
 
 
-def _table(measurements: Bench, which: tuple[int, int, tuple[Performance, ...]], loaded: bool, counts: Counts) -> Table:
+def _table(
+    measurements: Measurements, which: tuple[int, int, tuple[Performance, ...]], loaded: bool, counts: Counts
+) -> Table:
     number, case, lines = which
     head = (
         "algorithm", "paper: h_i", "steps", "calls", "time", "ours: average trial step", "average step", "smallest",
@@ -212,7 +214,7 @@ def _calls_per_step() -> Row:
     )  # fmt: skip
 
 
-def _growth_of_cost(measurements: Bench) -> Row:
+def _growth_of_cost(measurements: Measurements) -> Row:
     """Sec. 9: time increases with the number of nonlinearities."""
     names = ("rkf", "rkv", "bulirsch-stoer")
     change, theirs = {}, []

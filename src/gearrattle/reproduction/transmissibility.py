@@ -2,7 +2,7 @@
 
 Measured on case 2 as TR_peak - TR_rms over the last eight cycles (eqs. (23)-(25)).
 
-Takes a Bench and the setups of case 2; gives rows.
+Takes Measurements and the setups of case 2; gives rows.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from collections.abc import Callable
 import numpy as np
 
 from gearrattle.comparison.transmissibility import compare_transmissibility
-from gearrattle.reproduction.bench import Bench, Setup
 from gearrattle.reproduction.coherence import BODIES, KINDS
 from gearrattle.reproduction.digits import figure
+from gearrattle.reproduction.measurements import Measurements, Setup
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, row
 
 _CLEARLY = 1.2
 
 
-def bandwidth(measurements: Bench, kind: str, setup_of: Callable[..., Setup]) -> Row:
+def bandwidth(measurements: Measurements, kind: str, setup_of: Callable[..., Setup]) -> Row:
     """Compare rms-to-peak spans of fixed and variable steps."""
     exact = measurements.run(setup_of(measurements.scope, "exact", loaded=KINDS[kind]))
     item, printed_claim = f"Sec. 9, TR spans more with fixed steps, case 2, {kind}", "a larger bandwidth, rms to peak"

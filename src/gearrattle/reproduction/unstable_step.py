@@ -4,7 +4,7 @@ With R the stability polynomial, |R(h lambda)| <= 1 must hold for every eigenval
 is in contact the paper's step gives 1.69; its limit there is found by bisection. The loaded cases show what follows:
 the exact teeth stay in contact, RK4's rattle.
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from gearrattle.engine.solvers.stability import growths
 from gearrattle.engine.solvers.tableaus import CLASSICAL
 from gearrattle.engine.system.flow import flow_of
 from gearrattle.reproduction import printed
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.cases import HALF_GAP, SPEED, load_case
 from gearrattle.reproduction.digits import counted, several
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.record import DIFFERS, Row, Section, row
 from gearrattle.results import Run
 
@@ -57,7 +57,7 @@ def limit() -> float:
     return stable
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Show the growth and what it invents."""
     factor, longest = growth(printed.RK4_STEP), limit()
     first = row(
@@ -79,7 +79,7 @@ def separations(run: Run) -> int:
     return int(np.sum((t.events.clearance == gear) & (t.events.time > SETTLED * t.layout.period)))
 
 
-def _row(measurements: Bench, case: int) -> Row:
+def _row(measurements: Measurements, case: int) -> Row:
     item = f"Sec. 9, RK4 gives compatible solutions, loaded case {case}"
     runs = {name: measurements.run(setup_of(measurements.scope, case, name)) for name in ("exact", "rk4", "rk2")}
     exact, rk4, rk2 = runs["exact"], runs["rk4"], runs["rk2"]

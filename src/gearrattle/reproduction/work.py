@@ -3,7 +3,7 @@
 Case 3 over the first part of the motion, up to where perturbations have grown a thousandfold; light (0.05) and moderate
 (0.5) load. Calls are interpolated, log over log, between the runs on either side of an error.
 
-Takes a Bench; gives a section.
+Takes Measurements; gives a section.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from gearrattle.comparison.pointwise import pointwise
 from gearrattle.report.plots.chart import Chart, Key, Line, Panel
 from gearrattle.report.plots.palette import COLOURS
-from gearrattle.reproduction.bench import Bench, Scope, Setup
 from gearrattle.reproduction.coherence import KINDS
 from gearrattle.reproduction.digits import counted
+from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.printed import LIGHT, MODERATE
 from gearrattle.reproduction.record import DIFFERS, REPRODUCED, Row, Section, row
 
@@ -50,7 +50,7 @@ def needs(scope: Scope) -> Iterator[Setup]:
                 yield from setups_of(scope, name, ratio, loaded=loaded)
 
 
-def section(measurements: Bench) -> Section:
+def section(measurements: Measurements) -> Section:
     """Compare calls for the same error."""
     curves = {
         (kind, ratio): {name: _curve(measurements, name, ratio, KINDS[kind]) for name in ORDERS}
@@ -65,7 +65,7 @@ def section(measurements: Bench) -> Section:
     return Section("work", "Section 9: order and efficiency", words, rows, charts=(_chart(curves),))
 
 
-def _curve(measurements: Bench, name: str, ratio: float, loaded: bool) -> Points:
+def _curve(measurements: Measurements, name: str, ratio: float, loaded: bool) -> Points:
     """(error, calls) of every run that came to its end."""
     truth = measurements.run(setups_of(measurements.scope, "exact", ratio, loaded=loaded)[0])
     if truth is None:

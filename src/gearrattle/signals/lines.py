@@ -128,7 +128,9 @@ def sub_harmonics(
     selected = [line for line in lines if line.order < min(orders)]
     for divisor in range(2, LARGEST_DENOMINATOR + 1):
         numerators, heights, _ = _lines(signal, samples_per_cycle, divisor, known)
-        selected += [Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), heights, strict=True)]
+        selected += [
+            Line(fundamental * p / divisor, float(a)) for p, a in zip(numerators.tolist(), heights, strict=True)
+        ]
     return tuple(sorted(selected, key=lambda line: line.order))
 
 

@@ -101,7 +101,9 @@ def broken_chain(trajectory: Trajectory, row: int) -> GearRattleError:
     region = int(log.to_region[before[-1]] if before.size else trajectory.initial_region[k])
     location = f"event log of {trajectory.layout.clearance_names[k]} at t = {log.time[row]:.9g}"
     if region == log.from_region[row]:
-        return GearRattleError(f"{location}: found a crossing from region {region} to {log.to_region[row]}, not beside it")
+        return GearRattleError(
+            f"{location}: found a crossing from region {region} to {log.to_region[row]}, not beside it"
+        )
     return GearRattleError(
         f"{location}: found a crossing from region {log.from_region[row]}, but the crossings before it lead to region "
         f"{region}; a log must be gapless (simulate again, or repair the data)"

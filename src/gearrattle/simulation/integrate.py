@@ -71,7 +71,9 @@ def _failure(position: Position, outcome: Outcome, algorithm: str, layout: Layou
     names = layout.clearance_names
     where = "" if position.last_crossed is None else f" in {names[position.last_crossed]}"
     fastest = (
-        "" if position.fastest is None else f": {layout.element_names[position.fastest]} moves too fast for its inertias"
+        ""
+        if position.fastest is None
+        else f": {layout.element_names[position.fastest]} moves too fast for its inertias"
     )
     what = {
         Outcome.NO_PROGRESS: f"the motion needs too many steps{fastest},",
@@ -146,5 +148,5 @@ def _trajectory(task: Task, layout: Layout, skipped: tuple[int, int], motion: Mo
         notes=motion.notes,
         energy=motion.energy,
         first_cycle=first_cycle,
-        companions=motion.companions,
+        auxiliaries=motion.auxiliaries,
     )

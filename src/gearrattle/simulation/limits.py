@@ -57,7 +57,9 @@ def _too_high(model: Model, period: float) -> list[Problem]:
     ]
     orders += [(f"{element.path}: order", error.order) for element in model.elements for error in element.errors]
     rule = f"would turn by more than {FASTEST:g} rad in a period of {period:.3g} s, and its phase be lost to rounding"
-    return [Problem(location, f"{order:.6g}", rule, f"{most:.3g} or less") for location, order in orders if order > most]
+    return [
+        Problem(location, f"{order:.6g}", rule, f"{most:.3g} or less") for location, order in orders if order > most
+    ]
 
 
 def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, location: str) -> None:
@@ -106,7 +108,7 @@ def check_tables(system: PiecewiseSystem) -> None:
 def bytes_of_sample(system: PiecewiseSystem) -> int:
     """Memory a sample takes while a run is made into a trajectory, at most, about [bytes]."""
     inputs = 1 + 2 * system.inputs.count + (0 if system.signals is None else system.signals.chain)
-    return 8 * (16 * system.size + 16 * len(system.laws) + 4 * len(system.companions) + 3 * inputs)
+    return 8 * (16 * system.size + 16 * len(system.laws) + 4 * len(system.auxiliaries) + 3 * inputs)
 
 
 def memory() -> int:

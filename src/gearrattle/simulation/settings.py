@@ -30,7 +30,9 @@ def settled(model: Model, arguments: dict[str, Any]) -> Model:
         discard = min(discard, cycles // 2)
     changes = {"cycles": cycles, "discard": discard}
     for key in ("algorithm", "initial", "samples_per_cycle"):
-        changes[key] = overrides.get(key, getattr(file, key) if getattr(file, key) is not None else getattr(DEFAULTS, key))
+        changes[key] = overrides.get(
+            key, getattr(file, key) if getattr(file, key) is not None else getattr(DEFAULTS, key)
+        )
     for key in ("tolerance", "step"):
         if key in overrides:
             changes[key] = overrides[key]

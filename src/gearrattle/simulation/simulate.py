@@ -150,13 +150,13 @@ def check_takes(driveline: Driveline, algorithm: str) -> None:
     """
     if algorithm != "exact" and (reason := needs_exact(driveline)):
         remedy = 'algorithm = "exact", or take hysteresis and contact_damping out to compare algorithms'
-        raise ModelError(Problem("algorithm", algorithm, reason, remedy if driveline.system.companions else ""))
+        raise ModelError(Problem("algorithm", algorithm, reason, remedy if driveline.system.auxiliaries else ""))
 
 
 def needs_exact(driveline: Driveline) -> str:
     """Why only ``exact`` takes a model, in words; empty where every algorithm does."""
-    if driveline.system.companions:
-        name = driveline.layout.companion_names[0]
+    if driveline.system.auxiliaries:
+        name = driveline.layout.auxiliary_names[0]
         return f"friction, clipped contact damping and alternation need exact; the model has {name}"
     return "" if driveline.system.signals is None else "a torque over time, a prescribed motion or a sweep needs exact"
 

@@ -236,7 +236,11 @@ def _owner(model: Model, settings: Mapping[str, Any]) -> str:
     versions = {name: version(name) for name in ("gearrattle", "numpy", "scipy", "numba")}
     content = {**settings, **versions, "python": platform.python_version(), "machine": platform.machine()}
     return "\n".join(
-        [format_name("stream"), *(f"{key} = {json.dumps(value)}" for key, value in content.items()), model.to_stored()[0]]
+        [
+            format_name("stream"),
+            *(f"{key} = {json.dumps(value)}" for key, value in content.items()),
+            model.to_stored()[0],
+        ]
     )
 
 

@@ -225,7 +225,8 @@ def _points(
             else:
                 axes.append(
                     Axis(
-                        INITIAL + name, {INITIAL + name: values_of(name, bounds, partial(read_value, name, model=model))}
+                        INITIAL + name,
+                        {INITIAL + name: values_of(name, bounds, partial(read_value, name, model=model))},
                     )
                 )
         except ModelError as error:

@@ -53,7 +53,7 @@ def batched(
 
     Args:
         plan, outputs, chunk: as in ``cases.compute``.
-        told: called now and then with the share of the chunk's cases that are through; what it raises ends the work.
+        progress: called now and then with the share of the chunk's cases that are through; what it raises ends the work.
 
     Returns:
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.
@@ -68,7 +68,7 @@ def batched(
         values[output.name] = np.full(shape, output.nothing, output.dtype)
     done, waiting = np.zeros(count, dtype=np.bool_), np.arange(count)
 
-    def tell(share: float) -> None:
+    def report_share(share: float) -> None:
         if progress is not None:
             progress((done.sum() + share * waiting.size) / count)
 
@@ -82,7 +82,7 @@ def batched(
         alike = _Alike.of(model, {path: column[waiting] for path, column in varied.items()}, waiting.size)
         chosen = waiting[alike.good]
         if chosen.size and alike.pattern.can_march():
-            tallies, judged = alike.march(tell)
+            tallies, judged = alike.march(report_share)
             _keep(values, outputs, alike, tallies, (chosen, judged))
             done[chosen[judged]] = True
         waiting = waiting[~alike.good] if chosen.size else waiting[1:]

@@ -108,7 +108,7 @@ class Stretch:
         return f"{self.verdict}, {kind}" if self.verdict else kind
 
 
-def _said(data: xr.Dataset, name: str) -> str:
+def _values_in_words(data: xr.Dataset, name: str) -> str:
     """One value of a further axis, in SI."""
     values, attributes = data[name], data[name].attrs
     words = attributes.get("long_name", name)
@@ -153,7 +153,7 @@ def sweeps_of(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     sweeps = []
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
         here = data.isel(dict(zip(others, at, strict=True)))
-        held = [_said(here, name) for name in others]
+        held = [_values_in_words(here, name) for name in others]
         for i, way in enumerate(data["direction"].values):
             sweeps.append((", ".join([*held, str(way)]), here.isel(direction=i)))
     return sweeps

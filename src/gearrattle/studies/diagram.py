@@ -44,7 +44,7 @@ from gearrattle.studies.plan import Plan
 from gearrattle.studies.prepared import Prepared, Progress
 from gearrattle.studies.sections import NEARNESS, Sections, own_units, section_of, unit_of
 from gearrattle.studies.storage import File
-from gearrattle.studies.store import Store, Told
+from gearrattle.studies.store import ProgressCallback, Store
 from gearrattle.studies.structures import structures_of
 from gearrattle.studies.study import check_paths, first_run
 from gearrattle.wording import counted
@@ -266,7 +266,7 @@ class _Reached:
         self.state = state or None
 
 
-def sweep(store: Store, chunk: int, progress: Told | None) -> Computed:
+def sweep(store: Store, chunk: int, progress: ProgressCallback | None) -> Computed:
     """Compute one sweep, value after value, each begun where the one before it ended; a failed one is passed over."""
     plan, outputs = store.plan, store.outputs
     assert isinstance(plan, Sweeps)

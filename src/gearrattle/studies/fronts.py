@@ -234,7 +234,7 @@ def in_order(data: xr.Dataset) -> list[int]:
     return [int(i) for i in members[np.argsort(sign * data["value"].values[members, 0], kind="stable")]]
 
 
-def told_of(data: xr.Dataset) -> str:
+def certificate_of(data: xr.Dataset) -> str:
     """What came out, in a line."""
     count, front = data.sizes[DESIGN], int((data["front"] == 1).sum())
     feasible = int((data["violation"] == 0.0).sum())

@@ -138,7 +138,9 @@ def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model)
 def _constraint(label: str, table: Any, outputs: Outputs, model: Model) -> Constraint:
     location = f"constraint {label}"
     if not isinstance(table, Mapping) or not {"below", "above"} & set(table):
-        raise ModelError(Problem(location, shown(table), "must say below, above or both", "for example { below = 2.0 }"))
+        raise ModelError(
+            Problem(location, shown(table), "must say below, above or both", "for example { below = 2.0 }")
+        )
     unknown = [key for key in table if key not in ("below", "above", "of")]
     if unknown:
         remedy = did_you_mean(unknown[0], ("below", "above", "of"))

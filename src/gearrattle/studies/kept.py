@@ -177,7 +177,9 @@ def loaded_from(storage: Storage, *, limited: bool = False) -> xr.Dataset:
     return ordered.drop_encoding()  # that of zarr: netCDF would take it for its own, and may not have it
 
 
-def _hide_unfinished(loaded: xr.Dataset, group: Any, storage: Storage, grid: tuple[int, ...], box: tuple[int, ...]) -> None:
+def _hide_unfinished(
+    loaded: xr.Dataset, group: Any, storage: Storage, grid: tuple[int, ...], box: tuple[int, ...]
+) -> None:
     """Take the results of chunks out that have no marker, or are not what it says."""
     along = [-(-length // taken) for length, taken in zip(grid, box, strict=True)]
     names = [str(name) for name, variable in loaded.data_vars.items() if variable.shape[: len(grid)] == grid]

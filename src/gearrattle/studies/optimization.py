@@ -32,7 +32,7 @@ from gearrattle.studies.batch import can_batch
 from gearrattle.studies.claims import ABOUT, Claim, check_owner
 from gearrattle.studies.conduct import conduct
 from gearrattle.studies.evolution import Evolution
-from gearrattle.studies.fronts import VARIABLES, finished, told_of, valued, written
+from gearrattle.studies.fronts import VARIABLES, certificate_of, finished, valued, written
 from gearrattle.studies.goals import Constraint, Objective, constraints_of, named_outputs, objectives_of
 from gearrattle.studies.kept import failures_of, is_whole
 from gearrattle.studies.outputs import Function, Outputs, check_list, check_names, outputs_of
@@ -159,7 +159,7 @@ class Optimization:
             claim.release()
         cost = f"A design takes about {1e3 * self.seconds:.3g} ms; this run took {time.perf_counter() - begun:.3g} s."
         notes = (f"damaged chunks computed again: {damaged}",) if damaged else ()
-        return Done(data, messages, told_of(data), cost, _summary(data), notes)
+        return Done(data, messages, certificate_of(data), cost, _summary(data), notes)
 
     def _evolved(
         self, storage: Storage, compute: Scheduler, progress: Progress | None, workers: int
@@ -175,7 +175,9 @@ class Optimization:
             shares = search.ask()
             if not len(shares):
                 break
-            points = np.column_stack([variable.at(share) for variable, share in zip(self.ranges, shares.T, strict=True)])
+            points = np.column_stack(
+                [variable.at(share) for variable, share in zip(self.ranges, shares.T, strict=True)]
+            )
             if g == 0:
                 points[0] = own_values(self.ranges, self.model, points[0])
             samples = Samples(tuple(variable.path for variable in self.ranges), points, "optimization")
@@ -360,7 +362,9 @@ def _corners(model: Model, ranges: tuple[Range, ...]) -> Plan:
     low = np.array([variable.low for variable in ranges])
     own = own_values(ranges, model, low)
     ends = [np.where(np.arange(len(ranges)) == i, end, own) for i, r in enumerate(ranges) for end in (r.low, r.high)]
-    return Plan(model, (), Samples(tuple(variable.path for variable in ranges), np.array([own, *ends]), "optimization"), 1)
+    return Plan(
+        model, (), Samples(tuple(variable.path for variable in ranges), np.array([own, *ends]), "optimization"), 1
+    )
 
 
 def _check_sizes(population: int, generations: int, seed: int) -> None:

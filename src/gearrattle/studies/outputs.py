@@ -261,7 +261,9 @@ def _known(names: Sequence[str], runs: Sequence[Run]) -> dict[str, Output]:
     known: dict[str, Output] = {VERDICT: Output(VERDICT, "", (), ("",), REGIMES, _REGIME)}
     known |= {name: Output(name, "", (), (unit_in(model, unit),)) for name, (_, unit) in RUN_OUTPUTS.items()}
     said = [entry for run in runs for entry in criteria(run).entries]
-    occasional = [entry for run in runs for criterion in CRITERIA for entry in criterion.occasional(run.trajectory.layout)]
+    occasional = [
+        entry for run in runs for criterion in CRITERIA for entry in criterion.occasional(run.trajectory.layout)
+    ]
     known |= _outputs_in(said, occasional, runs)
     if names is not DEFAULT and any(name not in known for name in names):
         measured = _outputs_in([row for run in runs for row in _measured(run, METRICS)], (), runs)

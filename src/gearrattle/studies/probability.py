@@ -66,7 +66,11 @@ def samples_needed(half_width: float, probability: float = 0.5, level: float = 0
     """
     from scipy.stats import norm
 
-    arguments = {"half_width": (half_width, 1e-9, 0.5), "probability": (probability, 0.0, 1.0), "level": (level, 0.0, 1.0)}
+    arguments = {
+        "half_width": (half_width, 1e-9, 0.5),
+        "probability": (probability, 0.0, 1.0),
+        "level": (level, 0.0, 1.0),
+    }
     problems = [
         Problem(name, shown(value), f"must lie between {least:g} and {most:g}", "for example 0.05")
         for name, (value, least, most) in arguments.items()

@@ -116,6 +116,8 @@ def own_values(ranges: tuple[Range, ...], model: Model, otherwise: Array) -> Arr
     tables = model.to_tables()
     own = [value_at(tables, variable.path) for variable in ranges]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in own)
-    if not numbers or not all(variable.low <= value <= variable.high for variable, value in zip(ranges, own, strict=True)):
+    if not numbers or not all(
+        variable.low <= value <= variable.high for variable, value in zip(ranges, own, strict=True)
+    ):
         return otherwise
     return np.array(own, dtype=np.float64)

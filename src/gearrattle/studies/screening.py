@@ -121,7 +121,9 @@ def _axes(model: Model, speeds: Any, loads: Loads | None) -> tuple[Axis, Axis | 
         wrong = [factor for factor in factors if not 0.0 <= factor < np.inf]
         if wrong or not factors:
             listed_factors = ", ".join(map(str, wrong)) or "none"
-            raise ModelError(Problem("loads", listed_factors, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]"))
+            raise ModelError(
+                Problem("loads", listed_factors, "must be factors of zero or more", "for example [0.5, 1.0, 1.5]")
+            )
         axis_values[LOAD] = {path: [value * factor for factor in factors] for path, value in _amplitudes(model).items()}
     axes = axes_of(axis_values, model)
     load = axes[1] if len(axes) > 1 else None

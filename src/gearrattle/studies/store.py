@@ -53,15 +53,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LONGEST_NAME = 200
-Told = Callable[[float], None]
+ProgressCallback = Callable[[float], None]
 
 
-def case_by_case(store: Store, chunk: int, progress: Told | None) -> Computed:
+def case_by_case(store: Store, chunk: int, progress: ProgressCallback | None) -> Computed:
     """Compute a chunk whose cases do not know of each other."""
     return compute(store.plan, store.outputs, chunk, progress)
 
 
-Work = Callable[["Store", int, Told | None], Computed]
+Work = Callable[["Store", int, ProgressCallback | None], Computed]
 """Computes a chunk, and calls ``told`` often with the finished share; workers get it by its module and name."""
 
 
@@ -259,7 +259,7 @@ class Store:
         self.storage.remove(_begun(chunk))
         return begun
 
-    def compute(self, chunk: int, progress: Told | None = None) -> Computed:
+    def compute(self, chunk: int, progress: ProgressCallback | None = None) -> Computed:
         """Compute a chunk; ``told`` is called often with its finished share, and what it raises ends the work."""
         return self.work(self, chunk, progress)
 

@@ -10,8 +10,8 @@ from scipy.linalg import expm
 import gearrattle as gr
 from gearrattle.assembly import assemble
 from gearrattle.engine.solvers.exact import ExactMarch
+from gearrattle.engine.system.auxiliary import alternation
 from gearrattle.engine.system.clock import Clock
-from gearrattle.engine.system.companion import alternation
 from gearrattle.engine.system.law import Stage, staged
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from tests.engine.solvers.tasks import finished, run, task
@@ -72,8 +72,8 @@ def test_matrix_exponentials_over_every_instant(part: float) -> None:
     assert motion.velocity[-1, 0] == pytest.approx(y[1], rel=1e-12)
     assert motion.energy is not None
     assert motion.energy.relative_residual <= 1e-12
-    assert motion.companions is not None
-    assert len(motion.companions.passages.time) in {11, 12}  # the last instant is the end
+    assert motion.auxiliaries is not None
+    assert len(motion.auxiliaries.passages.time) in {11, 12}  # the last instant is the end
 
 
 def test_chunks_go_on_with_the_clock() -> None:
@@ -131,7 +131,7 @@ def test_a_model_whose_mesh_alternates() -> None:
     y, crossings = rattling_pair(run_, lambda n: (n - 30.0 / 360.0) * period / 5.0, period)
     assert len(run_.trajectory.events) == crossings
     np.testing.assert_allclose(run_.trajectory.velocity[-1], y[1:], rtol=0, atol=1e-8 * np.abs(y[1:]).max())
-    names = list(run_.data.companion.values)
+    names = list(run_.data.auxiliary.values)
     assert names == ["gear.pairs"]
     words = run_.data.slider.attrs["flag_meanings"].split(", ")
     share = np.mean(run_.data.slider.values == words.index("all pairs"))

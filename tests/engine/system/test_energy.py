@@ -103,14 +103,14 @@ def audited(**changes: object) -> EnergyAudit:
     while march.advance():
         pass
     motion, system = march.motion(), march.flow.system
-    companions, pieces = motion.companions, [0] * (len(system.laws) + len(system.companions))
-    for place, piece in zip(system.places, (*motion.initial_piece, *companions.initial), strict=True):
+    auxiliaries, pieces = motion.auxiliaries, [0] * (len(system.laws) + len(system.auxiliaries))
+    for place, piece in zip(system.places, (*motion.initial_piece, *auxiliaries.initial), strict=True):
         pieces[place] = int(piece)
     log = {
-        "time": companions.passages.time / system.inputs.period,
-        "watch": companions.passages.watch,
-        "upward": companions.passages.upward,
-        "memory": companions.passages.memory * march.flow.memory,
+        "time": auxiliaries.passages.time / system.inputs.period,
+        "watch": auxiliaries.passages.watch,
+        "upward": auxiliaries.passages.upward,
+        "memory": auxiliaries.passages.memory * march.flow.memory,
     }
     parts = {"samples": march.sampled_z(), "per_cycle": 16, **log, **changes}
     if "without" in parts:

@@ -20,13 +20,13 @@ def ends(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) 
     run = gr.simulate(model, cycles=cycles, samples_per_cycle=8, discard=0, initial=start, audit=False)
     system = assemble(model).system
     basis = relative_coordinates(system).basis
-    last, companions = run.trajectory, run.trajectory.companions
-    held = np.zeros(0) if companions is None else companions.memory[-1, list(system.memories)]
+    last, auxiliaries = run.trajectory, run.trajectory.auxiliaries
+    held = np.zeros(0) if auxiliaries is None else auxiliaries.memory[-1, list(system.memories)]
     return np.concatenate([basis @ last.angle[-1], last.velocity[-1], held]), run
 
 
 def switches(run: gr.Run) -> int:
-    return 0 if run.trajectory.companions is None else len(run.trajectory.companions.passages.time)
+    return 0 if run.trajectory.auxiliaries is None else len(run.trajectory.auxiliaries.passages.time)
 
 
 def hold_gradient(model: gr.Model, angle: np.ndarray, velocity: np.ndarray, cycles: int) -> int:

@@ -197,5 +197,5 @@ def test_the_loop_of_friction_and_the_motion_over_it() -> None:
     told = findings_content(findings)
     assert told["energy"]["friction_loss"]["damper"] > 0.0
     assert told["energy"]["friction_loss"]["gear"] == 0.0
-    watch = findings.motion.trajectory.companions.passages.watch
+    watch = findings.motion.trajectory.auxiliaries.passages.watch
     assert sum(told["simulation"]["switches"].values()) == int((watch >= 3).sum())

@@ -1,4 +1,4 @@
-"""Charts of rows: names on the left, points on one level axis."""
+"""Charts of rows: names on the left, points on one x axis."""
 
 from __future__ import annotations
 

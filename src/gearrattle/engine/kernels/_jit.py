@@ -87,12 +87,14 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     with _cached():
         made: Any = numba.njit(nogil=True, **{**_RULES, **options})(function)
     if is_compiling():
-        made._compile_for_args = partial(_apart, made._compile_for_args)  # what the first call with new types calls
+        made._compile_for_args = partial(
+            _in_own_thread, made._compile_for_args
+        )  # what the first call with new types calls
     return made
 
 
-def _apart(compilation: Callable[..., Any], *arguments: Any) -> Any:
-    """Compile in a thread of its own if this is the main thread, so that Ctrl-C is heard at once.
+def _in_own_thread(compilation: Callable[..., Any], *arguments: Any) -> Any:
+    """Compile in a thread of its own if this is the main thread, so that Ctrl-C works at once.
 
     A KeyboardInterrupt inside numba is late by as long as LLVM works on a function, is lost in what LLVM calls back, or
     becomes an error of numba's. The compilation goes on after it, for the next call; the end of the process ends it.
@@ -226,7 +228,7 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
         kinds = tuple(map(type, arguments))
         if kinds not in compiled:
             if is_compiling():
-                _apart(compile_, *arguments)
+                _in_own_thread(compile_, *arguments)
             compiled.add(kinds)
         return entry(*arguments)
 
@@ -237,7 +239,7 @@ def _compiled_with(entry: Callable[..., Any], value: int, setting: str) -> Calla
     def address(*arguments: Any) -> int:
         shape = tuple(map(_kind, arguments))
         if shape not in addresses:
-            _apart(compile_, *arguments)
+            _in_own_thread(compile_, *arguments)
             code = kernel.overloads[tuple(map(numba.typeof, arguments))]
             addresses[shape] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
         return addresses[shape]

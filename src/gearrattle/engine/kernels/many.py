@@ -26,7 +26,7 @@ FINISHED, SPENT, MORE_LOG, MORE_ROOM = range(4)
 """Answers: all are done; a slice is spent; the log is full; another region needs room."""
 JUDGED, LEFT = 1, 2
 """What became of a variant: judged; left to the general way (on a corner, no equilibrium, not finite, chatter)."""
-AT, UNDER_WAY, SLOTS, TABLES, BOOKS = range(5)
+AT, UNDER_WAY, SLOTS, TABLES, CURSOR = range(5)
 """Where the loop stands: variant; whether it is under way; slots and tables used."""
 
 
@@ -66,7 +66,7 @@ class Cases(NamedTuple):
     outcome: Any  # (V,) JUDGED or LEFT, written
 
 
-class Desk(NamedTuple):
+class Buffers(NamedTuple):
     """Room of one thread that does not depend on the number of regions."""
 
     scales: Any
@@ -90,10 +90,10 @@ def _one(numbers, v):
 
 
 @strict
-def _slot_of(at, workspace, regions, books):
+def _slot_of(at, workspace, regions, cursor):
     """The slot of the region of ``region.pieces``, built if it is new; -1: needs room; -2: cannot be built."""
     clearances, pieces, free = common_at(workspace).clearances, region_at(workspace).pieces, free_at(workspace)
-    for slot in range(books[SLOTS]):
+    for slot in range(cursor[SLOTS]):
         is_same = True
         for i in range(clearances.size):
             is_same = is_same and regions.piece[slot, i] == pieces[clearances[i]]
@@ -101,21 +101,21 @@ def _slot_of(at, workspace, regions, books):
             return slot
     if call_count(at.work_out, (at.stages, at.zgees, workspace)) != BUILT:
         return -2
-    slot, tables = books[SLOTS], free.fine[0] + 1
-    has_room = slot < regions.fine.size and books[TABLES] + tables <= regions.tables.shape[0]
+    slot, tables = cursor[SLOTS], free.fine[0] + 1
+    has_room = slot < regions.fine.size and cursor[TABLES] + tables <= regions.tables.shape[0]
     has_room = has_room and bounds_at(workspace).count[0] <= regions.weights.shape[2]
     if not has_room or free.width[0] > regions.probe.shape[2]:
         return -1
-    call_silent(at.pack, (at.stages, workspace, regions, slot, books[TABLES]))
-    books[SLOTS] += 1
-    books[TABLES] += tables
+    call_silent(at.pack, (at.stages, workspace, regions, slot, cursor[TABLES]))
+    cursor[SLOTS] += 1
+    cursor[TABLES] += tables
     return slot
 
 
 @strict
-def _find_start(at, system, cases, desk, v):
+def _find_start(at, system, cases, buffers, v):
     """Write the angles of the static equilibrium; False where they cannot be told here."""
-    acceleration, x, travel = desk.acceleration, desk.sought, desk.travel
+    acceleration, x, travel = buffers.acceleration, buffers.sought, buffers.travel
     call_silent(at.accelerate_rigidly, (system, cases.statics.motion, acceleration))
     if call_count(at.rest, (system, cases.frame.label, cases.statics, acceleration, x, travel)) != 0:
         return False
@@ -126,38 +126,38 @@ def _find_start(at, system, cases, desk, v):
 
 
 @strict
-def _begin(at, workspace, cases, desk, inputs, regions, march, books):
+def _begin(at, workspace, cases, buffers, inputs, regions, march, cursor):
     """Lay a variant out and put it at its start: 0; -1: needs room; -2: cannot be done here."""
-    v, clearances, pieces = books[AT], common_at(workspace).clearances, region_at(workspace).pieces
-    system, scales = _one(cases.numbers, v), desk.scales
-    if cases.is_static[0] and not _find_start(at, system, cases, desk, v):
+    v, clearances, pieces = cursor[AT], common_at(workspace).clearances, region_at(workspace).pieces
+    system, scales = _one(cases.numbers, v), buffers.scales
+    if cases.is_static[0] and not _find_start(at, system, cases, buffers, v):
         return -2
     call_silent(at.scale, (system, cases.frame, scales))
     call_silent(at.lay_out, (workspace, system, cases.frame, scales))
     call_real(at.settle, (at.stages, workspace))
     for h in range(inputs.scale.size):
         inputs.scale[h] = scales.inputs[h]
-    stand(cases.frame, scales, cases.angle[v], cases.velocity[v], desk.deflection, march)
+    stand(cases.frame, scales, cases.angle[v], cases.velocity[v], buffers.deflection, march)
     if not choose(workspace, cases.frame, cases.angle[v], march):
         return -2
-    books[SLOTS] = books[TABLES] = 0
-    for i in range(desk.initial.size):
-        desk.initial[i] = pieces[clearances[i]]
-    slot = _slot_of(at, workspace, regions, books)
+    cursor[SLOTS] = cursor[TABLES] = 0
+    for i in range(buffers.initial.size):
+        buffers.initial[i] = pieces[clearances[i]]
+    slot = _slot_of(at, workspace, regions, cursor)
     if slot >= 0:
         march.counts[SLOT], march.counts[LEVEL] = slot, regions.fine[slot]
     return min(slot, 0)
 
 
 @strict
-def _cross(at, workspace, desk, regions, march, books):
+def _cross(at, workspace, buffers, regions, march, cursor):
     """Go on into the region beyond a corner: 0; -1: needs room; -2: cannot be done here."""
     clearances, pieces, counts = common_at(workspace).clearances, region_at(workspace).pieces, march.counts
     here, k, upward = counts[SLOT], counts[PENDING] // 2, counts[PENDING] % 2
-    for i in range(desk.initial.size):
+    for i in range(buffers.initial.size):
         pieces[clearances[i]] = regions.piece[here, i]
     pieces[clearances[k]] += 1 if upward else -1
-    slot = _slot_of(at, workspace, regions, books)
+    slot = _slot_of(at, workspace, regions, cursor)
     if slot >= 0:
         regions.neighbour[here, k, upward], regions.neighbour[slot, k, 1 - upward] = slot, here
         counts[SLOT], counts[PENDING] = slot, -1
@@ -165,32 +165,32 @@ def _cross(at, workspace, desk, regions, march, books):
 
 
 @strict_entry
-def march_many(at, workspace, cases, desk, driven, regions, march, samples, notes, log, out, books, slices):
-    """March and judge variants from where the books stand, for so many slices.
+def march_many(at, workspace, cases, buffers, driven, regions, march, samples, notes, log, out, cursor, slices):
+    """March and judge variants from where the cursor stand, for so many slices.
 
     Args:
-        at, cases, desk: see there.
+        at, cases, buffers: see there.
         workspace: see ``located``.
         driven: inputs and instants, see ``packed``.
         regions, march, samples, notes, log: see ``packed``; samples begin with the first one that is kept.
         out: ``variants.Tallies``.
-        books: see ``BOOKS``; the loop is over once ``AT`` is the number of variants.
+        cursor: see ``CURSOR``; the loop is over once ``AT`` is the number of variants.
         slices: how many of ``_BUDGET`` steps each.
 
     Returns:
         FINISHED, SPENT, MORE_LOG or MORE_ROOM.
     """
-    counts, integrals = march.counts, samples.states.shape[1] - desk.final.size
+    counts, integrals = march.counts, samples.states.shape[1] - buffers.final.size
     inputs, instants = driven
-    while books[AT] < cases.outcome.size:
-        v, code = books[AT], 0
+    while cursor[AT] < cases.outcome.size:
+        v, code = cursor[AT], 0
         if slices <= 0:
             return SPENT
         slices -= 1
-        if not books[UNDER_WAY]:
-            code = _begin(at, workspace, cases, desk, inputs, regions, march, books)
+        if not cursor[UNDER_WAY]:
+            code = _begin(at, workspace, cases, buffers, inputs, regions, march, cursor)
             if code == 0:
-                counts[SAMPLE], books[UNDER_WAY] = samples.first, 1
+                counts[SAMPLE], cursor[UNDER_WAY] = samples.first, 1
         while code == 0:
             answer = call_count(at.march_on, (regions, inputs, instants, march, samples, notes, log, _BUDGET))
             if counts[NOTED]:
@@ -198,7 +198,7 @@ def march_many(at, workspace, cases, desk, driven, regions, march, samples, note
             if answer == LOG_FULL:
                 return MORE_LOG
             if answer == NEEDS_REGION:
-                code = _cross(at, workspace, desk, regions, march, books)
+                code = _cross(at, workspace, buffers, regions, march, cursor)
             elif answer == DONE:
                 code = 1
             elif answer != NOTES_FULL:
@@ -208,13 +208,23 @@ def march_many(at, workspace, cases, desk, driven, regions, march, samples, note
         if code == 2:
             continue
         if code == 1:
-            for k in range(desk.final.size):
-                desk.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
+            for k in range(buffers.final.size):
+                buffers.final[k] = samples.states[samples.states.shape[0] - 1, integrals + k]
             call_silent(
                 at.tally,
-                (cases.judged, log, counts[EVENTS], cases.window[v], desk.initial, desk.final, desk.scales, v, out),
+                (
+                    cases.judged,
+                    log,
+                    counts[EVENTS],
+                    cases.window[v],
+                    buffers.initial,
+                    buffers.final,
+                    buffers.scales,
+                    v,
+                    out,
+                ),
             )
             out.calls[v, 0] = counts[STEPS] + counts[EXPANSIONS]
         cases.outcome[v] = JUDGED if code == 1 else LEFT
-        books[AT], books[UNDER_WAY] = v + 1, 0
+        cursor[AT], cursor[UNDER_WAY] = v + 1, 0
     return FINISHED

@@ -253,7 +253,7 @@ def _cross(regions, march, log, k, upward, rate, behind):
 
 @inlined
 def _pass_instant(regions, instants, march, log, out, behind):
-    """Begin the next interval of the signals, or let a companion change by the clock."""
+    """Begin the next interval of the signals, or let an auxiliary element change by the clock."""
     counts, clock, slot = march.counts, march.clock, march.counts[SLOT]
     k = instants.watch[counts[INSTANT]]
     counts[INSTANT] += 1

@@ -48,7 +48,7 @@ class Control(NamedTuple):
     size: Any  # (N,) of the states errors are relative to
 
 
-class Room(NamedTuple):
+class StepBuffers(NamedTuple):
     """Scratch: S states, m elements."""
 
     wave: Any  # (2 H,)
@@ -80,35 +80,35 @@ def error_of(control, y, after, error):
 
 
 @kernel
-def runge_kutta(field, method, held, t, h, y, room, after):
-    """Take one step; room.stages[0] holds the slope at its begin, room.error receives the error estimate."""
+def runge_kutta(field, method, held, t, h, y, buffers, after):
+    """Take one step; buffers.stages[0] holds the slope at its begin, buffers.error receives the error estimate."""
     stages, size = method.b.size, y.size
-    slopes, trial, at = room.stages, room.trial, room.at
+    slopes, trial, at = buffers.stages, buffers.trial, buffers.at
     for s in range(1, stages):
         for i in range(size):
             total = 0.0
             for j in range(s):
                 total += method.a[s, j] * slopes[j, i]
             trial[i] = y[i] + h * total
-        derivative(field, t + method.c[s] * h, trial, room.wave, at[0], at[1], at[2], at[3], slopes[s], held)
+        derivative(field, t + method.c[s] * h, trial, buffers.wave, at[0], at[1], at[2], at[3], slopes[s], held)
     for i in range(size):
         total, error = 0.0, 0.0
         for s in range(stages):
             total += method.b[s] * slopes[s, i]
             error += method.error[s] * slopes[s, i]
         after[i] = y[i] + h * total
-        room.error[i] = h * error
+        buffers.error[i] = h * error
 
 
 @separate
-def _midpoint(field, held, t, h, y, count, room, out):
+def _midpoint(field, held, t, h, y, count, buffers, out):
     """Gragg's modified midpoint rule with ``count`` substeps and his smoothing."""
     size, d = y.size, h / count
-    before, now, slope, at = room.before, room.trial, room.stages[1], room.at
+    before, now, slope, at = buffers.before, buffers.trial, buffers.stages[1], buffers.at
     for i in range(size):
-        before[i], now[i] = y[i], y[i] + d * room.stages[0, i]
+        before[i], now[i] = y[i], y[i] + d * buffers.stages[0, i]
     for j in range(1, count + 1):
-        derivative(field, t + j * d, now, room.wave, at[0], at[1], at[2], at[3], slope, held)
+        derivative(field, t + j * d, now, buffers.wave, at[0], at[1], at[2], at[3], slope, held)
         if j == count:
             break
         for i in range(size):
@@ -118,16 +118,16 @@ def _midpoint(field, held, t, h, y, count, room, out):
 
 
 @separate
-def extrapolate(field, control, t, h, y, target, sure, room, after):
+def extrapolate(field, control, t, h, y, target, sure, buffers, after):
     """Extrapolate until a column passes the error test near the target column; all of them up to it if ``sure``.
 
     Returns:
         (error, column, calls): error <= 1 if accepted; the column it was taken from; evaluations, first slope left out.
-        room.longest[1 ... column] are the steps those columns would allow.
+        buffers.longest[1 ... column] are the steps those columns would allow.
     """
-    size, table, calls, error, last = y.size, room.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
+    size, table, calls, error, last = y.size, buffers.table, 0, _REJECTED, min(target + 1, COLUMNS - 1)
     for j in range(last + 1):
-        _midpoint(field, control.held, t, h, y, 2 * (j + 1), room, after)
+        _midpoint(field, control.held, t, h, y, 2 * (j + 1), buffers, after)
         calls += 2 * (j + 1)
         for i in range(size):
             below = table[0, i]
@@ -140,10 +140,10 @@ def extrapolate(field, control, t, h, y, target, sure, room, after):
         if j == 0:
             continue
         for i in range(size):
-            after[i], room.error[i] = table[j, i], table[j, i] - table[j - 1, i]
-        error = error_of(control, y, after, room.error)
+            after[i], buffers.error[i] = table[j, i], table[j, i] - table[j - 1, i]
+        error = error_of(control, y, after, buffers.error)
         factor = _SAFETY * (_AIM / max(error, 1e-10)) ** (1.0 / (2 * j + 1))
-        room.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
+        buffers.longest[j] = h * min(max(factor, _LEAST[j] / 4.0), 1.0 / _LEAST[j])
         if sure or j < target - 1:
             continue
         if error <= 1.0:
@@ -155,12 +155,12 @@ def extrapolate(field, control, t, h, y, target, sure, room, after):
 
 
 @kernel
-def next_of_extrapolation(room, column, target, accepted):
+def next_of_extrapolation(buffers, column, target, accepted):
     """(step, target) for what comes next: the column that gets farthest for its work."""
     reached = max(column, 1)
     best = min(reached, COLUMNS - 2)
     if reached > 1:
-        here, below = _WORK[reached] / room.longest[reached], _WORK[reached - 1] / room.longest[reached - 1]
+        here, below = _WORK[reached] / buffers.longest[reached], _WORK[reached - 1] / buffers.longest[reached - 1]
         if reached > 2 and below < 0.8 * here:
             best = reached - 1
         elif accepted and best == reached and here < 0.9 * below:
@@ -169,5 +169,5 @@ def next_of_extrapolation(room, column, target, accepted):
         best = min(best, target)
     best = max(best, 2)
     if best <= reached:
-        return room.longest[best], best
-    return room.longest[reached] * _WORK[best] / _WORK[reached], best
+        return buffers.longest[best], best
+    return buffers.longest[reached] * _WORK[best] / _WORK[reached], best

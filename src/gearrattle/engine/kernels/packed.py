@@ -3,8 +3,8 @@
 Inside a region the states are x = w + P u (``system.forced``): w moves freely, P u is the particular solution of the
 inputs that were split off; the others are *kept* as states behind w. The marcher's vector is y = (w, kept inputs).
 
-Sizes: N states, the last S of them memories of companions, U = 1 + 2 H inputs, C carried quantities, K clearances, W
-watched (the clearances, then the companions), Q entries of the chains of signals (``system.signals``), which are kept
+Sizes: N states, the last S of them memories of auxiliaries, U = 1 + 2 H inputs, C carried quantities, K clearances, W
+watched (the clearances, then the auxiliaries), Q entries of the chains of signals (``system.signals``), which are kept
 behind the other inputs; M <= N + U + Q the longest y so far. A *slot* is a region that has been visited. Rows lie in
 strips of four, (strips, columns, 4), the last strip of each group filled up with zeros; rows of rates and
 increments hold the carried quantities' strips first, then those of y.
@@ -39,7 +39,7 @@ class Instants(NamedTuple):
 
     cycle: Any  # (instants,) whole periods
     fraction: Any  # (instants,) the rest
-    watch: Any  # (instants,) the companion that enters the piece above its own; -1: the next interval of signals begins
+    watch: Any  # (instants,) the auxiliary that enters the piece above its own; -1: the next interval of signals begins
 
 
 class Regions(NamedTuple):

@@ -49,7 +49,7 @@ class Regions(NamedTuple):
     """The regions along the path.
 
     Attributes:
-        stiffness, damping: (regions, m) of every element, its companions' included [SI].
+        stiffness, damping: (regions, m) of every element, its auxiliaries' included [SI].
         memory: (regions, S) force by a unit of a memory.
         moves: (regions, S) pace of a memory by a unit of its element's rate.
     """

@@ -7,23 +7,23 @@ from __future__ import annotations
 
 from gearrattle.engine.kernels._jit import strict
 from gearrattle.engine.kernels.dense import TOP, copy_rows, times
-from gearrattle.engine.kernels.located import common_at, companions_at, free_at, laws_at, modes_at, region_at
+from gearrattle.engine.kernels.located import auxiliaries_at, common_at, free_at, laws_at, modes_at, region_at
 from gearrattle.engine.kernels.strips import differentiate
 from gearrattle.engine.kernels.workspace import CHAIN_PACE, PERIOD
 
 
 @strict
-def _accompany(common, laws, companions, region, c, width):
-    """Add a companion's force to its element's, and write the rate of its memory."""
+def _accompany(common, laws, auxiliaries, region, c, width):
+    """Add an auxiliary element's force to its element's, and write the rate of its memory."""
     at = common.rows.shape[0] + c
-    k, piece, memory = companions.element[c], laws.first[at] + region.pieces[at], companions.state[c]
-    stiffness, damping, scale = laws.stiffness[piece], laws.damping[piece], companions.scale[c]
+    k, piece, memory = auxiliaries.element[c], laws.first[at] + region.pieces[at], auxiliaries.state[c]
+    stiffness, damping, scale = laws.stiffness[piece], laws.damping[piece], auxiliaries.scale[c]
     for j in range(width):
         region.force[k, j] += stiffness * common.deflection[k, j] + damping * common.rate[k, j]
     region.force[k, region.matrix.shape[0]] += laws.offset[piece]
     if memory >= 0:
-        region.force[k, memory] += companions.by_memory[piece] / scale
-        pace = companions.moves[piece] * common.limits[PERIOD] * scale
+        region.force[k, memory] += auxiliaries.by_memory[piece] / scale
+        pace = auxiliaries.moves[piece] * common.limits[PERIOD] * scale
         for j in range(width):
             region.matrix[memory, j] = pace * common.rate[k, j]
 
@@ -32,7 +32,7 @@ def _accompany(common, laws, companions, region, c, width):
 def accelerate(workspace):
     """Forces and accelerations, and from them the rates of the states: rows over z. False if one is not finite."""
     common, laws = common_at(workspace), laws_at(workspace)
-    companions, region = companions_at(workspace), region_at(workspace)
+    auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
     m, n, states = common.rows.shape[0], common.inertia.size, region.matrix.shape[0]
     width, r, finite = region.matrix.shape[1], common.motion.shape[0], True
     for k in range(m):
@@ -41,8 +41,8 @@ def accelerate(workspace):
         for j in range(width):
             region.force[k, j] = stiffness * common.deflection[k, j] + damping * common.rate[k, j]
         region.force[k, states] += laws.offset[piece]
-    for c in range(companions.element.size):
-        _accompany(common, laws, companions, region, c, width)
+    for c in range(auxiliaries.element.size):
+        _accompany(common, laws, auxiliaries, region, c, width)
     for j in range(width):
         for i in range(r):
             region.matrix[i, j] = common.motion[i, j]
@@ -60,7 +60,7 @@ def accelerate(workspace):
 def look(workspace):
     """Rates of the carried quantities, and what is watched: rows over z."""
     common, laws = common_at(workspace), laws_at(workspace)
-    companions, region = companions_at(workspace), region_at(workspace)
+    auxiliaries, region = auxiliaries_at(workspace), region_at(workspace)
     n, clearances, watched = common.inertia.size, common.clearances.size, common.corner_scale.size
     references, period = common.references.shape[0], common.limits[PERIOD]
     width = region.matrix.shape[1]
@@ -75,20 +75,20 @@ def look(workspace):
             for i in range(n):
                 second += common.rows[element, i] * region.acceleration[i, j]
             region.watched[2 * watched + k, j] = second * unit
-    for c in range(companions.element.size):
-        _watch(common, laws, companions, region, c, clearances + c)
+    for c in range(auxiliaries.element.size):
+        _watch(common, laws, auxiliaries, region, c, clearances + c)
 
 
 @strict
-def _watch(common, laws, companions, region, c, row):
-    """What a companion watches; its derivatives follow from the rates of y."""
-    at, k, memory = common.rows.shape[0] + c, companions.element[c], companions.state[c]
+def _watch(common, laws, auxiliaries, region, c, row):
+    """What an auxiliary element watches; its derivatives follow from the rates of y."""
+    at, k, memory = common.rows.shape[0] + c, auxiliaries.element[c], auxiliaries.state[c]
     piece, unit = laws.first[at] + region.pieces[at], 1.0 / common.corner_scale[row]
-    of_deflection, of_rate = companions.by_deflection[piece] * unit, companions.by_rate[piece] * unit
+    of_deflection, of_rate = auxiliaries.by_deflection[piece] * unit, auxiliaries.by_rate[piece] * unit
     for j in range(region.matrix.shape[1]):
         region.watched[row, j] = of_deflection * common.deflection[k, j] + of_rate * common.rate[k, j]
     if memory >= 0:
-        region.watched[row, memory] += companions.by_itself[piece] * unit / companions.scale[c]
+        region.watched[row, memory] += auxiliaries.by_itself[piece] * unit / auxiliaries.scale[c]
 
 
 @strict

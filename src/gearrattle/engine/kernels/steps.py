@@ -17,7 +17,7 @@ from gearrattle.engine.kernels.one_step import (
     COLUMNS,
     EXTRAPOLATION,
     FIRST_COLUMN,
-    Room,
+    StepBuffers,
     error_of,
     extrapolate,
     look,
@@ -59,7 +59,7 @@ class Stepper(NamedTuple):
 
 @inlined
 def _four(elements):
-    """Room for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
+    """StepBuffers for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
     return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
 
 
@@ -224,13 +224,13 @@ def _narrow(root, x, value):
 
 
 @separate
-def _explore(field, method, control, stepper, h, count, samples_per_period, last, rooms, roots, after):
+def _explore(field, method, control, stepper, h, count, samples_per_period, last, scratch, roots, after):
     """Look into a step: locate its ``count`` roots, log them (blind) or move to the first (held), store its samples.
 
     Returns:
         (x, k, up): where the step must end, element and way; x = 2: at its end.
     """
-    room, probe, here = rooms
+    buffers, probe, here = scratch
     counts, t, y = stepper.counts, stepper.clock[NOW], stepper.y
     begin, rows, base = counts[EVENTS], stepper.states.shape[0], stepper.y.size - field.rows.shape[0]
     known = 0 if control.held else 2  # values at the ends of a blind step are known
@@ -254,9 +254,9 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
                 continue
             x = max(ahead, 0.0) / h
         if method.kind == EXTRAPOLATION:
-            calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, room, probe)[2]
+            calls = extrapolate(field, control, t, x * h, y, counts[COLUMN], True, buffers, probe)[2]
         else:
-            runge_kutta(field, method, control.held, t, x * h, y, room, probe)
+            runge_kutta(field, method, control.held, t, x * h, y, buffers, probe)
             calls = method.b.size - 1
         if moving:
             _take(probe, after)
@@ -270,7 +270,7 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
             continue
         k = int(roots[done, 0])
         _take(stepper.piece, here[2])
-        look(field, t + x * h, probe, True, here, room.wave, room.trial)
+        look(field, t + x * h, probe, True, here, buffers.wave, buffers.trial)
         root, value = roots[done], here[0][k] - roots[done, 3]
         if tries < 2:
             tries = _widen(root, tries, x, value)
@@ -291,21 +291,23 @@ def _explore(field, method, control, stepper, h, count, samples_per_period, last
 
 
 @kernel
-def _try(field, method, control, stepper, h, room, after):
+def _try(field, method, control, stepper, h, buffers, after):
     """Try a step of length h. Returns its error relative to what is allowed, and sets the next step to try."""
     counts, clock = stepper.counts, stepper.clock
     clock[TRIED] += h
     if method.kind == EXTRAPOLATION:
-        error, column, calls = extrapolate(field, control, clock[NOW], h, stepper.y, counts[COLUMN], False, room, after)
+        error, column, calls = extrapolate(
+            field, control, clock[NOW], h, stepper.y, counts[COLUMN], False, buffers, after
+        )
         counts[CALLS] += calls
-        step, target = next_of_extrapolation(room, column, counts[COLUMN], error <= 1.0)
+        step, target = next_of_extrapolation(buffers, column, counts[COLUMN], error <= 1.0)
         clock[NEXT], counts[COLUMN] = step, target
         return error
-    runge_kutta(field, method, control.held, clock[NOW], h, stepper.y, room, after)
+    runge_kutta(field, method, control.held, clock[NOW], h, stepper.y, buffers, after)
     counts[CALLS] += method.b.size - 1
     if control.fixed:
         return 0.0
-    error = error_of(control, stepper.y, after, room.error)
+    error = error_of(control, stepper.y, after, buffers.error)
     factor = _SAFETY * max(error, 1e-10) ** (-1.0 / method.order)
     clock[NEXT] = h * min(max(factor, _LEAST), _MOST if error <= 1.0 else 1.0)
     return error
@@ -316,7 +318,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     """Take steps until all samples are stored; every array of ``stepper`` changes. Returns an ``Outcome`` code."""
     size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
     counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
-    room = Room(
+    buffers = StepBuffers(
         np.empty(2 * field.cycles.size), _four(elements), np.empty((max(method.b.size, 2), size)),
         np.empty(size), np.empty(size), np.zeros((COLUMNS, size)), np.empty(size), np.zeros(COLUMNS),
     )  # fmt: skip
@@ -325,7 +327,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     if not counts[BEGUN]:
         counts[BEGUN], counts[COLUMN], clock[NEXT] = 1, FIRST_COLUMN, control.step
     _take(stepper.piece, old[2])
-    look(field, clock[NOW], y, control.held, old, room.wave, slope)
+    look(field, clock[NOW], y, control.held, old, buffers.wave, slope)
     end = (rows - 1) * field.period / samples_per_period
     for _ in range(budget):
         if counts[SAMPLE] >= rows:
@@ -335,9 +337,9 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
         t, left = clock[NOW], end - clock[NOW]
         last = left <= clock[NEXT] * (1.0 + 1e-9)
         h, wanted = left if last else clock[NEXT], clock[NEXT]
-        _take(slope, room.stages[0])
-        _take(stepper.piece, room.at[2])
-        error = _try(field, method, control, stepper, h, room, after)
+        _take(slope, buffers.stages[0])
+        _take(stepper.piece, buffers.at[2])
+        error = _try(field, method, control, stepper, h, buffers, after)
         if error > 1.0:
             counts[REJECTED] += 1
             if clock[NEXT] < control.shortest or t + clock[NEXT] == t:
@@ -350,7 +352,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             clock[NEXT] = max(clock[NEXT], wanted)
         _take(stepper.piece, new[2])
         then = (counts[STEP] + 1) * control.step if control.fixed and not last else t + h
-        look(field, then, after, control.held, new, room.wave, slope)
+        look(field, then, after, control.held, new, buffers.wave, slope)
         x, k, up, count = 2.0, -1, 0, 0
         if control.held:
             count = _met(field, h, stepper.piece, old, new, roots)
@@ -358,7 +360,17 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             count = _passed(field, old, new, roots)
         if count > 0 or last or counts[SAMPLE] * field.period / samples_per_period - t <= h:
             x, k, up = _explore(
-                field, method, control, stepper, h, count, samples_per_period, last, (room, probe, here), roots, after
+                field,
+                method,
+                control,
+                stepper,
+                h,
+                count,
+                samples_per_period,
+                last,
+                (buffers, probe, here),
+                roots,
+                after,
             )
         met = x <= 1.0
         taken = x * h if met else h
@@ -373,7 +385,7 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
             piece, base = int(stepper.piece[k]), size - elements
             stepper.piece[k] += up
             _take(stepper.piece, new[2])
-            look(field, clock[NOW], y, True, new, room.wave, slope)
+            look(field, clock[NOW], y, True, new, buffers.wave, slope)
             _log(stepper, counts[EVENTS], clock[NOW], k, piece, up, new[1][k], y[base + k])
         elif not control.held:
             _take(new[2], stepper.piece)

@@ -61,7 +61,7 @@ class Sweep(NamedTuple):
     rate: Any  # (K,) and d delta / ds a window
 
 
-class Room(NamedTuple):
+class SweepBuffers(NamedTuple):
     """Scratch."""
 
     y: Any  # (columns,)
@@ -131,11 +131,11 @@ def next_exit(table, errors, row, k, c, reach, lower, upper, fixed, side, low, e
 
 
 @kernel
-def _search_all(network, laws, band, sweep, room, low):
+def _search_all(network, laws, band, sweep, buffers, low):
     """Find every clearance's next crossing."""
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     clearances, first, error_of = network.clearances, laws.first, network.error_of
-    whole, gap, end = room.whole, room.gap, 1.0 - sweep.clock[0]
+    whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
     for c in range(side.size):
         k = clearances[c]
         p = first[k] + piece[c]
@@ -158,11 +158,11 @@ def _search_all(network, laws, band, sweep, room, low):
 
 
 @kernel
-def _search_near(network, laws, near, band, sweep, room, c, low):
+def _search_near(network, laws, near, band, sweep, buffers, c, low):
     """The same for the clearances near one that has crossed."""
     table, errors, side, reach, piece = sweep.table, sweep.errors, sweep.side, sweep.reach, sweep.piece
     first, error_of, clearance, elements = laws.first, network.error_of, network.clearance, near.element
-    whole, gap, end = room.whole, room.gap, 1.0 - sweep.clock[0]
+    whole, gap, end = buffers.whole, buffers.gap, 1.0 - sweep.clock[0]
     for i in range(near.element_start[c], near.element_start[c + 1]):
         k = np.int64(elements[i])
         other = clearance[k]
@@ -180,27 +180,27 @@ def _search_near(network, laws, near, band, sweep, room, c, low):
 
 
 @kernel
-def _refresh(network, laws, band, inputs, sweep, room):
-    """Make all polynomials afresh from the states in room.y at the origin, and search them."""
+def _refresh(network, laws, band, inputs, sweep, buffers):
+    """Make all polynomials afresh from the states in buffers.y at the origin, and search them."""
     counts, clock = sweep.counts, sweep.clock
-    for i in range(room.y.size):
-        sweep.table[0, i] = room.y[i]
+    for i in range(buffers.y.size):
+        sweep.table[0, i] = buffers.y[i]
     tie_up(network, sweep.table)
-    inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, room.u)
-    wave_series(network.turn, room.u, room.waves)
-    error_series(network.error_at, network.error, room.waves, sweep.errors)
+    inputs_at(inputs, counts[CYCLE], (counts[WINDOW] + clock[0]) / sweep.windows, buffers.u)
+    wave_series(network.turn, buffers.u, buffers.waves)
+    error_series(network.error_at, network.error, buffers.waves, sweep.errors)
     expand(
-        network, network.length, sweep.stiffness, sweep.damping, sweep.offset, room.waves, sweep.errors, sweep.table,
-        room.force, room.pull, room.load, sweep.reach,
+        network, network.length, sweep.stiffness, sweep.damping, sweep.offset, buffers.waves, sweep.errors, sweep.table,
+        buffers.force, buffers.pull, buffers.load, sweep.reach,
     )  # fmt: skip
     counts[CORRECTED] = 0
     counts[EXPANSIONS] += 1
     clock[1] = 0.0
-    _search_all(network, laws, band, sweep, room, 0.0)
+    _search_all(network, laws, band, sweep, buffers, 0.0)
 
 
 @kernel
-def _emit(sweep, samples, until, room):
+def _emit(sweep, samples, until, buffers):
     """Store every sample before ``until``, counted from the origin."""
     counts, clock, per_cycle = sweep.counts, sweep.clock, samples.per_cycle
     begun = (counts[CYCLE] * sweep.windows + counts[WINDOW]) * per_cycle
@@ -209,16 +209,16 @@ def _emit(sweep, samples, until, room):
         s = (i * sweep.windows - begun) / per_cycle - clock[0]
         if s >= until and s > clock[1]:
             break
-        move(sweep.table, max(s, clock[1]), room.y)
-        for j in range(room.y.size):
-            samples.states[i, j] = room.y[j]
+        move(sweep.table, max(s, clock[1]), buffers.y)
+        for j in range(buffers.y.size):
+            samples.states[i, j] = buffers.y[j]
         for c in range(sweep.piece.size):
             samples.pieces[i, c] = sweep.piece[c]
         counts[SAMPLE] += 1
 
 
 @kernel
-def _cross(network, laws, near, band, inputs, sweep, log, room, c):
+def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
     """Take clearance c over its corner, and the motion on from there."""
     counts, clock, k = sweep.counts, sweep.clock, network.clearances[c]
     s, upward, before = sweep.exit[c], sweep.upward[c], clock[0] + clock[1]
@@ -239,29 +239,38 @@ def _cross(network, laws, near, band, inputs, sweep, log, room, c):
     if counts[CORRECTED] < sweep.most:
         change = laws.stiffness[q] - laws.stiffness[p], laws.damping[q] - laws.damping[p]
         jump_series(
-            sweep.table, sweep.errors, k, network.error_of[k], s, corner, change, network.length, room.jump, room.matrix
+            sweep.table,
+            sweep.errors,
+            k,
+            network.error_of[k],
+            s,
+            corner,
+            change,
+            network.length,
+            buffers.jump,
+            buffers.matrix,
         )
         correct(
-            network, near, c, sweep.stiffness, sweep.damping, s, room.jump, sweep.table, room.laws, room.moved,
-            room.turned, room.pull, room.matrix, room.row,
+            network, near, c, sweep.stiffness, sweep.damping, s, buffers.jump, sweep.table, buffers.laws, buffers.moved,
+            buffers.turned, buffers.pull, buffers.matrix, buffers.row,
         )  # fmt: skip
         counts[CORRECTED] += 1
-        _search_near(network, laws, near, band, sweep, room, c, s)
+        _search_near(network, laws, near, band, sweep, buffers, c, s)
     else:
-        move(sweep.table, s, room.y)
+        move(sweep.table, s, buffers.y)
         clock[0] += s
-        _refresh(network, laws, band, inputs, sweep, room)
+        _refresh(network, laws, band, inputs, sweep, buffers)
 
 
 @kernel
-def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budget):
+def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, budget):
     """March until all samples are stored, or until something above is needed.
 
     Args:
         network, laws, near: see ``network``.
         band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
         inputs: see ``packed``; all amplitudes one.
-        sweep, samples, log, room: see above and ``packed``; sweep, samples and log change. Samples are the columns of
+        sweep, samples, log, buffers: see above and ``packed``; sweep, samples and log change. Samples are the columns of
             a table.
         budget: most windows and crossings in this slice.
 
@@ -270,8 +279,8 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budge
     """
     counts, clock, exits = sweep.counts, sweep.clock, sweep.exit
     if not counts[EXPANDED]:
-        copy(sweep.table[0], room.y.size, room.y)
-        _refresh(network, laws, band, inputs, sweep, room)
+        copy(sweep.table[0], buffers.y.size, buffers.y)
+        _refresh(network, laws, band, inputs, sweep, buffers)
         counts[EXPANDED] = 1
     for _ in range(budget):
         if counts[SAMPLE] >= samples.pieces.shape[0]:
@@ -285,23 +294,23 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, room, budge
         if end < 0.0:  # undecided
             return NO_PROGRESS if np.isfinite(sweep.table.sum()) else NON_FINITE
         if k >= 0:
-            _emit(sweep, samples, end, room)
+            _emit(sweep, samples, end, buffers)
             if counts[SAMPLE] >= samples.pieces.shape[0]:
                 return DONE
-            _cross(network, laws, near, band, inputs, sweep, log, room, k)
+            _cross(network, laws, near, band, inputs, sweep, log, buffers, k)
             if counts[STALLED] > MOST_STALLED:
                 return CHATTER
             continue
         end = 1.0 - clock[0]
-        _emit(sweep, samples, end, room)
-        move(sweep.table, end, room.y)
+        _emit(sweep, samples, end, buffers)
+        move(sweep.table, end, buffers.y)
         clock[0] = 0.0
         counts[STEPS] += 1
         counts[WINDOW] += 1
         if counts[WINDOW] == sweep.windows:
             counts[WINDOW] = 0
             counts[CYCLE] += 1
-        if not np.isfinite(room.y.sum()):
+        if not np.isfinite(buffers.y.sum()):
             return NON_FINITE
-        _refresh(network, laws, band, inputs, sweep, room)
+        _refresh(network, laws, band, inputs, sweep, buffers)
     return SLICE_SPENT

@@ -31,8 +31,8 @@ class Works(NamedTuple):
     error: Any  # (m,) work of the transmission errors
 
 
-class Bench(NamedTuple):
-    """What changes on the way, and scratch; see ``sweep``."""
+class WorkBuffers(NamedTuple):
+    """What changes on the way, and buffers; see ``sweep``."""
 
     now: Any  # (2,) whole periods and the rest, in periods
     table: Any
@@ -54,18 +54,18 @@ class Bench(NamedTuple):
 
 
 @kernel
-def _add_powers(network, scratch, works, length, s, weight):
+def _add_powers(network, buffers, works, length, s, weight):
     """Add weight times every power at s of the window in the table."""
-    y, wave, slip, load, m = scratch.y, scratch.wave, scratch.slip, scratch.torque, scratch.force.size
+    y, wave, slip, load, m = buffers.y, buffers.wave, buffers.slip, buffers.torque, buffers.force.size
     n = network.mean.size - m
-    stiffness, damping, offset = scratch.stiffness, scratch.damping, scratch.offset
-    move(scratch.table, s, y)
-    move(scratch.waves, s, wave)
+    stiffness, damping, offset = buffers.stiffness, buffers.damping, buffers.offset
+    move(buffers.table, s, y)
+    move(buffers.waves, s, wave)
     for i in range(slip.shape[1]):
         value, rate = 0.0, 0.0
-        for j in range(scratch.errors.shape[0] - 1, -1, -1):
+        for j in range(buffers.errors.shape[0] - 1, -1, -1):
             rate = rate * s + value
-            value = value * s + scratch.errors[j, i]
+            value = value * s + buffers.errors[j, i]
         slip[0, i], slip[1, i] = value, rate / length
     for i in range(load.size):
         load[i] = network.mean[i]
@@ -86,36 +86,36 @@ def _add_powers(network, scratch, works, length, s, weight):
 
 
 @kernel
-def _over(network, inputs, scratch, works, windows, share, abscissas, weights):
+def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
     """Add the powers over a share of a window from the state in the table, and move that to the end."""
     length = share * network.length
-    for j in range(scratch.turn.size):
-        scratch.turn[j] = share * network.turn[j]
-    inputs_at(inputs, scratch.now[0], scratch.now[1], scratch.u)
-    tie_up(network, scratch.table)
-    wave_series(scratch.turn, scratch.u, scratch.waves)
-    error_series(network.error_at, network.error, scratch.waves, scratch.errors)
+    for j in range(buffers.turn.size):
+        buffers.turn[j] = share * network.turn[j]
+    inputs_at(inputs, buffers.now[0], buffers.now[1], buffers.u)
+    tie_up(network, buffers.table)
+    wave_series(buffers.turn, buffers.u, buffers.waves)
+    error_series(network.error_at, network.error, buffers.waves, buffers.errors)
     expand(
-        network, length, scratch.stiffness, scratch.damping, scratch.offset, scratch.waves, scratch.errors, scratch.table,
-        scratch.force, scratch.pull, scratch.load, scratch.reach,
+        network, length, buffers.stiffness, buffers.damping, buffers.offset, buffers.waves, buffers.errors, buffers.table,
+        buffers.force, buffers.pull, buffers.load, buffers.reach,
     )  # fmt: skip
     for q in range(weights.size):
-        _add_powers(network, scratch, works, length, abscissas[q], length * weights[q])
-    move(scratch.table, 1.0, scratch.y)
-    scratch.table[0] = scratch.y
-    scratch.now[1] += share / windows
-    if scratch.now[1] >= 1.0:
-        scratch.now[0] += 1.0
-        scratch.now[1] -= 1.0
+        _add_powers(network, buffers, works, length, abscissas[q], length * weights[q])
+    move(buffers.table, 1.0, buffers.y)
+    buffers.table[0] = buffers.y
+    buffers.now[1] += share / windows
+    if buffers.now[1] >= 1.0:
+        buffers.now[0] += 1.0
+        buffers.now[1] -= 1.0
 
 
 @kernel
-def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, scratch, works, nodes):
+def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle, windows, buffers, works, nodes):
     """Integrate every power over the intervals first ... last - 1.
 
     Args:
         network, laws: see ``network``. inputs: see ``packed``, amplitudes one.
-        path, bench, works: see above; bench and works change.
+        path, buffers, works: see above; buffers and works change.
         first, last: intervals.
         samples: (t, columns) of the table; per_cycle: how many a period.
         windows: a period.
@@ -123,16 +123,20 @@ def integrate_works(network, laws, inputs, path, first, last, samples, per_cycle
     """
     for i in range(first, last):
         if path.sample[i] >= 0:
-            scratch.table[0] = samples[path.sample[i]]
-            scratch.now[0] = path.sample[i] // per_cycle
-            scratch.now[1] = (path.sample[i] % per_cycle) / per_cycle
+            buffers.table[0] = samples[path.sample[i]]
+            buffers.now[0] = path.sample[i] // per_cycle
+            buffers.now[1] = (path.sample[i] % per_cycle) / per_cycle
         left = path.duration[i]
         while left > 0.0:
             share = min(left, 1.0)
-            _over(network, inputs, scratch, works, windows, share, nodes[0], nodes[1])
+            _over(network, inputs, buffers, works, windows, share, nodes[0], nodes[1])
             left -= share
         c = path.clearance[i]
         if c >= 0:
             k = network.clearances[c]
             p = laws.first[k] + path.piece[i]
-            scratch.stiffness[k], scratch.damping[k], scratch.offset[k] = laws.stiffness[p], laws.damping[p], laws.offset[p]
+            buffers.stiffness[k], buffers.damping[k], buffers.offset[k] = (
+                laws.stiffness[p],
+                laws.damping[p],
+                laws.offset[p],
+            )

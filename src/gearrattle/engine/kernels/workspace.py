@@ -1,8 +1,8 @@
 """The arrays in which the regions of a driveline are built, one at a time: what all share, and what each writes anew.
 
 m elements, n inertias, r deflections that are states, S memories, N = r + n + S states, U = 1 + 2 H inputs, Q entries
-of chains, Z = N + U + Q, K clearances, W = K + companions watched, R reference angles, C = R + K carried quantities, P
-pieces of all elements, then of all companions. z are the states, inputs and chains; y of the length Y <= Z are the
+of chains, Z = N + U + Q, K clearances, W = K + auxiliaries watched, R reference angles, C = R + K carried quantities, P
+pieces of all elements, then of all auxiliaries. z are the states, inputs and chains; y of the length Y <= Z are the
 states, the inputs kept as states and the chains. J rows bound the fourth derivatives.
 
 Every array is as large as it may ever need to be; ``Free.width`` and ``Bounds.count`` say how much of those over y and
@@ -53,12 +53,12 @@ PERIOD, LARGEST_STATE, FAST, CHAIN_PACE, HORIZON, LIMITS = range(6)
 make a mode fast; the pace of chains; how long bounds must hold, in periods."""
 
 
-class Companions(NamedTuple):
-    """Of every companion, and of its pieces, which follow those of the elements in ``Laws``."""
+class Auxiliaries(NamedTuple):
+    """Of every auxiliary, and of its pieces, which follow those of the elements in ``Laws``."""
 
-    element: Any  # (companions,)
-    state: Any  # (companions,) its memory's place among the states, -1 without
-    scale: Any  # (companions,) of its memory
+    element: Any  # (auxiliaries,)
+    state: Any  # (auxiliaries,) its memory's place among the states, -1 without
+    scale: Any  # (auxiliaries,) of its memory
     by_memory: Any  # (P,) the force for a unit of memory
     moves: Any  # (P,) whether the memory moves, 1 or 0
     by_deflection: Any  # (P,) what of the deflection is watched
@@ -69,7 +69,7 @@ class Companions(NamedTuple):
 class Region(NamedTuple):
     """The region at hand; rows over z."""
 
-    pieces: Any  # (m + companions,)
+    pieces: Any  # (m + auxiliaries,)
     force: Any  # (m, Z)
     acceleration: Any  # (n, Z)
     matrix: Any  # (N, Z) A and G: rates of the states
@@ -153,8 +153,8 @@ class Workspace(NamedTuple):
     """All of it."""
 
     common: Common
-    laws: Laws  # offsets over the constant input's scale; the pieces of companions follow those of the elements
-    companions: Companions
+    laws: Laws  # offsets over the constant input's scale; the pieces of auxiliaries follow those of the elements
+    auxiliaries: Auxiliaries
     region: Region
     free: Free
     modes: Modes
@@ -175,7 +175,7 @@ class Sizes(NamedTuple):
     chain: int  # Q
     references: int  # R
     clearances: int  # K
-    companions: int
+    auxiliaries: int
     pieces: int  # P
 
 
@@ -232,9 +232,9 @@ def _laid_out(sizes: Sizes) -> tuple[Workspace, NDArray[np.int64], NDArray[np.in
 
 def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Workspace:
     """What ``place`` makes of the shape and kind of every array."""
-    m, n, r, states, harmonics, chain, references, clearances, companions, pieces = sizes
-    inputs, watched, carried = 1 + 2 * harmonics, clearances + companions, references + clearances
-    members, z = m + companions, states + inputs + chain
+    m, n, r, states, harmonics, chain, references, clearances, auxiliaries, pieces = sizes
+    inputs, watched, carried = 1 + 2 * harmonics, clearances + auxiliaries, references + clearances
+    members, z = m + auxiliaries, states + inputs + chain
     rows = max(carried + z, ORDER + 1)
 
     def floats(*shape: int) -> Any:
@@ -254,8 +254,8 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         cornered=integers(clearances), limits=floats(LIMITS), coarsest=integers(1), links=integers(1),
     )  # fmt: skip
     laws = Laws(integers(members + 1), *(floats(pieces) for _ in Laws._fields[1:]))
-    auxiliary = Companions(
-        element=integers(companions), state=integers(companions), scale=floats(companions),
+    auxiliary = Auxiliaries(
+        element=integers(auxiliaries), state=integers(auxiliaries), scale=floats(auxiliaries),
         by_memory=floats(pieces), moves=floats(pieces), by_deflection=floats(pieces), by_rate=floats(pieces),
         by_itself=floats(pieces),
     )  # fmt: skip

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.energy import EnergyAudit
-from gearrattle.engine.system.passages import Companions
+from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.outcome import Outcome
 
@@ -76,7 +76,7 @@ class Motion:
     notes: tuple[str, ...] = ()
     energy: EnergyAudit | None = None
     aside: float = 0.0
-    companions: Companions | None = None
+    auxiliaries: Auxiliaries | None = None
 
 
 @dataclass(frozen=True)

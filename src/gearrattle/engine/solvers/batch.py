@@ -26,7 +26,7 @@ from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.solvers.exact import ExactMarch
 from gearrattle.engine.solvers.slots import fresh_slots
 from gearrattle.engine.solvers.sweep import SweepMarch
-from gearrattle.engine.system.store import Room
+from gearrattle.engine.system.store import Capacity
 from gearrattle.errors import ConvergenceError
 from gearrattle.outcome import Outcome
 
@@ -66,16 +66,16 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
         threads: how many; as many as the machine has cores by default.
     """
     count = threads or os.cpu_count() or 1
-    numbered, rooms = enumerate(tasks), deque[Room](maxlen=1)
+    numbered, capacities = enumerate(tasks), deque[Capacity](maxlen=1)
     if count == 1:
         for index, task in numbered:
-            yield march_one(index, task, keep, rooms)
+            yield march_one(index, task, keep, capacities)
         return
     ahead: deque[Future[Ended[T]]] = deque()
     with ThreadPoolExecutor(count) as pool:
         try:
             for index, task in numbered:
-                ahead.append(pool.submit(march_one, index, task, keep, rooms))
+                ahead.append(pool.submit(march_one, index, task, keep, capacities))
                 if len(ahead) >= _WAITING * count:
                     yield ahead.popleft().result()
             while ahead:
@@ -85,15 +85,15 @@ def march_all(tasks: Iterable[Task], keep: Callable[[Motion], T], threads: int |
                 future.cancel()
 
 
-def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[Room]) -> Ended[T]:
-    """March one task to its end, alone with its regions; ``rooms`` tells how much room the last one took."""
+def march_one(index: int, task: Task, keep: Callable[[Motion], T], capacities: deque[Capacity]) -> Ended[T]:
+    """March one task to its end, alone with its regions; ``capacities`` tells how much capacity the last one took."""
     march: Marching
     try:
         with np.errstate(all="ignore"):  # what is not finite is told by the outcome
             if is_large(task.system):
                 march = SweepMarch(task)
             else:
-                march = ExactMarch(task, fresh_slots(task.system, next(iter(rooms), None)))
+                march = ExactMarch(task, fresh_slots(task.system, next(iter(capacities), None)))
     except (ConvergenceError, FloatingPointError, ArithmeticError, ValueError) as error:
         return Ended(index, Outcome.NON_FINITE, None, reason=str(error))
     try:
@@ -105,5 +105,5 @@ def march_one(index: int, task: Task, keep: Callable[[Motion], T], rooms: deque[
     if outcome is not Outcome.DONE:
         return Ended(index, outcome, None, march.position())
     if isinstance(march, ExactMarch):
-        rooms.append(march.slots.store.room())
+        capacities.append(march.slots.store.capacity())
     return Ended(index, outcome, keep(march.motion()))

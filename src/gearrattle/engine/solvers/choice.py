@@ -33,7 +33,7 @@ def regions_of(system: PiecewiseSystem) -> int:
 def is_large(system: PiecewiseSystem) -> bool:
     """Whether the sweep suits a system better; every element must join two inertias at most, and stand alone."""
     return (
-        not system.companions
+        not system.auxiliaries
         and system.signals is None
         and (system.size > MANY_INERTIAS or regions_of(system) > FEW_REGIONS)
         and is_sparse(system)

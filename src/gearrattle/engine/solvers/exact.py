@@ -29,7 +29,7 @@ from gearrattle.engine.solvers.handover import (
 from gearrattle.engine.solvers.slots import Slots, packed_inputs, packed_instants, slots_of
 from gearrattle.engine.solvers.start import starting_pieces
 from gearrattle.engine.system.energy import Auditor
-from gearrattle.engine.system.passages import Companions
+from gearrattle.engine.system.passages import Auxiliaries
 from gearrattle.engine.system.store import Size, aligned, strips_for
 from gearrattle.outcome import Outcome
 
@@ -37,14 +37,14 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BUDGET = 20_000  # steps a slice
-_PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C is heard
+_PRODUCTS = 100_000_000  # the same, of large drivelines in products: some tenths of a second, so that Ctrl-C works
 _BUILDING = 2.4e11  # regions built in a period of the fastest input, times states cubed: about an hour
 _NOTES = 1024  # steps with samples in them before these are worked out
 _NOTED = 1_000_000  # samples a cycle, times notes
 
 
-def paper(size: Size, per_cycle: int) -> packed.Notes:
-    """Room for some notes: few where a step passes many samples, so that Ctrl-C is heard while they are worked out."""
+def notes_for(size: Size, per_cycle: int) -> packed.Notes:
+    """Room for some notes: few where a step passes many samples, so that Ctrl-C works while they are worked out."""
     room = max(1, min(_NOTES, _NOTED // per_cycle))
     whole, carried = 4 * strips_for(size.longest), 4 * strips_for(size.carried)
     row, count, slot = np.empty((3, room), np.int64)
@@ -83,7 +83,7 @@ class ExactMarch:
         carried[: references.size] = references
         bound = aligned(4 * strips_for(3 * size.watched))
         self.march = packed.March(y, carried, u[: size.inputs].copy(), np.zeros(4), counts, np.zeros(1), bound, side)
-        self.notes = paper(size, task.samples_per_cycle)
+        self.notes = notes_for(size, task.samples_per_cycle)
         self.inputs = packed_inputs(flow)
         self.log = empty_log(size.memories)
         rows = size.longest + size.carried + 12 * size.watched
@@ -209,14 +209,14 @@ class ExactMarch:
         counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
         sampled, (forces, memory) = sampled_quantities(flow, self.sampled_z(), self.samples)
-        clearances, log, companions = len(flow.system.clearances), self._logged(), None
-        if flow.system.companions:
+        clearances, log, auxiliaries = len(flow.system.clearances), self._logged(), None
+        if flow.system.auxiliaries:
             pieces, initial = self.samples.pieces[:, clearances:], self.initial[clearances:]
-            companions = Companions(forces, memory, pieces, initial, passages_of(flow, log))
+            auxiliaries = Auxiliaries(forces, memory, pieces, initial, passages_of(flow, log))
         return Motion(
             **sampled,
             crossings=crossings_of(flow, log),
-            companions=companions,
+            auxiliaries=auxiliaries,
             initial_piece=self.initial[:clearances],
             final_force_integral=self.samples.states[-1, flow.states + len(flow.coordinates.references) :].copy(),
             steps=steps,
@@ -234,7 +234,7 @@ class ExactMarch:
 
     def _audit(self) -> Auditor:
         system, log = self.flow.system, self._logged()
-        pieces = [0] * (len(system.laws) + len(system.companions))
+        pieces = [0] * (len(system.laws) + len(system.auxiliaries))
         for k, piece in zip(system.places, self.initial, strict=True):
             pieces[k] = int(piece)
         return Auditor(

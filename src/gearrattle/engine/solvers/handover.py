@@ -120,7 +120,7 @@ def _by_row(rows: Array, states: Array) -> Array:
 
     stack = strips(rows)[None]
     out = np.empty((len(states), 4 * stack.shape[1]))
-    part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C is heard
+    part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C works
     for i in range(0, len(states), part):
         some = states[i : i + part]
         vectorised(rows_at)(stack, np.zeros(len(some), np.int64), some, out[i : i + part])
@@ -128,16 +128,16 @@ def _by_row(rows: Array, states: Array) -> Array:
 
 
 def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[dict[str, Any], tuple[Array, Array]]:
-    """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of companions [SI].
+    """Angles, velocities, accelerations, deflections, forces and pieces of every sample; (t, C) of auxiliaries [SI].
 
     Returns:
-        fields of ``Motion`` by name; forces and memories of companions.
+        fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
     system, count, clearances = flow.system, len(z), len(flow.system.clearances)
     sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
     out = {name: np.empty((count, size)) for name, size in sizes.items()}
     out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
-    forces, memory = np.empty((2, count, len(system.companions)))
+    forces, memory = np.empty((2, count, len(system.auxiliaries)))
     for part in slices(count, flow.width + sum(sizes.values())):
         pieces = samples.pieces[part]
         sampled = _seen(flow, z[part])
@@ -145,8 +145,8 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
         force = out["force"][part]
         force[...] = _forces_of_laws(system, pieces, deflection, rate)
         forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
-        for c, companion in enumerate(system.companions):
-            force[:, companion.element] += forces[part, c]
+        for c, auxiliary in enumerate(system.auxiliaries):
+            force[:, auxiliary.element] += forces[part, c]
         balance = torque - system.drag * sampled["velocity"] - _by_row(np.ascontiguousarray(system.rows.T), force)
         references = samples.states[part, flow.states :][:, : len(flow.coordinates.references)]
         turned = _by_row(flow.coordinates.angle_from_reference, np.ascontiguousarray(references))
@@ -178,13 +178,17 @@ def _forces_of_laws(system: PiecewiseSystem, pieces: IntArray, deflection: Array
 
 
 def forces_beside(flow: Flow, z: Array, pieces: IntArray, deflection: Array, rate: Array) -> tuple[Array, Array]:
-    """Force and state e of every companion at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
+    """Force and state e of every auxiliary at the samples, (t, C) each; deflections and rates (t, m) [SI]."""
     memory = z @ flow.memory_rows.T
     force, first = np.empty_like(memory), len(flow.system.clearances)
-    for c, companion in enumerate(flow.system.companions):
-        k, piece = companion.element, pieces[:, first + c]
-        force[:, c] = companion.stiffness[piece] * deflection[:, k] + companion.damping[piece] * rate[:, k] + companion.offset[piece]
-        force[:, c] += companion.memory[piece] * memory[:, c]
+    for c, auxiliary in enumerate(flow.system.auxiliaries):
+        k, piece = auxiliary.element, pieces[:, first + c]
+        force[:, c] = (
+            auxiliary.stiffness[piece] * deflection[:, k]
+            + auxiliary.damping[piece] * rate[:, k]
+            + auxiliary.offset[piece]
+        )
+        force[:, c] += auxiliary.memory[piece] * memory[:, c]
     return force, memory
 
 

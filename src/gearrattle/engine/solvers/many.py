@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels import packed
 from gearrattle.engine.kernels.variants import Coefficients, Frame, Judged, Scales, Statics, Tallies, picked, room_for
 from gearrattle.engine.solvers.choice import is_large
-from gearrattle.engine.solvers.exact import paper
+from gearrattle.engine.solvers.exact import notes_for
 from gearrattle.engine.solvers.handover import StepLimit, chatters, doubled, empty_log
 from gearrattle.engine.solvers.slots import packed_inputs, packed_instants
 from gearrattle.engine.system.coordinates import relative_coordinates
@@ -27,7 +27,7 @@ from gearrattle.engine.system.equilibrium import elastic_elements, statics_of
 from gearrattle.engine.system.flow import Flow, flow_of
 from gearrattle.engine.system.laid_out import frame_of
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.store import Room, Size, Store, aligned, strips_for
+from gearrattle.engine.system.store import Capacity, Size, Store, aligned, strips_for
 
 Array = NDArray[np.float64]
 
@@ -113,16 +113,16 @@ class _BatchState:
         flow = flow_of(pattern.system)
         size = Size.of(flow)
         longest = size.states + size.inputs
-        self.store = Store(flow, Room(4, 64, longest, longest))
+        self.store = Store(flow, Capacity(4, 64, longest, longest))
         self.log = empty_log()
-        self.outcome, self.books = np.zeros(count, np.int64), np.zeros(many.BOOKS, np.int64)
+        self.outcome, self.cursor = np.zeros(count, np.int64), np.zeros(many.CURSOR, np.int64)
         angle, velocity = (np.array(part, dtype=float) for part in start)
         is_static = np.array([int(pattern.is_static)])
         shared = pattern.frame(), pattern.statics(), pattern.judged
         self.cases = many.Cases(numbers, *shared, angle, velocity, window, is_static, self.outcome)
-        self.desk = _desk(flow, self.cases)
+        self.buffers = _buffers(flow, self.cases)
         self.march, self.samples = _march(size), _last_sample(flow, size, pattern.cycles)
-        self.inputs, self.notes = packed_inputs(flow), paper(size, 1)
+        self.inputs, self.notes = packed_inputs(flow), notes_for(size, 1)
         self.inputs = self.inputs._replace(scale=self.inputs.scale.copy())
         self.instants = packed_instants(flow, self.march.counts, pattern.cycles)
         self.out = room_for(count, self.cases.judged)
@@ -131,7 +131,7 @@ class _BatchState:
     @property
     def done(self) -> int:
         """Variants that are through."""
-        return int(self.books[self._many.AT])
+        return int(self.cursor[self._many.AT])
 
     @property
     def is_judged(self) -> NDArray[np.bool_]:
@@ -142,8 +142,8 @@ class _BatchState:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
         many, counts = self._many, self.march.counts
         answer = many.march_many(
-            self.at, self.store.builder.words, self.cases, self.desk, (self.inputs, self.instants), self.store.packed,
-            self.march, self.samples, self.notes, self.log, self.out, self.books, _SLICES,
+            self.at, self.store.builder.words, self.cases, self.buffers, (self.inputs, self.instants), self.store.packed,
+            self.march, self.samples, self.notes, self.log, self.out, self.cursor, _SLICES,
         )  # fmt: skip
         if answer == many.MORE_ROOM:
             self.store.grow()
@@ -152,9 +152,9 @@ class _BatchState:
         now, events = float(counts[packed.CYCLE] + self.march.clock[:2].sum()), int(counts[packed.EVENTS])
         is_lost = self.limit.is_exceeded(int(counts[packed.STEPS]), now)
         is_lost = is_lost or self.log.cycle.size > _LARGEST_LOG or chatters(self.log, events, now)
-        if self.books[many.UNDER_WAY] and is_lost:
+        if self.cursor[many.UNDER_WAY] and is_lost:
             self.outcome[self.done] = many.LEFT
-            self.books[many.AT], self.books[many.UNDER_WAY] = self.done + 1, 0
+            self.cursor[many.AT], self.cursor[many.UNDER_WAY] = self.done + 1, 0
         return self.done < self.outcome.size
 
     def _entries(self) -> Any:
@@ -163,21 +163,31 @@ class _BatchState:
         from gearrattle.engine.kernels._jit import address_of, compact, vectorised
         from gearrattle.engine.kernels._llvm import lapack_address
 
-        cases, desk, regions, workspace = self.cases, self.desk, self.store.packed, self.store.builder.words
+        cases, buffers, regions, workspace = self.cases, self.buffers, self.store.packed, self.store.builder.words
         stages, zgees, counts = building.stages(), lapack_address("zgees"), self.march.counts
-        system, frame, acceleration = picked(cases.numbers, 0), cases.frame, desk.acceleration
+        system, frame, acceleration = picked(cases.numbers, 0), cases.frame, buffers.acceleration
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
-        tallied = cases.judged, self.log, 0, cases.window[0], desk.initial, desk.final, desk.scales, 0, self.out
+        tallied = (
+            cases.judged,
+            self.log,
+            0,
+            cases.window[0],
+            buffers.initial,
+            buffers.final,
+            buffers.scales,
+            0,
+            self.out,
+        )
         calls: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
-            "scale": (scaling.scale, (system, frame, desk.scales)),
-            "lay_out": (laid_out.lay_out, (workspace, system, frame, desk.scales)),
+            "scale": (scaling.scale, (system, frame, buffers.scales)),
+            "lay_out": (laid_out.lay_out, (workspace, system, frame, buffers.scales)),
             "settle": (building.settle, (stages, workspace)),
             "work_out": (building.work_out, (stages, zgees, workspace)),
             "pack": (building.pack, (stages, workspace, regions, 0, 0)),
             "accelerate_rigidly": (statics.accelerate_rigidly, (system, cases.statics.motion, acceleration)),
-            "rest": (statics.rest, (system, frame.label, cases.statics, acceleration, desk.sought, desk.travel)),
-            "is_loose": (statics.is_loose, (system.laws, cases.statics, desk.sought)),
-            "turn": (statics.turn, (cases.statics, desk.sought, cases.angle[0])),
+            "rest": (statics.rest, (system, frame.label, cases.statics, acceleration, buffers.sought, buffers.travel)),
+            "is_loose": (statics.is_loose, (system.laws, cases.statics, buffers.sought)),
+            "turn": (statics.turn, (cases.statics, buffers.sought, cases.angle[0])),
             "tally": (tallies.tally, tallied),
             "march_on": (march.march_on, marched),
             "work_out_samples": (notes.work_out, (regions, self.inputs, self.notes, self.samples, counts)),
@@ -189,13 +199,13 @@ class _BatchState:
         return self._many.Entries(**addresses, zgees=zgees, stages=stages)
 
 
-def _desk(flow: Flow, cases: Any) -> Any:
-    from gearrattle.engine.kernels.many import Desk
+def _buffers(flow: Flow, cases: Any) -> Any:
+    from gearrattle.engine.kernels.many import Buffers
 
     deflections, inertias, clearances = len(flow.coordinates.elements), flow.system.size, len(flow.system.clearances)
     scales = Scales(*map(np.empty, (deflections, inertias, 1 + flow.frequency.size, clearances)))
     statics = cases.statics
-    return Desk(
+    return Buffers(
         scales, np.empty(deflections), np.empty(inertias), np.empty(statics.at.size), np.empty(statics.elastic.size),
         np.zeros(clearances, np.int64), np.empty(clearances),
     )  # fmt: skip
@@ -210,6 +220,6 @@ def _march(size: Size) -> packed.March:
 
 
 def _last_sample(flow: Flow, size: Size, cycles: int) -> packed.Samples:
-    """Room for the state at the end alone."""
+    """Capacity for the state at the end alone."""
     states, pieces = np.zeros((1, size.states + size.carried)), np.zeros((1, size.clearances), np.int64)
     return packed.Samples(1, cycles, states, pieces, flow.waves(1))

@@ -30,7 +30,7 @@ MOST_STEPS = 1e9
 _BUDGET = 5_000
 _PRODUCTS = 10_000_000  # the same, of large drivelines in products
 _CALLS_A_STEP = 8  # of Runge-Kutta methods with chosen steps
-_CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C is heard
+_CALLS_OF_EXTRAPOLATION = 100  # the same, of a long step, so that Ctrl-C works
 _FIRST_LOG = 4096
 _SHORTEST = 1e-14  # of a period
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from gearrattle.engine.kernels.packed import DEEPEST, INTERVAL, TICKS, Inputs, Instants, Regions, step_of
 from gearrattle.engine.system.flow import Flow, Pieces, flow_of, split_cycles
 from gearrattle.engine.system.piecewise import PiecewiseSystem
-from gearrattle.engine.system.store import Room, Store, strips_for
+from gearrattle.engine.system.store import Capacity, Store, strips_for
 from gearrattle.errors import ConvergenceError
 from gearrattle.remember import kept
 
@@ -69,8 +69,8 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
     instants: tuple[NDArray[Any], ...] = (whole, knots - whole, np.full(len(knots), -1))
     clock, first = flow.system.clock, len(flow.system.clearances)
     if clock is not None:
-        cycle, fraction, companion = clock.ticks(int(counts[TICKS]), end, flow.system.inputs.period)
-        ticks = cycle, fraction, companion + first
+        cycle, fraction, auxiliary = clock.ticks(int(counts[TICKS]), end, flow.system.inputs.period)
+        ticks = cycle, fraction, auxiliary + first
         instants = tuple(map(np.concatenate, zip(instants, ticks, strict=True)))
     order = np.lexsort((instants[1], instants[0]))
     cycle, fraction, watch = (column[order] for column in instants)
@@ -80,11 +80,11 @@ def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants
 class Slots:
     """The regions a run has visited; ``packed`` is what the kernel sees."""
 
-    def __init__(self, flow: Flow, shelf: Shelf | Alone, room: Room | None = None) -> None:
+    def __init__(self, flow: Flow, shelf: Shelf | Alone, capacity: Capacity | None = None) -> None:
         self.flow, self._shelf = flow, shelf
         self._lock = Lock()
         self._index: dict[Pieces, int] = {}
-        self.store = Store(flow, room)
+        self.store = Store(flow, capacity)
         self.size = self.store.size
 
     @property
@@ -189,16 +189,16 @@ def slots_of(system: PiecewiseSystem) -> Slots:
         return _KEPT[key].slots
 
 
-def fresh_slots(system: PiecewiseSystem, room: Room | None = None) -> Slots:
-    """Slots of a system for one run alone: on no shelf, and kept by no one; with room for what is likely to come."""
-    return Slots(flow_of(system), Alone(), room)
+def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
+    """Slots of a system for one run alone: on no shelf, and kept by no one; with capacity for what is likely to come."""
+    return Slots(flow_of(system), Alone(), capacity)
 
 
 @kept
 def _fingerprint(system: PiecewiseSystem) -> bytes:
     """A digest of every number in the system."""
     optional = [part for part in (system.signals, system.clock) if part is not None]
-    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.companions, *optional)
+    parts: tuple[Any, ...] = (system.inputs, *system.laws, *system.auxiliaries, *optional)
     arrays = [system.inertia, system.drag, system.rows]
     arrays += [np.asarray(getattr(part, field.name)) for part in parts for field in fields(part) if field.compare]
     digest = sha256()

@@ -22,12 +22,12 @@ _DERIVATIVES = 6
 
 
 def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...], IntArray]:
-    """Pieces of all elements and companions at the state z (Z,), and of all watched the side of the piece they sit on.
+    """Pieces of all elements and auxiliaries at the state z (Z,), and of all watched the side of the piece they sit on.
 
     ``angle`` (n,) is what the deflections in z were computed from; it sets how much of them is rounding.
 
     Returns:
-        pieces: (m + companions,) indices.
+        pieces: (m + auxiliaries,) indices.
         side: (W,) -1 on the lower corner of its piece, +1 on the upper one, 0 on neither.
     """
     pieces = [0] * len(flow.system.laws)
@@ -55,12 +55,16 @@ def starting_pieces(flow: Flow, z: Array, angle: Array) -> tuple[tuple[int, ...]
 
 
 def _accompanied(flow: Flow, pieces: Sequence[int], z: Array) -> tuple[int, ...]:
-    """The pieces of all elements, and those in which their companions start."""
-    companion_pieces = [
-        companion.start(pieces[companion.element], float(flow.deflection[companion.element] @ z), float(flow.rate[companion.element] @ z))
-        for companion in flow.system.companions
+    """The pieces of all elements, and those in which their auxiliaries start."""
+    auxiliary_pieces = [
+        auxiliary.start(
+            pieces[auxiliary.element],
+            float(flow.deflection[auxiliary.element] @ z),
+            float(flow.rate[auxiliary.element] @ z),
+        )
+        for auxiliary in flow.system.auxiliaries
     ]
-    return (*pieces, *companion_pieces)
+    return (*pieces, *auxiliary_pieces)
 
 
 def _signs(flow: Flow, pieces: tuple[int, ...], z: Array, order: int) -> IntArray:

@@ -99,7 +99,7 @@ class SweepMarch:
             [deflection, task.velocity, np.zeros(len(clearances)), task.angle[list(flow.coordinates.references)]]
         )
         self.sweep = _sweep(self.plan, pieces, side, columns)
-        self.room = _room(self.plan, columns.size)
+        self.buffers = _buffers(self.plan, columns.size)
         count = task.cycles * task.samples_per_cycle + 1
         self.samples = packed.Samples(
             task.samples_per_cycle, 0, np.zeros((count, columns.size)), np.zeros((count, len(clearances)), np.int64),
@@ -135,7 +135,7 @@ class SweepMarch:
         outcome = Outcome(
             self._sweep_on(
                 plan.network, plan.laws, plan.near, plan.band, self.inputs, self.sweep, self.samples, self.log,
-                self.room, min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
+                self.buffers, min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
             )
         )  # fmt: skip
         if outcome is Outcome.LOG_FULL:
@@ -232,9 +232,9 @@ def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns
     )  # fmt: skip
 
 
-def _room(plan: Plan, columns: int) -> Any:
+def _buffers(plan: Plan, columns: int) -> Any:
     """Scratch."""
-    from gearrattle.engine.kernels.sweep import Room
+    from gearrattle.engine.kernels.sweep import SweepBuffers
 
     system, orders = plan.flow.system, packed.ORDER + 1
     elements = int(np.diff(plan.near.element_start).max(initial=0))
@@ -245,4 +245,4 @@ def _room(plan: Plan, columns: int) -> Any:
         "jump": orders - 1, "matrix": (orders, orders), "laws": (2, elements), "moved": (orders, 2 * elements),
         "turned": (orders, inertias + 1), "row": max(2 * elements, inertias + 1), "whole": orders, "gap": orders,
     }  # fmt: skip
-    return Room(**{name: np.zeros(length) for name, length in lengths.items()})
+    return SweepBuffers(**{name: np.zeros(length) for name, length in lengths.items()})

@@ -47,7 +47,7 @@ class SweepAuditor:
             np.where(crossed, np.append(crossings.clearance, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
             np.where(crossed, np.append(crossings.to_piece, -1)[np.where(crossed, event, -1)], -1).astype(np.int64),
         )
-        self.bench, self.works = _bench(flow, arrays, samples)
+        self.buffers, self.works = _buffers(flow, arrays, samples)
         x, w = np.polynomial.legendre.leggauss(NODES)
         self.nodes = np.array([0.5 * (x + 1.0), 0.5 * w])
         self.done = 0
@@ -64,7 +64,7 @@ class SweepAuditor:
         last = min(last, len(self.path.duration))
         vectorised(integrate_works)(
             network, laws, inputs, self.path, self.done, last, self.samples.states, self.samples.per_cycle,
-            self.windows, self.bench, self.works, self.nodes,
+            self.windows, self.buffers, self.works, self.nodes,
         )  # fmt: skip
         self.done = last
         return self.done == len(self.path.duration)
@@ -88,9 +88,9 @@ class SweepAuditor:
         return EnergyAudit(works.torque, works.error, works.drag, works.element, (ends[0], ends[1]))
 
 
-def _bench(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
+def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
     """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
-    from gearrattle.engine.kernels.works import Bench, Works
+    from gearrattle.engine.kernels.works import WorkBuffers, Works
 
     network = arrays[0]
     system, orders, columns = flow.system, packed.ORDER + 1, samples.states.shape[1]
@@ -99,10 +99,10 @@ def _bench(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) ->
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
     present = np.array(laws, dtype=float).reshape(-1, 3).T
     m, n, count, errors = len(system.laws), system.size, system.inputs.count, network.erring.size
-    scratch = Bench(
+    buffers = WorkBuffers(
         np.zeros(2), np.zeros((orders, columns)), np.zeros((orders + 1, 2 * count)), np.zeros((orders + 1, errors)),
         present[0].copy(), present[1].copy(), present[2].copy(), np.zeros(1 + 2 * count), np.zeros(columns),
         np.zeros(2 * count), np.zeros((2, errors)), np.zeros(m + n), np.zeros(network.driven.size), np.zeros(m),
         np.zeros(m + n), np.zeros(m), np.zeros(count),
     )  # fmt: skip
-    return scratch, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))
+    return buffers, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))

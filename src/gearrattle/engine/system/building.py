@@ -116,8 +116,8 @@ def _sizes(flow: Flow) -> Sizes:
         chain=flow.chain.size,
         references=len(coordinates.references),
         clearances=len(system.clearances),
-        companions=len(system.companions),
-        pieces=sum(law.pieces for law in system.laws) + sum(companion.pieces for companion in system.companions),
+        auxiliaries=len(system.auxiliaries),
+        pieces=sum(law.pieces for law in system.laws) + sum(auxiliary.pieces for auxiliary in system.auxiliaries),
     )
 
 
@@ -148,23 +148,23 @@ def _lay_out(flow: Flow, workspace: Workspace) -> None:
     common.corner_scale[:], common.frequency[:] = flow.corner_scale, flow.frequency
     common.amplitude[:], common.input_size[:] = scaling.inputs, flow.input_size
     common.cornered[:] = [np.any(system.laws[k].corners != 0.0) for k in clearances]
-    for array, numbers in zip(workspace.laws, laws_of((*system.laws, *system.companions)), strict=True):
+    for array, numbers in zip(workspace.laws, laws_of((*system.laws, *system.auxiliaries)), strict=True):
         array[:] = numbers
     workspace.laws.offset[:] *= 1.0 / scaling.inputs[0]
-    _write_companions(flow, workspace)
+    _write_auxiliaries(flow, workspace)
 
 
-def _write_companions(flow: Flow, workspace: Workspace) -> None:
-    """Write what the laws do not say of companions."""
-    system, companions, first = flow.system, workspace.companions, workspace.laws.first
-    for c, companion in enumerate(system.companions):
+def _write_auxiliaries(flow: Flow, workspace: Workspace) -> None:
+    """Write what the laws do not say of auxiliaries."""
+    system, auxiliaries, first = flow.system, workspace.auxiliaries, workspace.laws.first
+    for c, auxiliary in enumerate(system.auxiliaries):
         own = slice(first[len(system.laws) + c], first[len(system.laws) + c + 1])
-        companions.element[c], companions.state[c] = companion.element, -1
-        companions.by_memory[own], companions.moves[own] = companion.memory, companion.moves
-        companions.by_deflection[own], companions.by_rate[own], companions.by_itself[own] = companion.watched.T
+        auxiliaries.element[c], auxiliaries.state[c] = auxiliary.element, -1
+        auxiliaries.by_memory[own], auxiliaries.moves[own] = auxiliary.memory, auxiliary.moves
+        auxiliaries.by_deflection[own], auxiliaries.by_rate[own], auxiliaries.by_itself[own] = auxiliary.watched.T
     for i, c in enumerate(system.memories):
-        companions.state[c] = flow.states - len(system.memories) + i
-        companions.scale[c] = flow.memory[i]
+        auxiliaries.state[c] = flow.states - len(system.memories) + i
+        auxiliaries.scale[c] = flow.memory[i]
 
 
 def level_of_turns(frequency: Array) -> int:

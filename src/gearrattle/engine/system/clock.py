@@ -1,4 +1,4 @@
-"""Changes by the clock: companions that enter the piece above their own at times known beforehand.
+"""Changes by the clock: auxiliaries that enter the piece above their own at times known beforehand.
 
 So a mesh whose stiffness alternates with the number of tooth pairs in contact: its regions change by time.
 
@@ -18,20 +18,20 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Clock:
-    """When companions change.
+    """When auxiliaries change.
 
     Attributes:
         time: (n,) ascending, later than 0, up to the period included if they repeat [s].
-        companion: (n,) which.
+        auxiliary: (n,) which.
         repeats: whether all comes again every period.
     """
 
     time: Array
-    companion: IntArray
+    auxiliary: IntArray
     repeats: bool
 
     def ticks(self, first: int, end: int, period: float) -> tuple[Array, Array, IntArray]:
-        """Ticks from number ``first`` on, up to the end of so many periods: whole periods, the rest, companions."""
+        """Ticks from number ``first`` on, up to the end of so many periods: whole periods, the rest, auxiliaries."""
         part = self.time / period
         count = len(part) * (end + 1) if self.repeats else len(part)
         number = np.arange(min(first, count), count)
@@ -39,4 +39,4 @@ class Clock:
         whole = np.floor(part[which])
         cycle = whole + (number // max(len(part), 1) if self.repeats else 0)
         keep = cycle <= end
-        return cycle[keep], (part[which] - whole)[keep], self.companion[which][keep]
+        return cycle[keep], (part[which] - whole)[keep], self.auxiliary[which][keep]

@@ -41,7 +41,7 @@ FEW = 64
 MOST_STEPS = 1e6
 """Long steps in an interval; more are refused."""
 SLICE = 5e7
-"""Products a slice: some tenths of a second, so that Ctrl-C is heard."""
+"""Products a slice: some tenths of a second, so that Ctrl-C works."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ def stored_energy(flow: Flow, deflection: Array, velocity: Array) -> float:
 
 
 def _sliders(flow: Flow) -> Array:
-    """(companions,) half the stiffness of every slider's spring."""
-    return np.array([0.5 * companion.memory.max() for companion in flow.system.companions])
+    """(auxiliaries,) half the stiffness of every slider's spring."""
+    return np.array([0.5 * auxiliary.memory.max() for auxiliary in flow.system.auxiliaries])
 
 
 def _potential(law: PiecewiseLaw, deflection: float) -> float:
@@ -124,7 +124,7 @@ class Auditor:
 
         Args:
             flow: the system.
-            initial: piece of every element and companion at the start.
+            initial: piece of every element and auxiliary at the start.
             samples: (t, Z) sampled states z; sample i lies at i / per_cycle periods.
             per_cycle: samples a period.
             time, watch, upward: (E,) crossing times in periods, what crossed its bound, 1 for the upper one.
@@ -276,7 +276,7 @@ def _let_go(flow: Flow, initial: Pieces, watch: IntArray, upward: IntArray, memo
         known = flow.known(pieces)
         for i, c in enumerate(system.memories):
             if not np.isnan(known[i]):
-                lost[system.companions[c].element] += sliders[c] * (held[i] ** 2 - known[i] ** 2) / flow.memory[i] ** 2
+                lost[system.auxiliaries[c].element] += sliders[c] * (held[i] ** 2 - known[i] ** 2) / flow.memory[i] ** 2
     return lost
 
 
@@ -371,15 +371,15 @@ def _elastic_rows(flow: Flow, pieces: Pieces) -> Array:
     for k, (law, piece) in enumerate(zip(flow.system.laws, pieces, strict=False)):
         rows[k] = law.stiffness[piece] * flow.deflection[k]
         rows[k, flow.states] += law.offset[piece] / flow.scaling.inputs[0]
-    for companion, piece, memory in flow.beside(pieces):
-        rows[companion.element] += companion.moves[piece] * companion.memory[piece] * memory
+    for auxiliary, piece, memory in flow.beside(pieces):
+        rows[auxiliary.element] += auxiliary.moves[piece] * auxiliary.memory[piece] * memory
     return rows
 
 
 def _friction_rows(flow: Flow, pieces: Pieces) -> Array:
     """(m, Z) the part of every element's force that sliders which slip have: constant torques."""
     rows = np.zeros_like(flow.deflection)
-    for companion, piece, _ in flow.beside(pieces):
-        if companion.remembers:
-            rows[companion.element, flow.states] += companion.offset[piece] / flow.scaling.inputs[0]
+    for auxiliary, piece, _ in flow.beside(pieces):
+        if auxiliary.remembers:
+            rows[auxiliary.element, flow.states] += auxiliary.offset[piece] / flow.scaling.inputs[0]
     return rows

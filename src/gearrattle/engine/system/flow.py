@@ -2,7 +2,7 @@
 
     z = (x, v, e, u, q),   u = (1, cos 2 pi p_1 s, ... cos 2 pi p_H s, sin 2 pi p_1 s, ...),   s = t / T,
 
-all scaled (``scaling.py``); e are the memories of companions and q the chains of signals, if there are any. The
+all scaled (``scaling.py``); e are the memories of auxiliaries and q the chains of signals, if there are any. The
 inputs are states of their own (oscillators, polynomials), so inside a region dz/ds = M z with one constant matrix: free
 motion, forced motion, resonance, drift under a mean torque are one and the same case. Every quantity anyone asks for -
 an angle, a deflection, a force, an acceleration - is a row of numbers times z.
@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.coordinates import RelativeCoordinates, relative_coordinates
 from gearrattle.engine.system.forced import oscillation
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -41,7 +41,7 @@ class Flow:
         velocity: (n, Z) q' [SI].
         torque: (n, Z) applied torque [SI].
         frequency: (H,) 2 pi p_j, radians a period.
-        corner_scale: (W,) power of two near the largest corner of each clearance, then the size of what each companion
+        corner_scale: (W,) power of two near the largest corner of each clearance, then the size of what each auxiliary
             watches.
         memory: (S,) scale of every memory: a power of two by which it is multiplied in z.
         chain: (Q,) the same of every entry of the signals' chains.
@@ -77,29 +77,29 @@ class Flow:
         return np.asarray(self.scaling.inputs[_column_scale(self.frequency.size)])
 
     def force_rows(self, pieces: Pieces) -> Array:
-        """(m, Z) force of every element, its companions' included, with all in the pieces given [SI].
+        """(m, Z) force of every element, its auxiliaries' included, with all in the pieces given [SI].
 
-        Without pieces of companions these are left out.
+        Without pieces of auxiliaries these are left out.
         """
         rows, unit = np.empty_like(self.deflection), 1.0 / self.scaling.inputs[0]
         for k, (law, piece) in enumerate(zip(self.system.laws, pieces, strict=False)):
             rows[k] = law.stiffness[piece] * self.deflection[k] + law.damping[piece] * self.rate[k]
             rows[k, self.states] += law.offset[piece] * unit
-        for companion, piece, memory in self.beside(pieces):
-            k = companion.element
-            rows[k] += companion.stiffness[piece] * self.deflection[k] + companion.damping[piece] * self.rate[k]
-            rows[k] += companion.memory[piece] * memory
-            rows[k, self.states] += companion.offset[piece] * unit
+        for auxiliary, piece, memory in self.beside(pieces):
+            k = auxiliary.element
+            rows[k] += auxiliary.stiffness[piece] * self.deflection[k] + auxiliary.damping[piece] * self.rate[k]
+            rows[k] += auxiliary.memory[piece] * memory
+            rows[k, self.states] += auxiliary.offset[piece] * unit
         return rows
 
-    def beside(self, pieces: Pieces) -> Iterator[tuple[Companion, int, Array]]:
-        """The companions that take part: each, its piece, and the row (Z,) of its memory [SI]."""
-        return zip(self.system.companions, pieces[len(self.system.laws) :], self.memory_rows, strict=False)
+    def beside(self, pieces: Pieces) -> Iterator[tuple[Auxiliary, int, Array]]:
+        """The auxiliaries that take part: each, its piece, and the row (Z,) of its memory [SI]."""
+        return zip(self.system.auxiliaries, pieces[len(self.system.laws) :], self.memory_rows, strict=False)
 
     @cached_property
     def memory_rows(self) -> Array:
-        """(companions, Z) e of every companion [SI]; zero for one without."""
-        rows, first = np.zeros((len(self.system.companions), self.width)), self.states - self.memory.size
+        """(auxiliaries, Z) e of every auxiliary [SI]; zero for one without."""
+        rows, first = np.zeros((len(self.system.auxiliaries), self.width)), self.states - self.memory.size
         for i, c in enumerate(self.system.memories):
             rows[c, first + i] = 1.0 / self.memory[i]
         return rows
@@ -118,8 +118,8 @@ class Flow:
         matrix[:r] = period * self.scaling.deflection[:, None] * (self.coordinates.basis @ self.velocity)
         moving = r + self.system.size
         matrix[r:moving] = period * self.scaling.velocity[:, None] * self.acceleration_rows(pieces)
-        for i, (companion, piece) in enumerate(self.remembering(pieces)):
-            matrix[moving + i] = companion.moves[piece] * period * self.memory[i] * self.rate[companion.element]
+        for i, (auxiliary, piece) in enumerate(self.remembering(pieces)):
+            matrix[moving + i] = auxiliary.moves[piece] * period * self.memory[i] * self.rate[auxiliary.element]
         chained = self.states + self.inputs
         matrix[self.states : chained, self.states : chained] = oscillation(self.frequency)
         matrix[chained:, chained:] = self.pace_of_chains
@@ -159,14 +159,14 @@ class Flow:
         dyadic = np.round(knots * _DYADIC) / _DYADIC
         return np.where(np.abs(knots - dyadic) <= 4.0 * np.spacing(knots), dyadic, knots)
 
-    def remembering(self, pieces: Pieces) -> list[tuple[Companion, int]]:
-        """The companions with a memory, each with its piece; none without pieces of companions."""
-        first, companions = len(self.system.laws), self.system.companions
-        return [(companions[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
+    def remembering(self, pieces: Pieces) -> list[tuple[Auxiliary, int]]:
+        """The auxiliaries with a memory, each with its piece; none without pieces of auxiliaries."""
+        first, auxiliaries = len(self.system.laws), self.system.auxiliaries
+        return [(auxiliaries[c], pieces[first + c]) for c in self.system.memories if len(pieces) > first]
 
     def known(self, pieces: Pieces) -> Array:
         """(S,) memories as they are known in a region, scaled; NaN where they go on."""
-        values = [companion.known[piece] for companion, piece in self.remembering(pieces)]
+        values = [auxiliary.known[piece] for auxiliary, piece in self.remembering(pieces)]
         return np.array(values) * self.memory if values else np.full(self.memory.size, np.nan)
 
     def carried_rows(self, pieces: Pieces) -> Array:
@@ -189,12 +189,12 @@ class Flow:
         )
 
     def limit_rows(self, pieces: Pieces) -> Array:
-        """(companions, Z) what every companion watches in its piece, in corner scales."""
-        rows = np.zeros((len(self.system.companions), self.width))
+        """(auxiliaries, Z) what every auxiliary watches in its piece, in corner scales."""
+        rows = np.zeros((len(self.system.auxiliaries), self.width))
         scales = self.corner_scale[len(self.system.clearances) :]
-        for c, (companion, piece, memory) in enumerate(self.beside(pieces)):
-            of_deflection, of_rate, of_memory = companion.watched[piece]
-            row = of_deflection * self.deflection[companion.element] + of_rate * self.rate[companion.element]
+        for c, (auxiliary, piece, memory) in enumerate(self.beside(pieces)):
+            of_deflection, of_rate, of_memory = auxiliary.watched[piece]
+            row = of_deflection * self.deflection[auxiliary.element] + of_rate * self.rate[auxiliary.element]
             rows[c] = (row + of_memory * memory) / scales[c]
         return rows
 
@@ -287,7 +287,7 @@ def flow_of(system: PiecewiseSystem) -> Flow:
     corners = [float(np.abs(system.laws[k].corners).max()) for k in system.clearances]
     at_rest = [float(np.abs(deflection[k]).max()) for k in system.clearances]  # corner at zero only: any scale serves
     sizes = [c if c > 0 else a for c, a in zip(corners, at_rest, strict=True)]
-    scale = power_of_two(np.array([*sizes, *(companion.scale for companion in system.companions)]))
+    scale = power_of_two(np.array([*sizes, *(auxiliary.scale for auxiliary in system.auxiliaries)]))
     return Flow(
         system,
         coordinates,
@@ -300,7 +300,7 @@ def flow_of(system: PiecewiseSystem) -> Flow:
         torque,
         2 * np.pi * inputs.cycles,
         scale,
-        power_of_two(np.array([np.sqrt(system.companions[c].memory.max()) for c in system.memories])),
+        power_of_two(np.array([np.sqrt(system.auxiliaries[c].memory.max()) for c in system.memories])),
         chain,
     )
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearrattle.engine.kernels.laws import Laws
 from gearrattle.engine.kernels.variants import Coefficients, Frame
-from gearrattle.engine.system.companion import Companion
+from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.coordinates import RelativeCoordinates
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.piecewise import PiecewiseSystem
@@ -37,7 +37,7 @@ def coefficients_of(system: PiecewiseSystem) -> Coefficients:
     )
 
 
-def laws_of(laws: Sequence[PiecewiseLaw | Companion]) -> Laws:
+def laws_of(laws: Sequence[PiecewiseLaw | Auxiliary]) -> Laws:
     """Laws of elements, or of what stands beside them, one after the other."""
     return Laws(
         first=_whole([0, *np.cumsum([law.pieces for law in laws])]),

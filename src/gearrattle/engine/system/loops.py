@@ -4,7 +4,7 @@
 
 e following the deflection while its slider sticks (G. M. Jenkins, British Journal of Applied Physics 13, 1962, p. 30).
 Between corners of the law and begins of slip the torque is a straight line, so a path is told exactly by few points.
-No time enters: damping plays no part, and of companions only sliders do.
+No time enters: damping plays no part, and of auxiliaries only sliders do.
 
 Takes a law and its sliders; gives corners of the torque's graph.
 """
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearrattle.engine.system.companion import OFF, STICK, Companion
+from gearrattle.engine.system.auxiliary import OFF, STICK, Auxiliary
 from gearrattle.engine.system.law import PiecewiseLaw
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Follower:
         points: (deflection, torque) passed so far; two of one deflection where friction is let go.
     """
 
-    def __init__(self, law: PiecewiseLaw, sliders: Sequence[Companion], start: float = 0.0) -> None:
+    def __init__(self, law: PiecewiseLaw, sliders: Sequence[Auxiliary], start: float = 0.0) -> None:
         self.law, self.sliders = law, sliders
         self.here, self.piece = start, law.piece_at(start)
         self.held = [0.0 for _ in sliders]
@@ -77,12 +77,12 @@ class Follower:
             self.points.append((self.here, self.torque()))
 
 
-def along(law: PiecewiseLaw, sliders: Sequence[Companion], path: Sequence[float]) -> tuple[Array, Array]:
+def along(law: PiecewiseLaw, sliders: Sequence[Auxiliary], path: Sequence[float]) -> tuple[Array, Array]:
     """The graph of the torque along a path, sliders unloaded at its first deflection.
 
     Args:
         law: the element's.
-        sliders: its companions with a memory.
+        sliders: its auxiliaries with a memory.
         path: turning points, one after another.
 
     Returns:
@@ -95,7 +95,7 @@ def along(law: PiecewiseLaw, sliders: Sequence[Companion], path: Sequence[float]
     return deflection, torque
 
 
-def cycle(law: PiecewiseLaw, sliders: Sequence[Companion], low: float, high: float) -> tuple[Array, Array]:
+def cycle(law: PiecewiseLaw, sliders: Sequence[Auxiliary], low: float, high: float) -> tuple[Array, Array]:
     """The closed graph from ``low`` to ``high`` and back, once it repeats itself: after the second turn it does."""
     follower = Follower(law, sliders, low)
     for target in (high, low, high, low):

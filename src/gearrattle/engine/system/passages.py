@@ -1,4 +1,4 @@
-"""What is known of companions along a motion, and of the order in which everything crossed its bounds.
+"""What is known of auxiliaries along a motion, and of the order in which everything crossed its bounds.
 
 Made by ``exact``; read by the flow's gradient, by statistics between samples, by runs and their files.
 """
@@ -16,13 +16,13 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Passages:
-    """All crossings along a motion, clearances' and companions', in the order in which they came.
+    """All crossings along a motion, clearances' and auxiliaries', in the order in which they came.
 
     Attributes:
         time: (E,) [s].
-        watch, upward: (E,) what crossed its bound (a clearance, or behind them a companion), 1 for the upper one.
+        watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element), 1 for the upper one.
         velocity: (E,) delta' of clearances [SI].
-        memory: (E, S) memories of companions before each crossing [SI].
+        memory: (E, S) memories of auxiliaries before each crossing [SI].
     """
 
     time: Array
@@ -33,15 +33,15 @@ class Passages:
 
 
 @dataclass(frozen=True)
-class Companions:
-    """Sliders, limiters and alternating stiffness along a motion (``system.companion``): C, S with a memory [SI].
+class Auxiliaries:
+    """Sliders, limiters and alternating stiffness along a motion (``system.auxiliary``): C, S with a memory [SI].
 
     Attributes:
         force: (t, C) what each adds to its element's force [N m or N].
         memory: (t, C) state of each: the stretch of a slider's spring [rad or m]; 0 for a limiter.
         piece: (t, C) pieces.
         initial: (C,) pieces at the first sample.
-        passages: all crossings, clearances' and companions', in the order in which they came.
+        passages: all crossings, clearances' and auxiliaries', in the order in which they came.
     """
 
     force: Array

@@ -180,13 +180,13 @@ def driveline_of(flow: Flow) -> Driveline:
     deflection, rate = flow.deflection[:, :r], flow.rate[:, r : r + n]
     turning = period * flow.scaling.deflection[:, None] * flow.coordinates.basis / flow.scaling.velocity
     push = -period * (flow.scaling.velocity / system.inertia)[:, None] * system.rows.T
-    drag, element = period * system.drag / system.inertia, [system.companions[c].element for c in system.memories]
+    drag, element = period * system.drag / system.inertia, [system.auxiliaries[c].element for c in system.memories]
     stiffness, damping = (
         np.array([getattr(law, name).max() for law in system.laws]) for name in ("stiffness", "damping")
     )
-    for companion in system.companions:
-        stiffness[companion.element] += companion.stiffness.max()
-        damping[companion.element] += np.abs(companion.damping).max()
+    for auxiliary in system.auxiliaries:
+        stiffness[auxiliary.element] += auxiliary.stiffness.max()
+        damping[auxiliary.element] += np.abs(auxiliary.damping).max()
     matrix = np.zeros((r + n, r + n))
     matrix[:r, r:] = turning
     matrix[r:, :r] = push @ (stiffness[:, None] * deflection)
@@ -209,14 +209,14 @@ def regions_of(flow: Flow, regions: list[Pieces]) -> Regions:
     stiffness, damping = np.empty((count, laws)), np.empty((count, laws))
     for k, law in enumerate(system.laws):
         stiffness[:, k], damping[:, k] = law.stiffness[pieces[:, k]], law.damping[pieces[:, k]]
-    for c, companion in enumerate(system.companions):
-        stiffness[:, companion.element] += companion.stiffness[pieces[:, laws + c]]
-        damping[:, companion.element] += companion.damping[pieces[:, laws + c]]
+    for c, auxiliary in enumerate(system.auxiliaries):
+        stiffness[:, auxiliary.element] += auxiliary.stiffness[pieces[:, laws + c]]
+        damping[:, auxiliary.element] += auxiliary.damping[pieces[:, laws + c]]
     memory, moves = np.empty((count, len(system.memories))), np.empty((count, len(system.memories)))
     for s, c in enumerate(system.memories):
-        companion, piece = system.companions[c], pieces[:, laws + c]
-        memory[:, s] = companion.memory[piece] / flow.memory[s]
-        moves[:, s] = companion.moves[piece] * system.inputs.period * flow.memory[s]
+        auxiliary, piece = system.auxiliaries[c], pieces[:, laws + c]
+        memory[:, s] = auxiliary.memory[piece] / flow.memory[s]
+        moves[:, s] = auxiliary.moves[piece] * system.inputs.period * flow.memory[s]
     return Regions(stiffness, damping, memory, moves)
 
 

@@ -4,7 +4,7 @@
 
 J and D are diagonal, w_k is row k of W, F_k a ``PiecewiseLaw``. T and the transmission errors e_k are means plus
 harmonics of one reference speed. Given the piece of every element, the system is linear with constant coefficients.
-An element may have companions, forces beside its law that remember or are limited; they have pieces of their own.
+An element may have auxiliaries, forces beside its law that remember or are limited; they have pieces of their own.
 No gears, clutches or units exist here; q, delta and time carry whatever consistent units the maker chose (SI).
 """
 
@@ -16,8 +16,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.system.auxiliary import Auxiliary
 from gearrattle.engine.system.clock import Clock
-from gearrattle.engine.system.companion import Companion
 from gearrattle.engine.system.law import PiecewiseLaw
 from gearrattle.engine.system.signals import Signals
 
@@ -59,9 +59,9 @@ class PiecewiseSystem:
         rows: (m, n) W, one row an element.
         laws: m laws.
         inputs: T(t) and e(t).
-        companions: forces beside the laws. What looks at a system linearly leaves them out.
+        auxiliaries: forces beside the laws. What looks at a system linearly leaves them out.
         signals: torques and transmission errors beside the harmonics; None without.
-        clock: when companions change their piece by the clock; None for never.
+        clock: when auxiliaries change their piece by the clock; None for never.
     """
 
     inertia: Array
@@ -69,7 +69,7 @@ class PiecewiseSystem:
     rows: Array
     laws: tuple[PiecewiseLaw, ...]
     inputs: Harmonics
-    companions: tuple[Companion, ...] = ()
+    auxiliaries: tuple[Auxiliary, ...] = ()
     signals: Signals | None = None
     clock: Clock | None = None
 
@@ -86,45 +86,45 @@ class PiecewiseSystem:
     @property
     def is_plain(self) -> bool:
         """Whether there is nothing but laws and harmonics."""
-        return not self.companions and self.signals is None and self.clock is None
+        return not self.auxiliaries and self.signals is None and self.clock is None
 
     @cached_property
     def memories(self) -> tuple[int, ...]:
-        """Indices of the companions that have a state."""
-        return tuple(c for c, companion in enumerate(self.companions) if companion.remembers)
+        """Indices of the auxiliaries that have a state."""
+        return tuple(c for c, auxiliary in enumerate(self.auxiliaries) if auxiliary.remembers)
 
     @property
     def watched(self) -> int:
-        """How many things may leave their piece: clearances, then companions."""
-        return len(self.clearances) + len(self.companions)
+        """How many things may leave their piece: clearances, then auxiliaries."""
+        return len(self.clearances) + len(self.auxiliaries)
 
     @cached_property
     def places(self) -> tuple[int, ...]:
         """Where the pieces of those watched stand among all pieces, (W,)."""
         first = len(self.laws)
-        return (*self.clearances, *range(first, first + len(self.companions)))
+        return (*self.clearances, *range(first, first + len(self.auxiliaries)))
 
     def element_watched(self, watch: int) -> int:
         """The element that one of those watched belongs to."""
         index = watch - len(self.clearances)
-        return self.companions[index].element if index >= 0 else self.clearances[watch]
+        return self.auxiliaries[index].element if index >= 0 else self.clearances[watch]
 
     def beyond(self, pieces: tuple[int, ...], watch: int, upward: int) -> tuple[int, ...]:
-        """The pieces, of elements and then of companions, after one of those watched has left its own.
+        """The pieces, of elements and then of auxiliaries, after one of those watched has left its own.
 
         Args:
             pieces: before.
-            watch: the clearance, or the number of clearances and the companion.
+            watch: the clearance, or the number of clearances and the auxiliary.
             upward: 1 beyond its upper bound, 0 beyond the lower one.
         """
-        after, first, companion = list(pieces), len(self.laws), watch - len(self.clearances)
-        if companion >= 0:
-            way = self.companions[companion].above if upward else self.companions[companion].below
-            after[first + companion] = int(way[pieces[first + companion]])
+        after, first, auxiliary = list(pieces), len(self.laws), watch - len(self.clearances)
+        if auxiliary >= 0:
+            way = self.auxiliaries[auxiliary].above if upward else self.auxiliaries[auxiliary].below
+            after[first + auxiliary] = int(way[pieces[first + auxiliary]])
             return tuple(after)
         element = self.clearances[watch]
         after[element] += 1 if upward else -1
-        for c, candidate in enumerate(self.companions):
+        for c, candidate in enumerate(self.auxiliaries):
             if candidate.element == element:
                 after[first + c] = int(candidate.follow[after[element], pieces[first + c]])
         return tuple(after)

@@ -165,13 +165,13 @@ def checked(signals: Signals) -> Signals:
             for at in np.flatnonzero(~(excess <= 0.0)):
                 off_by = float(excess[at])
                 if merged.flat[at]:
-                    off_by = _beside_corner(specified, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
+                    off_by = _next_to_corner(specified, time[at], knots[-1], value[at], slope[at]) - PROMISED * size
                 if not off_by <= 0.0:
                     raise NotKept(f"at {time[at]:.6g} s an input is off by {off_by:.3g} (size {size:.3g})")
     return replace(signals, reference=reference)
 
 
-def _beside_corner(specified: Specified, time: float, end: float, value: float, slope: float) -> float:
+def _next_to_corner(specified: Specified, time: float, end: float, value: float, slope: float) -> float:
     """How far a value is from all that the input takes just before and after: near knots are one (``distinct``)."""
     near = SAME * end * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     values = specified.at(np.maximum(time + near, 0.0))

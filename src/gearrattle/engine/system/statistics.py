@@ -63,11 +63,11 @@ class SampledMotion:
     """A motion by the samples of the window and its log, times in periods from the first sample of the motion.
 
     Attributes:
-        initial: piece of every element and companion at the first sample.
+        initial: piece of every element and auxiliary at the first sample.
         samples: (t, Z) states z of the window; sample i lies at (first + i) / per_cycle.
         per_cycle: samples a period.
         first: samples before the window.
-        time, watch, upward: (E,) crossings, of clearances and companions, ascending.
+        time, watch, upward: (E,) crossings, of clearances and auxiliaries, ascending.
         first_cycle: whole periods before the first sample.
     """
 
@@ -289,7 +289,10 @@ class Walk:
         from gearrattle.engine.kernels.extremes import Rows as Compiled
 
         count, regions = len(next(iter(chosen.values()))), len(self.regions)
-        sizes, most = np.zeros((9, regions), dtype=np.int64), max(region_series.terms for region_series in self.series.values())
+        sizes, most = (
+            np.zeros((9, regions), dtype=np.int64),
+            max(region_series.terms for region_series in self.series.values()),
+        )
         block, known = np.ones(regions), np.full((regions, next(iter(self.series.values())).known.size), np.nan)
         moving = np.zeros((regions, count), dtype=np.bool_)
         rules = {r: region_series.gauss for r, region_series in self.series.items()}

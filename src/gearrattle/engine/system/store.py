@@ -98,7 +98,7 @@ class Size:
         }
 
 
-class Room(NamedTuple):
+class Capacity(NamedTuple):
     """How much the arrays hold: regions, tables, the longest y, rows of bounds."""
 
     slots: int
@@ -110,13 +110,13 @@ class Room(NamedTuple):
 class Store:
     """A driveline's regions in the order they were added; not safe for threads, see ``solvers.slots``."""
 
-    def __init__(self, flow: Flow, room: Room | None = None) -> None:
+    def __init__(self, flow: Flow, capacity: Capacity | None = None) -> None:
         self.flow, self.size = flow, Size.of(flow)
         self.pieces: list[Pieces] = []
         self.builder = RegionBuilder(flow)
         self._tables_used = self._last = 0
         self._arrays: dict[str, NDArray[Any]] = {}
-        self._make_room(room or self._first_room())
+        self._reserve(capacity or self._first_capacity())
 
     @property
     def packed(self) -> Regions:
@@ -140,9 +140,9 @@ class Store:
         """
         slot, builder = len(self.pieces), self.builder
         builder.work_out(pieces)
-        room = Room(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
-        if not self._has(room):
-            self._make_room(room)
+        capacity = Capacity(slot + 1, self._tables_used + builder.fine + 1, builder.width, builder.bounds)
+        if not self._has(capacity):
+            self._reserve(capacity)
         builder.pack(self.packed, slot, self._tables_used)
         self._arrays["known"][slot] = self.flow.known(pieces)
         self.pieces.append(pieces)
@@ -150,19 +150,19 @@ class Store:
         self._tables_used += self._last
         return slot
 
-    def _first_room(self) -> Room:
+    def _first_capacity(self) -> Capacity:
         """What most runs need, where it is little; else nothing before a region says what it needs."""
-        room = Room(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
-        shapes = self.size.shapes(room.width, room.modes)
-        count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(room).items())
-        return room if 8 * count < _SMALL else Room(0, 0, self.size.states, 0)
+        capacity = Capacity(_FIRST, _FIRST * _TABLES, self.size.longest, self.size.states)
+        shapes = self.size.shapes(capacity.width, capacity.modes)
+        count = sum(rows * prod(shapes[name][0][1:]) for name, rows in self._rows(capacity).items())
+        return capacity if 8 * count < _SMALL else Capacity(0, 0, self.size.states, 0)
 
-    def _rows(self, room: Room) -> dict[str, int]:
+    def _rows(self, capacity: Capacity) -> dict[str, int]:
         """Rows of every array."""
-        watched = room.slots * self.size.watched
-        other = {"tables": room.tables, "powers": POWERS * room.slots}
+        watched = capacity.slots * self.size.watched
+        other = {"tables": capacity.tables, "powers": POWERS * capacity.slots}
         other |= {"series": watched, "forced_series": watched}
-        return {name: other.get(name, room.slots) for name in self.size.shapes(0)}
+        return {name: other.get(name, capacity.slots) for name in self.size.shapes(0)}
 
     def is_full(self, most: int) -> bool:
         """Whether one more region like the last would make the arrays larger than so many bytes."""
@@ -177,22 +177,22 @@ class Store:
             self._arrays["neighbour"][target, clearance, 1 - upward] = slot
 
     def grow(self) -> None:
-        """Make room for about twice as many regions."""
-        now = self.room()
-        self._make_room(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
+        """Make capacity for about twice as many regions."""
+        now = self.capacity()
+        self._reserve(now._replace(slots=2 * now.slots + 1, tables=2 * now.tables + DEEPEST + 1))
 
-    def room(self) -> Room:
+    def capacity(self) -> Capacity:
         """What the arrays hold, for a store that is likely to need as much."""
         a = self._arrays
-        return Room(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
+        return Capacity(len(a["drift"]), len(a["tables"]), a["probe"].shape[2], a["weights"].shape[2])
 
-    def _has(self, room: Room) -> bool:
-        return all(needed <= held for needed, held in zip(room, self.room(), strict=True))
+    def _has(self, capacity: Capacity) -> bool:
+        return all(needed <= held for needed, held in zip(capacity, self.capacity(), strict=True))
 
-    def _make_room(self, room: Room) -> None:
+    def _reserve(self, capacity: Capacity) -> None:
         """Let every array hold so much; doubling as needed."""
-        rows = self._rows(room)
-        for name, (shape, kind) in self.size.shapes(room.width, room.modes).items():
+        rows = self._rows(capacity)
+        for name, (shape, kind) in self.size.shapes(capacity.width, capacity.modes).items():
             array = self._arrays.get(name, np.zeros((0, *shape[1:]), kind))
             first = array.shape[0] if array.shape[0] >= rows[name] else max(rows[name], 2 * array.shape[0])
             full = (first, *map(max, shape[1:], array.shape[1:]))

@@ -135,7 +135,7 @@ def variation(
 
     Args:
         flow: the system.
-        initial: piece of every element and companion at the start.
+        initial: piece of every element and auxiliary at the start.
         path: the crossings.
         end: length of the motion [s].
     """
@@ -192,19 +192,24 @@ def _perturbed(
 
 
 def _damping(flow: Flow, element: int, pieces: Pieces) -> float:
-    """Damping of an element in its piece, its companions' included."""
+    """Damping of an element in its piece, its auxiliaries' included."""
     own = float(flow.system.laws[element].damping[pieces[element]])
     return own + sum(float(c.damping[p]) for c, p, _ in flow.beside(pieces) if c.element == element)
 
 
 def _let_go(flow: Flow, element: int, before: Pieces, after: Pieces, memory: Array) -> float:
     """Torque of an element's sliders that vanishes where its piece changes."""
-    total, companions = 0.0, flow.system.companions
+    total, auxiliaries = 0.0, flow.system.auxiliaries
     held = dict(zip(flow.system.memories, memory, strict=True))
-    for c, (companion, old, _) in enumerate(flow.beside(before)):
+    for c, (auxiliary, old, _) in enumerate(flow.beside(before)):
         new = after[len(flow.system.laws) + c]
-        if companion.element == element and c in held and companion.known[old] != 0.0 and companions[c].known[new] == 0.0:
-            total += float(companion.memory[old] * held[c] + companion.offset[old])
+        if (
+            auxiliary.element == element
+            and c in held
+            and auxiliary.known[old] != 0.0
+            and auxiliaries[c].known[new] == 0.0
+        ):
+            total += float(auxiliary.memory[old] * held[c] + auxiliary.offset[old])
     return total
 
 

@@ -60,7 +60,7 @@ def read_data(data: Data, model: Model, default: State) -> Measurements:
         raise model_error(error, tables, positions) from None
     breaches = [*_mode_breaches(read.modes, model), *_response_breaches(read.responses, model)]
     if breaches:
-        raise ModelError(Problem(place(b.location, {}, positions), _found(b), b.rule, b.remedy) for b in breaches)
+        raise ModelError(Problem(place(b.location, {}, positions), _value_shown(b), b.rule, b.remedy) for b in breaches)
     assumed: list[str] = []
     modes = tuple(_mode(index, row, default, assumed) for index, row in enumerate(read.modes))
     responses = tuple(
@@ -77,7 +77,7 @@ def _tables(data: Data) -> tuple[Mapping[str, Any], Positions, Path]:
     return *read_tables(read_text(name, "data file"), name, "data file"), Path(name).parent
 
 
-def _found(item: Breach) -> str:
+def _value_shown(item: Breach) -> str:
     return "" if item.value is ... else shown(item.value)
 
 

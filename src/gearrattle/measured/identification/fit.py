@@ -92,7 +92,7 @@ def fit(
     problem = FitProblem(measured, names, states, len(parameters.paths), prior, model.units == "SI")
     check_modes(problem)
     minima, failed = search(problem.residuals, parameters.box, starts, seed, progress)
-    return _told(model, problem, parameters, (minima, starts, failed), profile=profile, progress=progress)
+    return _estimates(model, problem, parameters, (minima, starts, failed), profile=profile, progress=progress)
 
 
 def _check_settings(starts: int, seed: int, prior: float | None) -> None:
@@ -103,7 +103,7 @@ def _check_settings(starts: int, seed: int, prior: float | None) -> None:
         raise ModelError(problems)
 
 
-def _told(
+def _estimates(
     model: Model,
     problem: FitProblem,
     parameters: Parameters,
@@ -140,7 +140,7 @@ def _told(
     return Fit(
         model=parameters.fitted(model, best.x),
         parameters=tuple(table),
-        residuals=problem.told(best.x),
+        residuals=problem.residuals_of(best.x),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         covariance=covariances,

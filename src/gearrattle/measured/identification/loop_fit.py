@@ -118,7 +118,7 @@ def _fitted(
         residuals=known.residual,
         source=loop.source,
         steps=tuple(steps),
-        notes=(*loop.notes, *_told(law, fixed, loop)),
+        notes=(*loop.notes, *_remarks(law, fixed, loop)),
         angle_unit=loop.angle_unit,
     )
 
@@ -147,7 +147,7 @@ def _stages(law: Mapping[str, float], key: str) -> tuple[FittedStage, ...]:
     )
 
 
-def _told(solution: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
+def _remarks(solution: Solved, fixed: frozenset[tuple[str, int]], loop: Loop) -> list[str]:
     notes = ["a slow loop says nothing of damping: it is left at 0"]
     words = ["the centre" if side == CENTRE else f"{side} stage {index}" for side, index in sorted(fixed)]
     if words:

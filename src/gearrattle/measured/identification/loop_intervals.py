@@ -43,7 +43,10 @@ def places(settled: Settled, known: Spread) -> dict[str, Array]:
 
 
 def intervals(
-    settled: Settled, known: Spread, estimates: tuple[Mapping[str, float], Mapping[str, float]], breaks: Mapping[str, Array]
+    settled: Settled,
+    known: Spread,
+    estimates: tuple[Mapping[str, float], Mapping[str, float]],
+    breaks: Mapping[str, Array],
 ) -> dict[str, tuple[float, float]]:
     """Return the 95 % interval of every number, and of stick stiffnesses whose default stands.
 

@@ -114,7 +114,7 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
     own = np.array([label == ("slider", *slider) for label in solution.labels])
     bare = solution._replace(coefficients=np.where(own, 0.0, solution.coefficients))
     column = slopes_in(linear.loop, bare, ())[:, first - len(solution.labels)]
-    curvature, pull = _given_way(*linear.with_column(first, column).normal(), first, solution)
+    curvature, pull = _yielding(*linear.with_column(first, column).normal(), first, solution)
     variance, room = solution.left / loop.torque.size, _ROOM * (high - low)
     wide = min(_WIDE * np.sqrt(variance / curvature) + abs(pull) / curvature if curvature > 0.0 else np.inf, room)
     reach = solution.shape.reach_of(slider, moments.reach)
@@ -128,7 +128,9 @@ def _near(linear: Linear, solution: Solved, side: str, index: int) -> _Near:
 
 def _residual(moments: Moments, solution: Solved, part: Loop) -> Array:
     over = Regression(part, 0, moments.reach)
-    return np.asarray(part.torque - over.table(solution.shape, solution.labels) @ solution.coefficients, dtype=np.float64)
+    return np.asarray(
+        part.torque - over.table(solution.shape, solution.labels) @ solution.coefficients, dtype=np.float64
+    )
 
 
 def _places(near: _Near, low: float, high: float) -> Array:
@@ -168,7 +170,7 @@ def _raised(near: _Near, places: Array, reach: float, *, jumps: bool = True) -> 
     return np.asarray(raised, dtype=np.float64)
 
 
-def _given_way(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
+def _yielding(matrix: Array, right: Array, first: int, solution: Solved) -> tuple[float, float]:
     """Curvature C and pull G in one parameter when the others give way: the Schur complement of the normal matrix."""
     free, number = np.diag(matrix) > 0.0, solution.coefficients.size
     free[1:number] &= solution.coefficients[1:] > 0.0

@@ -104,7 +104,9 @@ def slopes_of(solution: Solved, side: str) -> list[float]:
     """Slopes of the stages of one side, from the centre outward [N m/rad]."""
     pairs = zip(solution.labels, solution.coefficients.tolist(), strict=True)
     own = {(where, index): value for (kind, where, index), value in pairs if kind == "slope"}
-    return [own[(side, i)] if (side, i) in own else own[(CENTRE, 0)] for i in range(len(solution.shape.breaks(side)) + 1)]
+    return [
+        own[(side, i)] if (side, i) in own else own[(CENTRE, 0)] for i in range(len(solution.shape.breaks(side)) + 1)
+    ]
 
 
 def slope_of(solution: Solved, slider: tuple[str, int]) -> float:

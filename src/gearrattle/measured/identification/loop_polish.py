@@ -102,7 +102,11 @@ class Polish:
     def best(self, solution: Solved) -> Solved:
         """Return the best of all starts."""
         solution = self.whole(solution)
-        best = min((self.smooth(start) for start in self._starts(solution)), key=lambda candidate: candidate.left, default=solution)
+        best = min(
+            (self.smooth(start) for start in self._starts(solution)),
+            key=lambda candidate: candidate.left,
+            default=solution,
+        )
         return self.whole(best) if best.left < solution.left else solution
 
     def _starts(self, solution: Solved) -> list[Solved]:

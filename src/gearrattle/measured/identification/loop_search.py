@@ -55,7 +55,9 @@ class Search:
     def bic(self, solution: Solved) -> float:
         """Schwarz's criterion; heights of zero and their reaches are no parameters."""
         cells = self.regression.torque.size
-        alive = [c > 0.0 for (kind, _, _), c in zip(solution.labels, solution.coefficients, strict=True) if kind == "slider"]
+        alive = [
+            c > 0.0 for (kind, _, _), c in zip(solution.labels, solution.coefficients, strict=True) if kind == "slider"
+        ]
         number = len(solution.labels) - len(alive) + 2 * sum(alive)
         number += len(solution.shape.drive) + len(solution.shape.coast)
         return float(cells * math.log(solution.left / cells) + number * math.log(cells))
@@ -149,7 +151,11 @@ def with_centre(shape: Shape) -> Iterator[Shape]:
 
 
 def _closer(
-    solution: Solved, trial: Callable[[float], Solved], here: float, ends: tuple[float, float], widths: tuple[float, float]
+    solution: Solved,
+    trial: Callable[[float], Solved],
+    here: float,
+    ends: tuple[float, float],
+    widths: tuple[float, float],
 ) -> Solved:
     """Try values about the best one, from as far as the first width down to the second; return the best."""
     width, least = widths

@@ -56,7 +56,9 @@ def settle(polish: Polish, shape_from: Solved) -> Settled:
     made: dict[Slider, Density] = {}
     for _ in range(_ROUNDS):
         made, starts = densities(polish, solution, spread(polish, solution))
-        best = min((polish.smooth(polish.at(start)) for start in starts), key=lambda start: start.left, default=solution)
+        best = min(
+            (polish.smooth(polish.at(start)) for start in starts), key=lambda start: start.left, default=solution
+        )
         if solution.left - best.left < _BETTER * solution.left / polish.loop.torque.size:
             break
         solution = polish.whole(best)

@@ -31,7 +31,9 @@ def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]
         found: the law.
         sliders: the R sliders whose reaches count.
     """
-    columns = [_in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))]
+    columns = [
+        _in_break(loop, solution, side, i) for side in (DRIVE, COAST) for i in range(len(solution.shape.breaks(side)))
+    ]
     columns += [_in_reach(loop, solution, slider) for slider in sliders]
     return np.stack(columns, axis=1) if columns else np.empty((loop.torque.size, 0))
 

@@ -83,9 +83,9 @@ class FitProblem:
         blocks = [block for block, _ in self._evaluated(x)]
         return np.concatenate([block[0] for block in blocks]), np.vstack([block[1] for block in blocks])
 
-    def told(self, x: Array) -> tuple[Residual, ...]:
+    def residuals_of(self, x: Array) -> tuple[Residual, ...]:
         """Every datum beside its fitted value."""
-        return tuple(record for _, tell in self._evaluated(x) for record in tell())
+        return tuple(record for _, residuals in self._evaluated(x) for record in residuals())
 
     @cached_property
     def scales(self) -> int:
@@ -166,7 +166,7 @@ class FitProblem:
         change = gradient / measured.error[:, None]
         unit = f"rad{('', '/s', '/s^2')[measured.derivatives]}/(N*m)" if self.units else ""
 
-        def tell() -> list[Residual]:
+        def residuals() -> list[Residual]:
             return [
                 Residual(f"{measured.label}: {part} at {w:.6g}", unit, float(y), float(f), float(e), float(r))
                 for part in ("real", "imag")
@@ -176,7 +176,7 @@ class FitProblem:
                 )
             ]  # fmt: skip
 
-        return (np.concatenate([away.real, away.imag]), np.vstack([change.real, change.imag])), tell
+        return (np.concatenate([away.real, away.imag]), np.vstack([change.real, change.imag])), residuals
 
 
 def check_modes(problem: FitProblem) -> None:

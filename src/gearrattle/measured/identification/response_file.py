@@ -83,7 +83,9 @@ def _columns(location: str, header: Sequence[str]) -> dict[str, str]:
     for cell in header:
         match = _COLUMN.fullmatch(cell)
         if match is None or match[1] in units:
-            raise ModelError(Problem(location, shown(cell.strip()), "must be a column name, once, and its unit", _EXAMPLE))
+            raise ModelError(
+                Problem(location, shown(cell.strip()), "must be a column name, once, and its unit", _EXAMPLE)
+            )
         units[match[1]] = match[2] or ""
     if not any(set(units) - {"error"} == set(form) for form in _FORMS):
         rule = "the columns must be frequency, real and imag, or frequency, magnitude and phase; error may be added"

@@ -178,11 +178,11 @@ def _watched(residuals: Residuals, progress: Callable[[float], None] | None, sha
     if progress is None:
         return residuals
 
-    def told(x: Array) -> tuple[Array, Array]:
+    def best_known(x: Array) -> tuple[Array, Array]:
         progress(share)
         return residuals(x)
 
-    return told
+    return best_known
 
 
 def _starts(box: tuple[Array, Array], count: int, seed: int, null: Array) -> list[Array]:

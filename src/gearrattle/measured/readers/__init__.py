@@ -154,7 +154,9 @@ def _check_times(column: Column, source: str) -> None:
     if wrong.any():
         at = int(np.argmax(wrong)) + 1
         rule = f"must ascend; sample {at - 1} is at {time[at - 1]:.9g} s"
-        raise ModelError(Problem(location, f"{time[at]:.9g} s at sample {at}", rule, "sort the record, or drop doubles"))
+        raise ModelError(
+            Problem(location, f"{time[at]:.9g} s at sample {at}", rule, "sort the record, or drop doubles")
+        )
 
 
 def _neighbour(path: Path) -> str:

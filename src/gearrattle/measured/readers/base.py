@@ -197,7 +197,9 @@ def _seconds(path: Path, column: Column, unit: str) -> float:
         return units.convert(f"1 {'s' if text in ('sec', 'S') else text}", units.TIME)
     except units.UnitError as error:
         location = f"{path}: {column.name}"
-        raise ModelError(Problem(location, shown(text), error.rule, error.remedy or 'such as time_unit = "ms"')) from None
+        raise ModelError(
+            Problem(location, shown(text), error.rule, error.remedy or 'such as time_unit = "ms"')
+        ) from None
 
 
 def split_columns(name: str, array: NDArray[np.generic]) -> Iterator[tuple[str, Array]]:

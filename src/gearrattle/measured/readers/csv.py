@@ -52,7 +52,7 @@ def read(path: Path, request: Request) -> Raw:
         layout, values = read_all(path, use)
     except RecordError as error:
         raise ModelError(Problem(error.place, error.value, error.rule, error.remedy)) from None
-    said, read_ones = _said(path, layout.encoding), iter(values.T)
+    said, read_ones = _stated_columns(path, layout.encoding), iter(values.T)
     columns = []
     for name, unit in layout.heads:
         if not name:
@@ -88,7 +88,7 @@ def write(recording: Recording, path: Path) -> None:
             stream.write(",".join(map(repr, row)) + "\n")
 
 
-def _said(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
+def _stated_columns(path: Path, encoding: str) -> dict[str, tuple[str, str]]:
     """Return quantity and subject by column, from the comments at the beginning."""
     stated: dict[str, tuple[str, str]] = {}
     with opened_text(path, encoding, "replace") as stream:

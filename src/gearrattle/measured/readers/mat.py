@@ -58,7 +58,7 @@ def read(path: Path, request: Request) -> Raw:
     """Return its vectors."""
     content = read_bytes(path)
     arrays = list(_version_5(content) if knows(path, content[:128]) else _version_4(content))
-    described = next((_told(value) for name, value in arrays if name == _TOLD), {})
+    described = next((_column_entries(value) for name, value in arrays if name == _TOLD), {})
     check_format(next((value for name, value in arrays if name == _FORMAT), ""), path, "recording")
     columns: list[Column] = []
     skipped: list[str] = []
@@ -94,7 +94,7 @@ def write(recording: Recording, path: Path) -> None:
     savemat(path, {**variables, **about}, oned_as="column", appendmat=False, long_field_names=True)
 
 
-def _told(value: Any) -> dict[str, dict[str, str]]:
+def _column_entries(value: Any) -> dict[str, dict[str, str]]:
     """Return what ``write`` put beside the signals, by variable."""
     try:
         rows = json.loads(value)

@@ -65,7 +65,7 @@ def read(path: Path, request: Request) -> Raw:
                 continue
             if signal.invalidation_bits is not None:
                 values = np.where(np.asarray(signal.invalidation_bits), np.nan, values)
-            said = _said(signal.comment or "")
+            said = _comment_entries(signal.comment or "")
             times = np.asarray(signal.timestamps, np.float64)
             columns.append(Column(full, signal.unit or "", values.astype(np.float64), times, **said))
     if not columns:
@@ -151,7 +151,7 @@ def _opened(mdf: Any, path: Path) -> Any:
     raise ValueError(words)
 
 
-def _said(comment: str) -> dict[str, str]:
+def _comment_entries(comment: str) -> dict[str, str]:
     """Return quantity and subject from a comment that ``write`` put there."""
     if not comment.startswith(_MARK):
         return {}

@@ -172,7 +172,9 @@ def _values(block: _Block, kind: int, count: int, location: str, even: bool) -> 
         forms = {4: "f4", 8: "f8"} if even else {8: "f4,f4", 12: "f4,f8", 16: "f8,f8"}  # as many bytes as there are
         if width not in forms:
             rule = f"its header tells {counted(samples, 'sample')}"
-            raise ModelError(Problem(location, f"{len(block.data)} bytes", rule, "the file is damaged: export it again"))
+            raise ModelError(
+                Problem(location, f"{len(block.data)} bytes", rule, "the file is damaged: export it again")
+            )
         form = np.dtype(",".join(f"{block.order}{part}" for part in forms[width].split(",")))
         table = np.frombuffer(block.data, form)
         flat = table if even else np.stack([table["f0"].astype("f8"), table["f1"].astype("f8")], axis=1).reshape(-1)

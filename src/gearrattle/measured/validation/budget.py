@@ -62,7 +62,7 @@ def between_samples(source: Source, cycles: Cycles, setting: Setting) -> Array:
     part = replace(setting, samples=setting.samples * _FINER)
     fine = _finer(source, cycles, part, end)
     coarse = fine.values[:, ::_FINER]
-    return _apart(levels_of(fine), levels_of(replace(fine, values=coarse)))
+    return _difference(levels_of(fine), levels_of(replace(fine, values=coarse)))
 
 
 def _finer(source: Source, cycles: Cycles, setting: Setting, end: float) -> Cycles:
@@ -90,10 +90,10 @@ def half_grid(source: Source, cycles: Cycles, setting: Setting, bounds: tuple[fl
     count = min(whole.count, half.count)
     pair = (replace(member, values=member.values[:count]) for member in (whole, half))
     one, other = (levels_of(member) for member in pair)
-    return _apart(one, other)
+    return _difference(one, other)
 
 
-def _apart(one: Array, other: Array) -> Array:
+def _difference(one: Array, other: Array) -> Array:
     """|other / one - 1|; zero where both rest."""
     return np.asarray(np.where(one > 0.0, np.abs(other - one) / np.where(one > 0.0, one, 1.0), 0.0))
 

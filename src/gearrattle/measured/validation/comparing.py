@@ -142,7 +142,12 @@ def _check_names(pairing: Pairing, wanted: Wanted) -> None:
     names_by_argument = {"noise": list(wanted.noise), "calibration": list(by_channel)}
     names_by_argument["clock_by"] = [wanted.clock_by] if wanted.clock_by else []
     rule = f"is no measured channel that is compared; these are {listed(names)}"
-    problems = [Problem(key, name, rule) for key, listed_names in names_by_argument.items() for name in listed_names if name not in names]
+    problems = [
+        Problem(key, name, rule)
+        for key, listed_names in names_by_argument.items()
+        for name in listed_names
+        if name not in names
+    ]
     if problems:
         raise ModelError(problems)
 
@@ -159,7 +164,9 @@ def _measured(source: Source, period: float, setting: Setting, wanted: Wanted) -
         power = np.mean(cycles.values**2, axis=(0, 1))
         strongest = np.max(np.mean(np.abs(amplitudes) ** 2, axis=0), axis=0) / np.where(power > 0.0, power, np.inf)
         c = int(np.argmax(strongest))
-        by_own = clock.period_by_clock(amplitudes[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period)
+        by_own = clock.period_by_clock(
+            amplitudes[:, :, c], float(power[c]), cycles.period, refine=cycles.period != period
+        )
         if by_own == cycles.period:
             break
         cycles = cut(source, by_own, setting, bounds, whole_start=False)
@@ -283,7 +290,13 @@ def _pairs(
 def _stated(matter: _Matter, name: str) -> tuple[float, float, int]:
     """Return noise and calibration as stated for a channel, NaN where they are not, and the samples in a cycle."""
     calibrations, nan = matter.wanted.calibration, float("nan")
-    calibration = calibrations.get(name, nan) if isinstance(calibrations, Mapping) else nan if calibrations is None else calibrations
+    calibration = (
+        calibrations.get(name, nan)
+        if isinstance(calibrations, Mapping)
+        else nan
+        if calibrations is None
+        else calibrations
+    )
     return matter.wanted.noise.get(name, nan), float(calibration), matter.setting.samples
 
 

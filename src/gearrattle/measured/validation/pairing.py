@@ -82,7 +82,9 @@ def _nothing(measured: Recording, simulated: Recording) -> Problem:
     ]
     rule = f"has no channel in common with the simulation, which has {listed(simulated.names)}"
     remedy = "name partners with match, or write a mapping that says quantity and of"
-    return Problem(measured.source, ", ".join(descriptions[:6]) + (", ..." if len(descriptions) > 6 else ""), rule, remedy)
+    return Problem(
+        measured.source, ", ".join(descriptions[:6]) + (", ..." if len(descriptions) > 6 else ""), rule, remedy
+    )
 
 
 def _unit(one: Channel, other: Channel, source: str) -> Problem:

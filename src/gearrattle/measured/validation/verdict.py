@@ -89,7 +89,9 @@ def _amplitudes(order: Order, unit: str) -> str:
 
 
 def _of_impacts(impacts: Impacts) -> str:
-    exact = f"{impacts.clearance}: {impacts.exact:.4g} impacts per cycle, exact (standard error {impacts.exact_error:.2g})"
+    exact = (
+        f"{impacts.clearance}: {impacts.exact:.4g} impacts per cycle, exact (standard error {impacts.exact_error:.2g})"
+    )
     if not impacts.channel:
         return f"{exact}; {impacts.words}."
     verdict = "within chance" if impacts.low <= 0.0 <= impacts.high else "more than chance"

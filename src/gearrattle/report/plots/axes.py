@@ -1,4 +1,4 @@
-"""Level and upright axes of a panel in ink: limits, ticks, and where a value stands.
+"""The x and y axes of a panel in static SVG: limits, ticks, and where a value stands.
 
 Ticks stand at 1, 2 or 5 times a power of ten, on whole decades of a logarithmic axis.
 

@@ -49,7 +49,7 @@ class Measure(NamedTuple):
         """Words with the unit in brackets."""
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
-    def said(self, value: object, digits: int = 4) -> str:
+    def with_unit(self, value: object, digits: int = 4) -> str:
         """Say a value of the Dataset, with the unit."""
         if not isinstance(value, int | float | np.number):
             return str(value)

@@ -97,7 +97,7 @@ def _cells(data: xr.Dataset, keys: dict[int, Key]) -> tuple[Panel, list[str], st
     cells = tuple(_boxes(codes == code, x_edges, y_edges, key) for code, key in keys.items() if np.any(codes == code))
     measures = {name: measure_of(data, name) for name in others}
     held = ", ".join(
-        f"{measures[name].words} = {measures[name].said(data[name].values[i])}" for name, i in others.items()
+        f"{measures[name].words} = {measures[name].with_unit(data[name].values[i])}" for name, i in others.items()
     )
     ends = (float(x_edges[0]), float(x_edges[-1])), (float(y_edges[0]), float(y_edges[-1]))
     panel, words = _frame(data, names[:2], ends)

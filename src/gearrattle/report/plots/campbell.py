@@ -1,4 +1,4 @@
-"""The Campbell diagram as ink: natural frequencies, order lines and their crossings over speed.
+"""The Campbell diagram as static SVG: natural frequencies, order lines and their crossings over speed.
 
 Torques and transmission errors have panels of their own, as their orders differ by the number of teeth. A crossing is
 as large as the share of energy that its source gives to the mode.
@@ -83,8 +83,8 @@ def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> 
         rules=(Rule(diagram.model_speed * speed, "x", INK),) * inside,
         labels=(
             *(Label(diagram.model_speed * speed, 0.97 * top * hertz, "the model's speed", INK),) * inside,
-            *(Label(high * speed, y, words) for y, _, words in _apart(ends, top * hertz)),
-            *(Label(x, y, words, INK, "above") for y, x, words in _apart(
+            *(Label(high * speed, y, words) for y, _, words in _spread(ends, top * hertz)),
+            *(Label(x, y, words, INK, "above") for y, x, words in _spread(
                 _names(diagram, orders, top, speed, hertz, si=si), top * hertz)),
         ),
         x_range=(low * speed, (high + 0.1 * (high - low)) * speed),
@@ -132,7 +132,7 @@ def _marks(diagram: Campbell, orders: list[OrderLine], speed: float, hertz: floa
     return marks
 
 
-def _apart(labels: list[tuple[float, float, str]], top: float) -> list[tuple[float, float, str]]:
+def _spread(labels: list[tuple[float, float, str]], top: float) -> list[tuple[float, float, str]]:
     """Leave out labels that would stand on one another, from the top down."""
     kept: list[tuple[float, float, str]] = []
     for label in sorted(labels, reverse=True):

@@ -2,7 +2,7 @@
 
 A ``Chart`` is a grid of ``Panel``s; a panel holds lines, filled bars and cells, shaded bands and thin rules. Charts
 are plain frozen data, so the same figure is drawn twice without being written twice: interactively (``interactive``)
-and as ink (``static``), and a test can look into it.
+and as static SVG (``static``), and a test can look into it.
 
 Takes plain arrays; gives nouns to the two renderers.
 """
@@ -143,12 +143,12 @@ class Panel:
 
     Attributes:
         title: what is drawn, e.g. the name of the body.
-        unit: unit of the upright axis, printed after the title.
-        x_title: title of the level axis; drawn below the lowest panel of a column only if the chart shares it.
+        unit: unit of the y axis, printed after the title.
+        x_title: title of the x axis; drawn below the lowest panel of a column only if the chart shares it.
         heat, lines, bars, cells, bands, rules, labels: what it holds, drawn from the heat, bands and cells to lines and
             labels.
         x_range, y_range: limits; None fits the data.
-        x_log, y_log: whether the level, the upright axis is logarithmic.
+        x_log, y_log: whether the x, the y axis is logarithmic.
         x_ticks, y_ticks: where the axes are labelled, and how; empty: at round values.
         note: words to print in an empty panel.
     """
@@ -191,7 +191,7 @@ class Chart:
         panels: in reading order, row by row.
         columns: number of columns of the grid.
         panel_height: height of one panel [px].
-        share_x: whether all panels show the same level axis (zooming one then zooms all).
+        share_x: whether all panels show the same x axis (zooming one then zooms all).
         legend: swatches explained above the figure.
         group: charts with the same group share one place in the report and are chosen by a tab.
         tab: the word on that tab.

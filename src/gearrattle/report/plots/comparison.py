@@ -1,6 +1,6 @@
 """Figures of a comparison: errors growing along the motion, and what precision costs.
 
-Colours are in the order of the rows; the exact solution is drawn in ink.
+Colours are in the order of the rows; the exact solution is drawn in black.
 
 Takes a Comparison or a WorkPrecision; gives Charts.
 """
@@ -97,19 +97,31 @@ def work_precision_chart(work_precision: WorkPrecision, labels: list[str]) -> Ch
     )  # fmt: skip
 
 
-def _panel(work_precision: WorkPrecision, curves: list[Curve], colour: dict[str, str], quantity: str, title: str) -> Panel:
+def _panel(
+    work_precision: WorkPrecision, curves: list[Curve], colour: dict[str, str], quantity: str, title: str
+) -> Panel:
     lines = []
     for curve in curves:
         x = np.array([getattr(point, quantity) for point in curve.points], dtype=float)
         y = np.maximum([point.error for point in curve.points], _FLOOR)
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm]))
         lines.append(Line(x, y, curve.algorithm, colour[curve.algorithm], mark="points", width=5.0))
-    exact = np.array([float(getattr(work_precision.exact, quantity))]), np.array([max(work_precision.exact.error, _FLOOR)])
+    exact = (
+        np.array([float(getattr(work_precision.exact, quantity))]),
+        np.array([max(work_precision.exact.error, _FLOOR)]),
+    )
     lines.append(Line(*exact, "exact (bound)", INK, mark="points", width=9.0))
     xs, ys = (np.concatenate([line.x for line in lines]), np.concatenate([line.y for line in lines]))
     ys = ys[np.isfinite(ys)]
     return Panel(
-        "Error", work_precision.unit, title, tuple(lines), x_range=_decades(xs), y_range=_decades(ys), x_log=True, y_log=True
+        "Error",
+        work_precision.unit,
+        title,
+        tuple(lines),
+        x_range=_decades(xs),
+        y_range=_decades(ys),
+        x_log=True,
+        y_log=True,
     )
 
 

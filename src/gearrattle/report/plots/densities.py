@@ -1,4 +1,4 @@
-"""Densities and transfer functions as ink, each between its limits; dotted rules at natural frequencies.
+"""Densities and transfer functions as static SVG, each between its limits; dotted rules at natural frequencies.
 
 A transfer function lies in a circle about its estimate with the stated probability (``signals.spectral.densities``):
 its gain between |H| - r and |H| + r, its phase within asin(r / |H|) either way; where the circle encloses zero nothing

@@ -1,7 +1,7 @@
 """Charts as plotly figures, written as plain data.
 
 A plotly figure is a JSON object with ``data`` (traces) and ``layout``; it is written here directly, so that drawing
-needs no import of plotly at all. Curves travel as base64 of little-endian float32 (float64 on the level axis, whose
+needs no import of plotly at all. Curves travel as base64 of little-endian float32 (float64 on the x axis, whose
 spacing can be fine against its size), equally spaced level axes as start and step.
 
 Takes a ``Chart``; gives a dictionary ready for ``Plotly.newPlot``.
@@ -166,7 +166,14 @@ def _span(along: str, x_name: str, y_name: str, low: float | None, high: float |
 def _rule_label(rule: Rule, x_name: str, y_name: str) -> dict[str, Any]:
     look = {"text": rule.label, "showarrow": False, "font": {"size": 10.5, "color": rule.colour}}
     if rule.along == "x":
-        position = {"xref": x_name, "yref": f"{y_name} domain", "x": rule.at, "y": 1, "yanchor": "top", "xanchor": "left"}
+        position = {
+            "xref": x_name,
+            "yref": f"{y_name} domain",
+            "x": rule.at,
+            "y": 1,
+            "yanchor": "top",
+            "xanchor": "left",
+        }
         return {**look, **position, "xshift": 2}
     position = {"xref": f"{x_name} domain", "yref": y_name, "x": 1, "y": rule.at, "yanchor": "top", "xanchor": "right"}
     return {**look, **position}
@@ -258,7 +265,7 @@ def _cells(cells: Cells, index: int) -> dict[str, Any]:
 
 
 def _level(x: Array) -> dict[str, Any]:
-    """Write a level axis: start and step where it is equally spaced, its values elsewhere."""
+    """Write an x axis: start and step where it is equally spaced, its values elsewhere."""
     if x.size > 2:
         steps = np.diff(x)
         if np.all(np.isfinite(steps)) and float(np.ptp(steps)) <= 1e-9 * abs(float(x[-1] - x[0])) / x.size:

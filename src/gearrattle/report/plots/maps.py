@@ -113,7 +113,7 @@ def number_maps(data: xr.Dataset, output: str) -> list[Chart]:
     over = _MEDIAN if SAMPLE in data.dims else ""
     charts = []
     for i, unit in enumerate(dict.fromkeys(units.values())):
-        names = [name for name, one in units.items() if one == unit and _tells(_of(values, subject, name).values)]
+        names = [name for name, one in units.items() if one == unit and _varies_over(_of(values, subject, name).values)]
         if names:
             some = values.sel({subject: names}) if subject else values
             bounds = np.linspace(float(np.nanmin(some.values)), float(np.nanmax(some.values)), _SHADES + 1)
@@ -135,7 +135,7 @@ def _left_out(units: Mapping[str, str], drawn: list[str], unit: str) -> str:
     return f" Not drawn, varying by less than a hundredth: {', '.join(left)}." if left else ""
 
 
-def _tells(values: Array) -> bool:
+def _varies_over(values: Array) -> bool:
     """Whether finite values differ by a hundredth of the largest or more: less is no map."""
     finite = values[np.isfinite(values)]
     return bool(finite.size and np.ptp(finite) >= _LEAST * np.abs(finite).max() and np.ptp(finite) > 0.0)
@@ -186,7 +186,9 @@ def _shaded(
     panels, axes = [], two_axes(data)
     for name, subject_values in _by_subject(values, subject, *axes):
         codes = np.clip(np.searchsorted(bounds, subject_values, "right") - 1, 0, len(bounds) - 2)
-        panels.append(_with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(subject_values), codes, -1), legend), ()))
+        panels.append(
+            _with(_frame(data, *axes, name), cells_of(np.where(np.isfinite(subject_values), codes, -1), legend), ())
+        )
     return panels, legend
 
 

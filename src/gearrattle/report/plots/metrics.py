@@ -1,6 +1,6 @@
 """Rattle metrics as figures: a panel for values of one kind, a colour and a place of its own for every subject.
 
-Orders and quantities stand side by side on the level axis, values on a logarithmic one, subjects of one group a little
+Orders and quantities stand side by side on the x axis, values on a logarithmic one, subjects of one group a little
 apart; colours are those of M. Okabe and K. Ito (2008). Shares of time are bars that fill the width.
 
 Takes rows of metrics, of a run or of a recording; gives a Chart.

@@ -1,4 +1,4 @@
-"""Run-ups as ink: spectra over speed as a map, orders over speed, cuts along orders, coherence with its limits.
+"""Run-ups as static SVG: spectra over speed as a map, orders over speed, cuts along orders, coherence with its limits.
 
 Levels are in decibels, 20 log10 of an amplitude or 10 log10 of a density over a stated reference, one SI unit unless
 told otherwise. With orders and natural frequencies drawn over it (``overlays``) a map is a Campbell diagram of what was
@@ -62,7 +62,7 @@ def map_panel(
     data: xr.DataArray, title: str, *, top: float | None = None, si: bool = True,
     orders: Sequence[float] = (), natural: Sequence[float] = (),
 ) -> Panel:  # fmt: skip
-    """Draw one map: frequency or order upright, speed level; time where there is no speed, or it comes back.
+    """Draw one map: frequency or order on the y axis, speed on the x axis; time where there is no speed, or it comes back.
 
     Args:
         data: from ``waterfall``, or the amplitude of ``order_map``.

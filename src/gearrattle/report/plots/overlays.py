@@ -24,10 +24,10 @@ _POINTS = 200
 
 @dataclass(frozen=True)
 class Turning:
-    """How the shaft turns along the level axis of a map.
+    """How the shaft turns along the x axis of a map.
 
     Attributes:
-        places: (n,) ascending, in the units of the level axis.
+        places: (n,) ascending, in the units of the x axis.
         speed: (n,) there [rad/s].
     """
 
@@ -36,7 +36,7 @@ class Turning:
 
     @classmethod
     def along(cls, x_range: tuple[float, float], *, si: bool) -> Turning:
-        """Return that of a map whose level axis is the speed, in rpm or without a unit."""
+        """Return that of a map whose x axis is the speed, in rpm or without a unit."""
         places = np.linspace(*x_range, _POINTS)
         return cls(places, places * np.pi / 30.0 if si else places)
 
@@ -53,9 +53,9 @@ def overlay(
     """Return the lines over a map, each named once.
 
     Args:
-        x_range, y_range: of the map; upright are hertz, or orders.
+        x_range, y_range: of the map; on the y axis hertz, or orders.
         turning: how the shaft turns along it; None where nobody knows.
-        by_order: whether orders are upright.
+        by_order: whether orders are on the y axis.
         orders: of the excitation.
         natural: natural frequencies [rad/s].
     """

@@ -41,7 +41,13 @@ def phase_plane(findings: Findings) -> Chart:
         bands, rules = shading(layout, k, across.factor)
         mark: Mark = "points" if coarse(trajectory) else "line"
         line = Line(
-            delta * across.factor, rate * rate_scale.factor, name, INK, mark, 0.9 if mark == "line" else 4.0, opacity=0.75
+            delta * across.factor,
+            rate * rate_scale.factor,
+            name,
+            INK,
+            mark,
+            0.9 if mark == "line" else 4.0,
+            opacity=0.75,
         )
         title = f"deflection  [{across.unit}]" if across.unit else "deflection"
         sideways = tuple(Band(b.low, b.high, b.colour, "x", b.opacity) for b in bands)

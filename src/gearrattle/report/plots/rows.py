@@ -1,4 +1,4 @@
-"""Charts of rows: a name on the left, its values as points on one level axis, the first row on top.
+"""Charts of rows: a name on the left, its values as points on one x axis, the first row on top.
 
 Takes names and values; gives Charts.
 """
@@ -58,9 +58,9 @@ def row_chart(
         key, title, caption: of the chart.
         names: of the rows.
         series: what stands in the rows.
-        level: title of the level axis.
-        marks: where upright rules stand; the axis reaches them.
-        log: whether the level axis is logarithmic; what is not positive is left out.
+        level: title of the x axis.
+        marks: where vertical rules stand; the axis reaches them.
+        log: whether the x axis is logarithmic; what is not positive is left out.
 
     Returns:
         The chart; None without a finite value.
@@ -99,7 +99,7 @@ def interval_lines(low: Array, high: Array, at: Array, name: str) -> Line:
 
 
 def with_names(panel: Panel, names: Sequence[str]) -> Panel:
-    """Write names at the left within a panel whose rows are 0, 1, ...; its level axis is widened for them."""
+    """Write names at the left within a panel whose rows are 0, 1, ...; its x axis is widened for them."""
     assert panel.x_range is not None
     low, high = panel.x_range
     names = [name[-_LONGEST_NAME:] for name in names]

@@ -131,5 +131,7 @@ def _dots(data: xr.Dataset, gear: int) -> tuple[Line, ...]:
     """A dot in every cell whose simulation rattles."""
     if "regime" not in data:
         return ()
-    speed, load = (indices.astype(np.float64) for indices in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0))
+    speed, load = (
+        indices.astype(np.float64) for indices in np.nonzero(np.asarray(data["regime"].values)[:, :, gear] > 0)
+    )
     return (Line(speed, load, _DOTS.name, INK, "points", 5.0),)

@@ -88,7 +88,9 @@ def _by_subject(dataset: xr.Dataset) -> list[tuple[str, str, xr.Dataset]]:
     """Title, unit and sensitivities of every subject."""
     subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])
     names = [name for name, _ in subjects_of(dataset["output_unit"], subject)]
-    parts = [(f"{name}: {output}" if name else output, dataset.sel({subject: name}) if name else dataset) for name in names]
+    parts = [
+        (f"{name}: {output}" if name else output, dataset.sel({subject: name}) if name else dataset) for name in names
+    ]
     return [(title, str(one["output_unit"].item()), one) for title, one in parts]
 
 
@@ -128,7 +130,9 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
     swing, base = np.nan_to_num(dataset["swing"].values), float(dataset["base"])
     order = np.argsort(-swing, kind="stable")[:_MOST_VALUES]
     rows = np.arange(len(order), dtype=np.float64)[::-1]
-    ends = {name: np.where(np.isfinite(values := dataset[name].values[order]), values, base) for name in ("low", "high")}
+    ends = {
+        name: np.where(np.isfinite(values := dataset[name].values[order]), values, base) for name in ("low", "high")
+    }
     same_side = (ends["low"] - base) * (ends["high"] - base) > 0.0  # one over the other: each half as high
     cells = []
     for name, colour, side in (("low", COAST, 0.5), ("high", DRIVE, -0.5)):
@@ -141,7 +145,9 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
     begin = low - (_NAMES + 0.03) * width
     extremes = [dataset[f"{name}_value"].values[order].tolist() for name in ("low", "high")]
     measures = [measure_of(data, str(name)) for name in dataset["value"].values[order]]
-    bar_labels = [f"{numeral(a * m.factor, 3)} to {m.said(b, 3)}" for a, b, m in zip(*extremes, measures, strict=True)]
+    bar_labels = [
+        f"{numeral(a * m.factor, 3)} to {m.with_unit(b, 3)}" for a, b, m in zip(*extremes, measures, strict=True)
+    ]
     names = [measure.words for measure in measures]
     labels = [Label(begin, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), bar_labels, strict=True)]

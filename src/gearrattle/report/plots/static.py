@@ -1,4 +1,4 @@
-"""Charts as ink: the same figures for paper, slides and readers without JavaScript.
+"""Charts as static SVG: the same figures for paper, slides and readers without JavaScript.
 
 SVG of our own drawing, text kept as text. A panel is a nested ``<svg>``, which clips what lies beyond its axes.
 

@@ -29,7 +29,7 @@ _NOUNS = {noun.__name__: noun for noun in (Band, Bars, Cells, Chart, Heat, Key, 
 def packed_charts(charts: Sequence[Chart]) -> bytes:
     """Return charts as an archive; the same charts give the same bytes."""
     arrays: list[Array] = []
-    description = {"format": format_name("charts"), "charts": [_told(chart, arrays) for chart in charts]}
+    description = {"format": format_name("charts"), "charts": [_packed(chart, arrays) for chart in charts]}
     words = np.frombuffer(json.dumps(description, ensure_ascii=False).encode("utf-8"), np.uint8)
     content = BytesIO()
     entries: dict[str, Any] = {"charts": words, **{str(k): array for k, array in enumerate(arrays)}}
@@ -64,15 +64,18 @@ def read_charts(path: Path) -> list[Chart]:
         raise ModelError(Problem(str(path), "", rule, "run the command that wrote the folder again")) from None
 
 
-def _told(value: Any, arrays: list[Array]) -> Any:
+def _packed(value: Any, arrays: list[Array]) -> Any:
     """Return something as JSON; arrays are put beside it."""
     if is_dataclass(value):
-        return {"noun": type(value).__name__, **{f.name: _told(getattr(value, f.name), arrays) for f in fields(value)}}
+        return {
+            "noun": type(value).__name__,
+            **{f.name: _packed(getattr(value, f.name), arrays) for f in fields(value)},
+        }
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return {"array": len(arrays) - 1}
     if isinstance(value, tuple | list):
-        return [_told(entry, arrays) for entry in value]
+        return [_packed(entry, arrays) for entry in value]
     return value.item() if isinstance(value, np.generic) else value
 
 

@@ -50,7 +50,8 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
         for subject, subject_values in subjects_of(numbers_of(values_of(data, name)), subject_of(data, name)):
             key = legend.setdefault(subject or name, Key(subject or name, COLOURS[len(legend) % len(COLOURS)]))
             by_unit.setdefault(units[subject], []).extend(
-                Line(np.zeros(0), curve, key.name, key.colour, width=width) for curve, width in _curves(subject_values, axis)
+                Line(np.zeros(0), curve, key.name, key.colour, width=width)
+                for curve, width in _curves(subject_values, axis)
             )
         panels += [_panel(data, axis, (name, unit), lines) for unit, lines in by_unit.items()]
     over = " Thick: the median over the samples; thin: 5 and 95 %." if SAMPLE in data.dims else ""

@@ -1,6 +1,6 @@
 """The drawing symbols of a driveline sketch, as SVG.
 
-A zigzag is a spring, two upright bars a clearance, teeth facing teeth a gear mesh, hatching the ground.
+A zigzag is a spring, two vertical bars a clearance, teeth facing teeth a gear mesh, hatching the ground.
 
 Takes positions [px] and colours; gives SVG text to ``sketch``.
 """

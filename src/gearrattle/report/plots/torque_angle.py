@@ -26,7 +26,7 @@ def torque_angles(findings: Findings) -> Chart | None:
     """Draw every coupling with friction; None where there is none."""
     trajectory = findings.motion.trajectory
     layout = trajectory.layout
-    if trajectory.companions is None:
+    if trajectory.auxiliaries is None:
         return None
     names = [element.name for element in findings.model.elements if not element.along_line]
     rubbing = [n for n in names if any(c.startswith(f"{n}.") and "let go" in w for c, w in _sliders(findings))]
@@ -45,7 +45,12 @@ def torque_angles(findings: Findings) -> Chart | None:
         lines = (
             Line(loop.deflection * degrees, loop.elastic * torque_scale.factor, "without friction", CENTRE, width=1.0),
             Line(
-                loop.deflection * degrees, loop.torque * torque_scale.factor, "static loop", MUTED, width=3.0, opacity=0.55
+                loop.deflection * degrees,
+                loop.torque * torque_scale.factor,
+                "static loop",
+                MUTED,
+                width=3.0,
+                opacity=0.55,
             ),
             Line(delta * degrees, torque * torque_scale.factor, "this run", ACCENT, width=1.0, opacity=0.8),
         )
@@ -74,4 +79,4 @@ def torque_angles(findings: Findings) -> Chart | None:
 
 def _sliders(findings: Findings) -> list[tuple[str, tuple[str, ...]]]:
     layout = findings.motion.trajectory.layout
-    return list(zip(layout.companion_names, layout.companion_words, strict=True))
+    return list(zip(layout.auxiliary_names, layout.auxiliary_words, strict=True))

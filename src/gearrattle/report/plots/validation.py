@@ -23,7 +23,12 @@ _BOTH = (Key("measured", MEASURED), Key("simulated", SIMULATED))
 
 def validation_charts(validation: Validation) -> list[Chart]:
     """Return every figure that has something to show, in reading order."""
-    made = [sigma_chart(validation), budget_chart(validation), _grid(validation, _CYCLES, _cycle), _grid(validation, _ORDERS, _orders)]
+    made = [
+        sigma_chart(validation),
+        budget_chart(validation),
+        _grid(validation, _CYCLES, _cycle),
+        _grid(validation, _ORDERS, _orders),
+    ]
     made += [_grid(validation, _SPECTRA, _spectrum), _grid(validation, _BANDS, _bands)]
     return [chart for chart in made if chart is not None]
 
@@ -125,7 +130,9 @@ _BANDS = (
 )  # fmt: skip
 
 
-def _grid(validation: Validation, words: tuple[str, str, str], draw: Callable[[Validation, Pair], Panel]) -> Chart | None:
+def _grid(
+    validation: Validation, words: tuple[str, str, str], draw: Callable[[Validation, Pair], Panel]
+) -> Chart | None:
     panels = tuple(draw(validation, pair) for pair in validation.pairs[:MOST])
     panels = tuple(panel for panel in panels if panel.lines)
     if not panels:
@@ -174,7 +181,7 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
         far = 1.96 * np.array([getattr(validation, f"{name}_error") for validation in pair.orders])
         at = order + side * away
         low, high = (factor * np.maximum(size + s * far, floor) for s in (-1.0, 1.0))
-        lines.append(_upright(low, high, at, colour))
+        lines.append(_vertical(low, high, at, colour))
         lines.append(Line(at, factor * np.maximum(size, floor), name, colour, mark="points", width=6.5))
     every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
     bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
@@ -214,7 +221,7 @@ def _bands(validation: Validation, pair: Pair) -> Panel:
             continue
         at = np.array([np.sqrt(band.low * band.high) for band in rows])
         low, high = (np.array([getattr(band, key) for band in rows]) for key in ("least", "most"))
-        lines.append(_upright(low, high, at, colour))
+        lines.append(_vertical(low, high, at, colour))
         level = np.array([band.decibels for band in rows])
         lines.append(Line(at, level, "measured over simulated", colour, mark="points", width=6.5))
     if not lines:
@@ -226,8 +233,8 @@ def _bands(validation: Validation, pair: Pair) -> Panel:
     )  # fmt: skip
 
 
-def _upright(low: Array, high: Array, at: Array, colour: str) -> Line:
-    """Draw upright lines from low to high, one a place."""
+def _vertical(low: Array, high: Array, at: Array, colour: str) -> Line:
+    """Draw vertical lines from low to high, one per position."""
     gap = np.full(at.size, np.nan)
     xs, ys = np.column_stack([at, at, gap]).ravel(), np.column_stack([low, high, gap]).ravel()
     return Line(xs, ys, "95 % interval", colour, width=1.2)

@@ -204,7 +204,9 @@ def _impacts(name: str, run: Run, way: SoundPath, elements: Sequence[str] | None
     if seconds > LONGEST:
         raise ModelError(Problem(name, f"{seconds:.4g} s", f"a run to be heard may last {LONGEST:g} s", "cut it"))
     samples = int(np.ceil(seconds * way.rate)) + 1
-    return _through(impulse_train(impacts.time[selected] - window.start, impacts.exchanged[selected], way.rate, samples), way)
+    return _through(
+        impulse_train(impacts.time[selected] - window.start, impacts.exchanged[selected], way.rate, samples), way
+    )
 
 
 def _heard(recording: Recording, way: SoundPath) -> Array:

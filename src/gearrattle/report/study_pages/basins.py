@@ -57,10 +57,10 @@ def summary_of(data: xr.Dataset) -> str:
     failed = int(np.count_nonzero(data["basin"].values == NOTHING))
     if failed:
         sentences.append(f"{failed} of {counted(data['basin'].size, 'case')} failed; they are counted nowhere.")
-    return " ".join([*sentences, _apart(data)])
+    return " ".join([*sentences, _least_distance(data)])
 
 
-def _apart(data: xr.Dataset) -> str:
+def _least_distance(data: xr.Dataset) -> str:
     """How well the attractors are told apart."""
     between, same = float(data.attrs["between"]), float(data.attrs["same"])
     if data.sizes[ATTRACTOR] < 2 or between >= FAR:

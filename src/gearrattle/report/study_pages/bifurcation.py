@@ -45,7 +45,7 @@ def _combinations(data: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     for at in itertools.product(*(range(data.sizes[name]) for name in others)):
         measures = [measure_of(data, name) for name in others]
         held = ", ".join(
-            f"{measure.words} = {measure.said(data[name].values[i], 3)}"
+            f"{measure.words} = {measure.with_unit(data[name].values[i], 3)}"
             for name, measure, i in zip(others, measures, at, strict=True)
         )
         yield held, data.isel(dict(zip(others, at, strict=True)))
@@ -56,7 +56,9 @@ def summary_of(data: xr.Dataset) -> str:
     sentences, shown = [], _swept_measure(data)
     for name, one in sweeps_of(data)[:2]:
         sweep_stretches = stretches(one)
-        parts = [f"{stretch.words} {_span(stretch.low, stretch.high, shown)}" for stretch in sweep_stretches[:_MOST_SAID]]
+        parts = [
+            f"{stretch.words} {_span(stretch.low, stretch.high, shown)}" for stretch in sweep_stretches[:_MOST_SAID]
+        ]
         left = len(sweep_stretches) - _MOST_SAID
         more = f", and {counted(left, 'more stretch', 'more stretches')}" if left > 0 else ""
         sentences.append(f"Going {name}: {'; '.join(parts)}{more}.")
@@ -82,8 +84,8 @@ def _swept_measure(data: xr.Dataset) -> Measure:
 
 def _span(low: float, high: float, shown: Measure) -> str:
     if low == high:
-        return f"at {shown.said(low)}"
-    return f"from {numeral(low * shown.factor, 4)} to {shown.said(high)}"
+        return f"at {shown.with_unit(low)}"
+    return f"from {numeral(low * shown.factor, 4)} to {shown.with_unit(high)}"
 
 
 def _runs(data: xr.Dataset) -> list[tuple[float, float]]:

@@ -18,7 +18,7 @@ from gearrattle.report.plots.numerals import numeral, quantity
 from gearrattle.report.study_pages.base import Messages, StudyPage, joined
 from gearrattle.report.study_tables import failure_table, lacking_said, lacking_values
 from gearrattle.report.tables import Table
-from gearrattle.studies.fronts import in_order, told_of
+from gearrattle.studies.fronts import certificate_of, in_order
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -36,23 +36,27 @@ def summary_of(data: xr.Dataset) -> str:
     """The best design in words, beside the model itself."""
     best = int(data.attrs["best"])
     if best < 0:
-        return f"{told_of(data)[:1].upper()}{told_of(data)[1:]}. {_least(data)}"
+        return f"{certificate_of(data)[:1].upper()}{certificate_of(data)[1:]}. {_least(data)}"
     values = _values(data, best)
-    reached = joined([f"{name} {_beside(data, i, best)}" for i, name in enumerate(_objectives(data))])
+    reached = joined([f"{name} {_against_model(data, i, best)}" for i, name in enumerate(_objectives(data))])
     word = "The best design" if len(_objectives(data)) == 1 else "Nearest to the best of every objective"
     sure = int(data["certified"][best]) == 1
-    certificate = "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
-    sentence = f"{word}: {reached}, with {values}. {certificate}. {told_of(data)[:1].upper()}{told_of(data)[1:]}."
+    certificate = (
+        "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
+    )
+    sentence = f"{word}: {reached}, with {values}. {certificate}. {certificate_of(data)[:1].upper()}{certificate_of(data)[1:]}."
     return " ".join([sentence, *lacking_said(data, "design")])
 
 
 def _values(data: xr.Dataset, i: int) -> str:
     """The values of a design, in words."""
     measures = {str(path): measure_of(data, str(path)) for path in data.attrs["variables"]}
-    return ", ".join(f"{measure.words} = {measure.said(float(data[path][i]))}" for path, measure in measures.items())
+    return ", ".join(
+        f"{measure.words} = {measure.with_unit(float(data[path][i]))}" for path, measure in measures.items()
+    )
 
 
-def _beside(data: xr.Dataset, i: int, best: int) -> str:
+def _against_model(data: xr.Dataset, i: int, best: int) -> str:
     """An objective's value, and the model's own."""
     unit = str(data.attrs["units"][i])
     text = numeral(float(data["value"][best, i]), 4) + (f" {unit}" if unit else "")
@@ -77,7 +81,7 @@ def setting_of(data: xr.Dataset) -> str:
     low, high = data.attrs["low"], data.attrs["high"]
     measures = [measure_of(data, str(path)) for path in data.attrs["variables"]]
     ranges = [
-        f"{measure.words} ({numeral(float(a) * measure.factor, 3)} to {measure.said(float(b), 3)})"
+        f"{measure.words} ({numeral(float(a) * measure.factor, 3)} to {measure.with_unit(float(b), 3)})"
         for measure, a, b in zip(measures, low, high, strict=True)
     ]
     word = {"min": "small", "max": "large"}
@@ -155,9 +159,9 @@ def answer(data: xr.Dataset) -> tuple[Table, ...]:
         rows.append((name, here, quantity(float(values[0]), unit) if own else "–", str(data.attrs["senses"][i])))
     for path, low, high in zip(data.attrs["variables"], data.attrs["low"], data.attrs["high"], strict=True):
         measure, values = measure_of(data, str(path)), data[str(path)].values
-        here = measure.said(float(values[chosen])) if chosen >= 0 else "–"
-        ends = f"{numeral(float(low) * measure.factor, 3)} to {measure.said(float(high), 3)}"
-        rows.append((measure.words, here, measure.said(float(values[0])) if own else "–", ends))
+        here = measure.with_unit(float(values[chosen])) if chosen >= 0 else "–"
+        ends = f"{numeral(float(low) * measure.factor, 3)} to {measure.with_unit(float(high), 3)}"
+        rows.append((measure.words, here, measure.with_unit(float(values[0])) if own else "–", ends))
     head = ("", "best" if best >= 0 else "nearest to the limits", "the model", "sought, or range")
     return (Table(head, tuple(rows)),)
 

@@ -88,7 +88,7 @@ def order_map(
     estimate = order_spectra(read, turns, overlap, window, shown_orders)
     attributes = {
         KIND: "order map",
-        **_told(signal, shaft, estimate),
+        **_attributes(signal, shaft, estimate),
         "window": window,
         "overlap": overlap,
         "samples_per_turn": per_turn,
@@ -148,7 +148,9 @@ def order_cuts(
     estimate = fitted_orders(
         signal.values, signal.interval, shaft.angle, shaft.speed, orders=wanted, turns=turns, overlap=overlap
     )
-    return _labelled(signal, estimate, over, {KIND: "order cuts", **_told(signal, shaft, estimate), "overlap": overlap})
+    return _labelled(
+        signal, estimate, over, {KIND: "order cuts", **_attributes(signal, shaft, estimate), "overlap": overlap}
+    )
 
 
 def _choices(over: str, window: str, overlap: float) -> None:
@@ -184,7 +186,7 @@ def _highest(signal: Sampled, shaft: Shaft, wanted: float | None) -> float:
     return wanted
 
 
-def _told(signal: Sampled, shaft: Shaft, orders: Orders) -> dict[str, Any]:
+def _attributes(signal: Sampled, shaft: Shaft, orders: Orders) -> dict[str, Any]:
     """Return the attributes that orders have."""
     return {
         "source": signal.source,

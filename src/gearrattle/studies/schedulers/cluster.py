@@ -163,7 +163,7 @@ class _Dealer:
             raise self._lost()
         error = future.exception()
         if not isinstance(error, LostBefore | KilledWorker):
-            raise _told(error, self._client)
+            raise _error_of_client(error, self._client)
         if isinstance(error, KilledWorker) and not self._store.attempt(chunk).startswith(_attempt(future.key)):
             self._never_begun[chunk] += 1
             if self._never_begun[chunk] >= PATIENCE:
@@ -209,7 +209,7 @@ def _address(client: Any) -> str:
     return str(getattr(getattr(client, "scheduler", None), "address", "") or client._start_arg)
 
 
-def _told(error: BaseException, client: Any) -> BaseException:
+def _error_of_client(error: BaseException, client: Any) -> BaseException:
     """What went wrong at a worker, as this package says it."""
     if isinstance(error, ImportError):
         rule = f"a worker cannot import what it needs: {error}"

@@ -102,7 +102,7 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
         raise LostBefore(f"chunk {chunk}")
     asked = time.monotonic()
 
-    def told(_: float) -> None:
+    def touch(_: float) -> None:
         nonlocal asked
         if time.monotonic() - asked > _ASKING:
             asked = time.monotonic()
@@ -111,7 +111,7 @@ def work(handed: Handed, chunk: int, attempt: str, alone: bool) -> None:
 
     with _TURNS.alone() if alone else _TURNS.beside_others():
         store.begin(chunk, attempt)
-        store.keep(chunk, store.compute(chunk, told))
+        store.keep(chunk, store.compute(chunk, touch))
 
 
 @lru_cache(maxsize=2)

@@ -48,10 +48,10 @@ def _pooled(count: int, store: Store, chunks: Sequence[int], tick: Tick) -> Gene
 
 
 def _work(store: Store, chunk: int, shares: dict[int, float], stop: threading.Event) -> int:
-    def told(share: float) -> None:
+    def report_share(share: float) -> None:
         shares[chunk] = share
         if stop.is_set():
             raise Cancelled("the study has ended")
 
-    store.keep(chunk, store.compute(chunk, told))
+    store.keep(chunk, store.compute(chunk, report_share))
     return chunk

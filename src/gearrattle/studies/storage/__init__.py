@@ -22,7 +22,7 @@ Address: TypeAlias = str | os.PathLike[str] | Storage
 _PROTOCOL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://")
 _HALF = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/(?!/)")
 
-__all__ = ["Address", "File", "Folder", "Storage", "Remote", "storage_of"]
+__all__ = ["Address", "File", "Folder", "Remote", "Storage", "storage_of"]
 
 
 def storage_of(address: Address) -> Storage:

@@ -72,12 +72,12 @@ class Remote:
 
     def exists(self, name: str) -> bool:
         """Return whether a file is there."""
-        with self._told():
+        with self._own_errors():
             return bool(self._system.exists(self._at(name)))
 
     def read(self, name: str) -> bytes:
         """Return a file's content."""
-        with self._told():
+        with self._own_errors():
             return bytes(self._system.cat_file(self._at(name)))
 
     def write(self, name: str, content: bytes) -> None:
@@ -86,12 +86,12 @@ class Remote:
 
     def put(self, name: str, content: bytes, *, new: bool = False) -> None:
         """Write a file in one piece."""
-        with self._told():
+        with self._own_errors():
             self._system.pipe_file(self._at(name), content, mode="create" if new else "overwrite")
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""
-        with self._told():
+        with self._own_errors():
             try:
                 self._system.rm_file(self._at(name))
             except FileNotFoundError:
@@ -102,7 +102,7 @@ class Remote:
         return [name.rstrip("/").rpartition("/")[2] for name in self._listed(folder)]
 
     def _listed(self, folder: str) -> list[str]:
-        with self._told():
+        with self._own_errors():
             system = self._system
             system.invalidate_cache()
             try:
@@ -120,11 +120,11 @@ class Remote:
         """Return Zarr's own store over fsspec."""
         from zarr.storage import FsspecStore
 
-        with self._told():
+        with self._own_errors():
             return FsspecStore.from_url(f"{self.address}/{name}", storage_options=self._options)
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _own_errors(self) -> Iterator[None]:
         """Whatever a store's library raises is an OSError that names the address."""
         try:
             yield
@@ -158,7 +158,7 @@ def remote(address: str) -> Remote:
         remedy = "give a folder, or an address of fsspec, for example s3://bucket/study"
         raise ModelError(Problem("output", address, rule, remedy)) from None
     if not rest.strip("/"):
-        rule = "names no storage location to write to"
+        rule = "names no place to write to"
         raise ModelError(Problem("output", address, rule, f"for example {protocol}://bucket/study"))
     return Remote(address.rstrip("/"))
 

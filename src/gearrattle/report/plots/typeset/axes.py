@@ -1,6 +1,6 @@
 """Axes of a panel: limits, scales, labels with units, and ticks with as much room as their words need.
 
-Limits are those of the ink (``plots.axes``). Ticks follow when somebody sets other limits later, except those a chart
+Limits are those of the static SVG (``plots.axes``). Ticks follow when somebody sets other limits later, except those a chart
 prescribes. How many there are is decided by the words' own sizes (``settle``).
 
 Takes a Panel and matplotlib axes; gives them limits, labels and ticks.
@@ -28,7 +28,7 @@ MOST_ACROSS, MOST_UP = 8, 6
 """Most intervals between ticks, across and up."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNBROKEN = "\u00a0"
-_LONGEST = 14  # letters of a prescribed word of a level axis in one line
+_LONGEST = 14  # letters of a prescribed word of an x axis in one line
 
 
 def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
@@ -37,7 +37,7 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
     Args:
         axes: of the panel.
         rows: the panel they show.
-        labelled: whether the level axis is labelled.
+        labelled: whether the x axis is labelled.
         inches: width of the figure.
 
     Returns:
@@ -110,12 +110,12 @@ def spread(axis: Axis, most: int) -> None:
     from matplotlib import ticker
 
     if axis.get_scale() != "log":
-        axis.set_major_formatter(ticker.FuncFormatter(told))
+        axis.set_major_formatter(ticker.FuncFormatter(number_label))
         axis.set_major_locator(ticker.MaxNLocator(nbins=most, steps=list(_STEPS), min_n_ticks=2))
         return
     low, high = axis.get_view_interval()
     decades = math.log10(high / low)
-    axis.set_major_formatter(ticker.FuncFormatter(told_power if decades > _MANY_DECADES else told))
+    axis.set_major_formatter(ticker.FuncFormatter(power_label if decades > _MANY_DECADES else number_label))
     if decades >= _FEW_DECADES:
         axis.set_major_locator(ticker.LogLocator(numticks=most + 1))
         axis.set_minor_locator(ticker.LogLocator(subs="all" if decades <= _MANY_DECADES else (1.0,), numticks=99))
@@ -124,13 +124,13 @@ def spread(axis: Axis, most: int) -> None:
         axis.set_major_locator(ticker.LogLocator(subs=subs, numticks=most + 1))
 
 
-def told_power(value: float, _place: int | None = None) -> str:
+def power_label(value: float, _place: int | None = None) -> str:
     """Write the word of a tick of an axis over many decades."""
     power = round(math.log10(value)) if value > 0.0 else 0
     return f"10{str(power).translate(_RAISED)}" if math.isclose(value, 10.0**power) else numeral(value, 6)
 
 
-def told(value: float, _place: int | None = None) -> str:
+def number_label(value: float, _place: int | None = None) -> str:
     """Write the word of a tick."""
     return numeral(value, 6)
 

@@ -1,8 +1,8 @@
 """Names of rows, put beside their panel.
 
-On the page, charts of bars that lie name their rows inside the panel, whose level axis reaches far to the left for them
-(``Label`` at the left limit, no upright ticks). In print, letters are larger against a panel, so names would lie on
-bars. Here they become words of the upright axis, words at the right end stand beyond the axis, and the level axis ends
+On the page, charts of bars that lie name their rows inside the panel, whose x axis reaches far to the left for them
+(``Label`` at the left limit, no y ticks). In print, letters are larger against a panel, so names would lie on
+bars. Here they become words of the y axis, words at the right end stand beyond the axis, and the x axis ends
 where the bars do.
 
 Takes a Panel; gives the Panel without those words, and the words.
@@ -24,9 +24,9 @@ class Rows:
     """A panel, and what stands at the right of its rows.
 
     Attributes:
-        panel: to be drawn; the names are its upright ticks.
-        right: words beyond the level axis, by their heights.
-        wordy: whether the upright axis has words instead of numbers, so that a unit is not of that axis.
+        panel: to be drawn; the names are its y ticks.
+        right: words beyond the x axis, by their heights.
+        wordy: whether the y axis has words instead of numbers, so that a unit is not of that axis.
     """
 
     panel: Panel
@@ -63,5 +63,5 @@ def rows_of(panel: Panel) -> Rows:
 
 
 def _words(panel: Panel) -> bool:
-    """Whether an upright axis carries words."""
+    """Whether a y axis carries words."""
     return bool(panel.y_ticks) and not any(word and word[0] in "0123456789−-≤≥" for _, word in panel.y_ticks)

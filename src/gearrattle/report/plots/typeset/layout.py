@@ -104,7 +104,7 @@ def _scales(figure: Figure, chart: Chart) -> None:
     """Put a scale beside maps: one for all if their shades mean the same."""
     from matplotlib import rcParams
 
-    from gearrattle.report.plots.typeset.axes import told
+    from gearrattle.report.plots.typeset.axes import number_label
 
     maps = [(axes, panel.heat) for axes, panel in zip(list(figure.axes), chart.panels, strict=True) if panel.heat]
     groups: dict[tuple[float, float, str], list[Axes]] = {}
@@ -113,7 +113,7 @@ def _scales(figure: Figure, chart: Chart) -> None:
     for (_, _, name), members in groups.items():
         rows = len({axes.get_subplotspec().rowspan.start for axes in members})  # type: ignore[union-attr]
         scale = figure.colorbar(
-            members[0].images[0], ax=members, label=name, aspect=30.0 if rows == 1 else 40.0, pad=0.02, format=told,
+            members[0].images[0], ax=members, label=name, aspect=30.0 if rows == 1 else 40.0, pad=0.02, format=number_label,
             shrink=1.0 if rows == 1 else 0.6, anchor=(0.0, 1.0),
         )  # fmt: skip
         scale.outline.set_visible(False)

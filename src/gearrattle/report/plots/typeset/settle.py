@@ -1,7 +1,7 @@
 """The last look before print: no two words on one another, none outside the paper.
 
 Words have sizes only once they are set in a font, so the figure is laid out, every tick and title is measured, and what
-collides gives way: an axis of numbers takes fewer ticks, words in a row are broken or stand upright, panels whose rows
+collides gives way: an axis of numbers takes fewer ticks, words in a row are broken or stand vertically, panels whose rows
 have names become higher, long titles are broken, words inside a panel move to the other side of their point or, where
 there is no room at all, are left out.
 
@@ -93,7 +93,7 @@ def _within(words: Text, left: float, right: float) -> bool:
         if lines != text:
             words.set_text(lines)
             return True
-    if words.get_horizontalalignment() == "center":  # a level axis' title, longer than its axis: ends where that ends
+    if words.get_horizontalalignment() == "center":  # an x axis' title, longer than its axis: ends where that ends
         side = "right" if box.x1 > right else "left"
         words.set(horizontalalignment=side, x=1.0 if side == "right" else 0.0)
         return True
@@ -101,7 +101,7 @@ def _within(words: Text, left: float, right: float) -> bool:
 
 
 def _shorter(words: Text, most: float) -> bool:
-    """Break an upright title into lines if it is longer than its axis."""
+    """Break an vertical title into lines if it is longer than its axis."""
     text, length = words.get_text(), words.get_window_extent().height
     if not text or length <= most:
         return False
@@ -148,7 +148,7 @@ def _crowded(axis: Axis, figure: Figure) -> bool:
 
 
 def _give_way(axis: Axis) -> None:
-    """Take fewer ticks; words in a row are turned upright first."""
+    """Take fewer ticks; words in a row are turned vertical first."""
     from matplotlib import ticker
 
     locator: Any = axis.get_major_locator()
@@ -163,10 +163,10 @@ def _give_way(axis: Axis) -> None:
     if _name(axis) == "x" and not _are_numbers(words):
         longest = max(len(part) for word in words for part in (*broken(word, 1).split("\n"), "letter"))
         narrow = [broken(_joined(word), longest) for word in words]
-        if narrow != words and not _is_upright(axis):
+        if narrow != words and not _is_vertical(axis):
             axis.set_major_formatter(ticker.FixedFormatter(narrow))
             return
-        if not _is_upright(axis):
+        if not _is_vertical(axis):
             axis.set_major_formatter(ticker.FixedFormatter([_joined(word) for word in words]))
             axis.set_tick_params(rotation=90.0)
             return
@@ -185,7 +185,7 @@ def _names_rows(axis: Axis) -> bool:
     return bool(words) and not any(_are_numbers([word]) for word in words)
 
 
-def _is_upright(axis: Axis) -> bool:
+def _is_vertical(axis: Axis) -> bool:
     return bool(axis.get_tick_params().get("labelrotation", 0.0) == 90.0)
 
 

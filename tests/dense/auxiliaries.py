@@ -112,7 +112,7 @@ def beside_case(_family: str, rng: random.Random, name: str = "all beside") -> D
     return with_pairs(with_friction(clipped_case("", rng, name), rng), rng)
 
 
-COMPANIONS = {
+AUXILIARIES = {
     "friction": friction_case,
     "clipped": clipped_case,
     "alternating": alternating_case,

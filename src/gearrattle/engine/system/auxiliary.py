@@ -14,12 +14,12 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
 
       min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
 
-  so what damping would push, and what it would pull, beyond E is a companion each: nothing, or the elastic force
+  so what damping would push, and what it would pull, beyond E is an auxiliary element each: nothing, or the elastic force
   without the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
 
-Takes numbers; gives companions.
+Takes numbers; gives auxiliaries.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ STICK, FORWARD, BACKWARD, OFF = range(4)
 
 
 @dataclass(frozen=True)
-class Companion:
-    """One companion; arrays are over its P pieces.
+class Auxiliary:
+    """One auxiliary element; arrays are over its P pieces.
 
     Attributes:
         element: whose deflection it acts on.
@@ -95,7 +95,7 @@ class Companion:
 
 def slider(
     element: int, law: PiecewiseLaw, spring: tuple[float, float], labels: Sequence[int], period: float
-) -> Companion:
+) -> Auxiliary:
     """A spring in series with a slider that slips at a torque.
 
     Args:
@@ -111,7 +111,7 @@ def slider(
     for piece in range(law.pieces):
         if piece + law.first_label in labels:
             follow[piece] = STICK, FORWARD, BACKWARD, STICK
-    return Companion(
+    return Auxiliary(
         element, "slider",
         stiffness=np.zeros(4), damping=np.zeros(4),
         memory=np.array([stiffness, 0.0, 0.0, 0.0]),
@@ -128,7 +128,7 @@ def slider(
     )  # fmt: skip
 
 
-def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
+def limiters(element: int, law: PiecewiseLaw) -> tuple[Auxiliary, Auxiliary]:
     """What the damping of contact lacks: what it would push, then what it would pull beyond the spring's force.
 
     Args:
@@ -138,7 +138,7 @@ def limiters(element: int, law: PiecewiseLaw) -> tuple[Companion, Companion]:
     return _limiter(element, law, 1.0), _limiter(element, law, -1.0)
 
 
-def _limiter(element: int, law: PiecewiseLaw, way: float) -> Companion:
+def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
     """The part that limits pushing (way 1) or pulling (-1); pieces: off, then idle and limiting for each of the law's.
 
     On the side s = +-1 of contact E = s (k delta + f), and with sign = s way it holds sign c delta' <= E: it idles
@@ -159,13 +159,13 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Companion:
         below[idle], above[limiting] = limiting, idle
         follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
-    return Companion(
+    return Auxiliary(
         element, "limiter", stiffness, damping, np.zeros(count), offset, np.zeros(count), np.full(count, np.nan),
         watched, lower, upper, below, above, follow, scale=float(np.abs(law.corners).max()),
     )  # fmt: skip
 
 
-def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Companion:
+def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Auxiliary:
     """A part of the elastic force that is lacking now, and not lacking then.
 
     Args:
@@ -177,7 +177,7 @@ def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacki
     p, none, both = law.pieces, np.inf, np.arange(2 * law.pieces)
     part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])
     nothing = np.zeros(2 * p)
-    return Companion(
+    return Auxiliary(
         element, "alternation", np.outer(part, law.stiffness).ravel(), nothing, nothing,
         np.outer(part, law.offset).ravel(), nothing, np.full(2 * p, np.nan), np.zeros((2 * p, 3)),
         np.full(2 * p, -none), np.full(2 * p, none), both, (both + p) % (2 * p),

@@ -1,9 +1,9 @@
 """Every run the page rests on, made once.
 
-Sections say which runs they need (``Setup``); ``measure`` makes them all and hands over a ``Bench``, from which
+Sections say which runs they need (``Setup``); ``measure`` makes them all and hands over a ``Measurements``, from which
 sections read. A run that fails, or whose algorithm is missing, is a result with a status.
 
-Takes setups; gives a Bench.
+Takes setups; gives Measurements.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Bench:
+class Measurements:
     """Results by their setups, and the scope they were made in.
 
     Attributes:
@@ -132,7 +132,7 @@ def seconds_of(setup: Setup) -> float:
     return setup.repeats * (_OVERHEAD + run * runs)
 
 
-def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = None) -> Bench:
+def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = None) -> Measurements:
     """Make every run once, or as often as its setup says.
 
     Args:
@@ -161,7 +161,7 @@ def measure(scope: Scope, setups: Iterable[Setup], progress: Progress | None = N
             done += part
         results[setup] = min(made, key=lambda result: result.wall_time)
         times[setup] = tuple(result.wall_time for result in made)
-    return Bench(scope, results, times)
+    return Measurements(scope, results, times)
 
 
 def _made(setup: Setup, progress: Progress) -> Result:
