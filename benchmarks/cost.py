@@ -148,11 +148,19 @@ def main() -> None:
     floor = np.array([flops_step, flops_crossing]) / (16 * ghz)
     lines.append(
         TAIL.format(
-            step=step, crossing=crossing, change=1e9 * change_of_region(run), flops_step=flops_step,
-            flops_crossing=flops_crossing, inputs=run.slots.size.inputs, clock=ghz, floor_step=floor[0],
-            floor_crossing=floor[1], far_step=step / floor[0], far_crossing=crossing / floor[1],
+            step=step,
+            crossing=crossing,
+            change=1e9 * change_of_region(run),
+            flops_step=flops_step,
+            flops_crossing=flops_crossing,
+            inputs=run.slots.size.inputs,
+            clock=ghz,
+            floor_step=floor[0],
+            floor_crossing=floor[1],
+            far_step=step / floor[0],
+            far_crossing=crossing / floor[1],
         )
-    )  # fmt: skip
+    )
     PAGE.write_text("\n".join(lines), encoding="utf-8")
     print(PAGE.read_text(encoding="utf-8"))
 

@@ -15,9 +15,16 @@ import gearrattle as gr
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 FILES = (
-    "paper/case1.toml", "paper/case2.toml", "paper/case3.toml", "paper/case1_loaded.toml", "paper/case2_loaded.toml",
-    "paper/case3_loaded.toml", "paper/eight_dof.toml", "manual_transmission.toml", "driveline_lash.toml",
-)  # fmt: skip
+    "paper/case1.toml",
+    "paper/case2.toml",
+    "paper/case3.toml",
+    "paper/case1_loaded.toml",
+    "paper/case2_loaded.toml",
+    "paper/case3_loaded.toml",
+    "paper/eight_dof.toml",
+    "manual_transmission.toml",
+    "driveline_lash.toml",
+)
 EACH = 5
 
 

@@ -62,12 +62,23 @@ def page(found: list[Measured]) -> str:
         for one in found
     ]
     return TEXT.format(
-        date=datetime.date.today().isoformat(), machine=machine(), count=len(found), seeds=SEEDS - 1, growth=GROWTH,
-        mean=np.exp(np.mean(np.log(rounding))), factor=np.exp(np.std(np.log(rounding))),
-        low=np.quantile(rounding, 0.05), median=np.median(rounding), high=np.quantile(rounding, 0.95),
-        largest=np.max(rounding), stated=ROUNDING, stated95=ROUNDING_95,
-        earliest=np.quantile(passed, 0.1), half=np.median(passed), rows="\n".join(rows),
-    )  # fmt: skip
+        date=datetime.date.today().isoformat(),
+        machine=machine(),
+        count=len(found),
+        seeds=SEEDS - 1,
+        growth=GROWTH,
+        mean=np.exp(np.mean(np.log(rounding))),
+        factor=np.exp(np.std(np.log(rounding))),
+        low=np.quantile(rounding, 0.05),
+        median=np.median(rounding),
+        high=np.quantile(rounding, 0.95),
+        largest=np.max(rounding),
+        stated=ROUNDING,
+        stated95=ROUNDING_95,
+        earliest=np.quantile(passed, 0.1),
+        half=np.median(passed),
+        rows="\n".join(rows),
+    )
 
 
 if __name__ == "__main__":

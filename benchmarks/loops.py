@@ -141,9 +141,14 @@ class Law:
         low = np.r_[-np.inf, np.zeros(first - 1), np.full(self.widths, LEAST), np.full(reaches, logs[0])]
         high = np.r_[np.full(first, np.inf), np.ones(self.widths), np.full(reaches, logs[1])]
         return least_squares(
-            lambda x: self.rows(x)[0], np.clip(start, low + 1e-6, high - 1e-6), lambda x: self.rows(x)[1],
-            (low, high), "trf", x_scale="jac", max_nfev=60,
-        )  # fmt: skip
+            lambda x: self.rows(x)[0],
+            np.clip(start, low + 1e-6, high - 1e-6),
+            lambda x: self.rows(x)[1],
+            (low, high),
+            "trf",
+            x_scale="jac",
+            max_nfev=60,
+        )
 
 
 def curved(loop: Loop, stages: tuple[int, int]) -> Array:

@@ -77,10 +77,15 @@ def definitions() -> list[str]:
     lines = []
     for metric in METRICS:
         lines += [
-            f"`{metric.name}`: {metric.title}", f": `{metric.formula}`.", f"  *Unit* {metric.unit}.",
-            f"  *Window* {metric.window}.", f"  *Needs* {', '.join(metric.needs)}.", f"  *Sampling* {metric.sampling}.",
-            f"  *Source* {metric.source}.", "",
-        ]  # fmt: skip
+            f"`{metric.name}`: {metric.title}",
+            f": `{metric.formula}`.",
+            f"  *Unit* {metric.unit}.",
+            f"  *Window* {metric.window}.",
+            f"  *Needs* {', '.join(metric.needs)}.",
+            f"  *Sampling* {metric.sampling}.",
+            f"  *Source* {metric.source}.",
+            "",
+        ]
     return lines
 
 

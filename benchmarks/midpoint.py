@@ -51,9 +51,7 @@ def _slopes(x, v, wave, q):  # type: ignore[no-untyped-def]
     """
     clutch = _force(x[0] - x[1], v[0] - v[1], q[0])
     spline = _force(x[1] - x[2], v[1] - v[2], q[1])
-    mesh = _force(
-        q[6][0] * x[2] - q[6][1] * x[3] - wave[2], q[6][0] * v[2] - q[6][1] * v[3] - wave[3], q[2]
-    )  # fmt: skip
+    mesh = _force(q[6][0] * x[2] - q[6][1] * x[3] - wave[2], q[6][0] * v[2] - q[6][1] * v[3] - wave[3], q[2])
     twice = 2.0 * wave[1]
     b4 = q[5][3] + twice * q[5][4]
     b3 = q[5][2] + twice * b4 - q[5][4]
@@ -96,9 +94,11 @@ def _phases(t, p):  # type: ignore[no-untyped-def]
 def _turned(phase, by):  # type: ignore[no-untyped-def]
     """The same, half a step later."""
     return (
-        phase[0] * by[1] + phase[1] * by[0], phase[1] * by[1] - phase[0] * by[0],
-        phase[2] * by[3] + phase[3] * by[2], phase[3] * by[3] - phase[2] * by[2],
-    )  # fmt: skip
+        phase[0] * by[1] + phase[1] * by[0],
+        phase[1] * by[1] - phase[0] * by[0],
+        phase[2] * by[3] + phase[3] * by[2],
+        phase[3] * by[3] - phase[2] * by[2],
+    )
 
 
 @numba.njit(inline="always")
@@ -116,9 +116,11 @@ def _on(x, h, v):  # type: ignore[no-untyped-def]
 def _mean_of_four(a, b, c, d):  # type: ignore[no-untyped-def]
     """(a + 2 b + 2 c + d) / 6 of four."""
     return (
-        (a[0] + 2.0 * (b[0] + c[0]) + d[0]) / 6.0, (a[1] + 2.0 * (b[1] + c[1]) + d[1]) / 6.0,
-        (a[2] + 2.0 * (b[2] + c[2]) + d[2]) / 6.0, (a[3] + 2.0 * (b[3] + c[3]) + d[3]) / 6.0,
-    )  # fmt: skip
+        (a[0] + 2.0 * (b[0] + c[0]) + d[0]) / 6.0,
+        (a[1] + 2.0 * (b[1] + c[1]) + d[1]) / 6.0,
+        (a[2] + 2.0 * (b[2] + c[2]) + d[2]) / 6.0,
+        (a[3] + 2.0 * (b[3] + c[3]) + d[3]) / 6.0,
+    )
 
 
 @numba.njit(cache=True, fastmath=True)

@@ -59,10 +59,12 @@ def _taken(found: Prepared, scheduler: Any) -> Taken:
     begun = {worker: min(note[1] for note in notes if note[0] == worker) for worker in workers}
     ended = {worker: max(note[2] for note in notes if note[0] == worker) for worker in workers}
     return Taken(
-        seconds=max(ended.values()) - min(begun.values()), busy=sum(note[3] for note in notes), chunks=len(notes),
+        seconds=max(ended.values()) - min(begun.values()),
+        busy=sum(note[3] for note in notes),
+        chunks=len(notes),
         there=sum(ended[worker] - begun[worker] for worker in workers),
         waiting=sum(max(ended.values()) - ended[worker] for worker in workers),
-    )  # fmt: skip
+    )
 
 
 @contextlib.contextmanager

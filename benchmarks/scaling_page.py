@@ -158,23 +158,44 @@ def page(found: Measured) -> str:
         for name, each in costs.taken.items()
     )
     text = HEAD.format(
-        date=datetime.now(UTC).date().isoformat(), machine=machine(), cores=found.cores, load=f"{busy}.",
-        case=1e3 * case, workers=costs.workers, empty=512, chunks=chunks, shortest=shortest, arrays=5,
-    )  # fmt: skip
+        date=datetime.now(UTC).date().isoformat(),
+        machine=machine(),
+        cores=found.cores,
+        load=f"{busy}.",
+        case=1e3 * case,
+        workers=costs.workers,
+        empty=512,
+        chunks=chunks,
+        shortest=shortest,
+        arrays=5,
+    )
     names = list(costs.taken)
     text += GROWTH.format(
-        strong=strong.count, chunks=strong.chunks, weak=found.growths[0].plans[1].count, names=" | ".join(names),
-        rule="---|" * len(names), rows="\n".join(each.told() for each in found.growths),
-    )  # fmt: skip
+        strong=strong.count,
+        chunks=strong.chunks,
+        weak=found.growths[0].plans[1].count,
+        names=" | ".join(names),
+        rule="---|" * len(names),
+        rows="\n".join(each.told() for each in found.growths),
+    )
     most = found.growths[-1]
     efficiency = most.taken[0]["cluster"].efficiency
     rows = "\n".join(_row(10**n, case, efficiency, most.workers, found.stored) for n in (4, 6, 9))
     deal = costs.taken["cluster"].seconds / costs.taken["cluster"].chunks
     return text + TAIL.format(
-        most=MOST_IN_CHUNK, shortest=shortest, workers=costs.workers, rate=1.0 / deal, deal=1e3 * deal,
-        enough=int(CHUNK_SECONDS / deal), case=1e3 * case, efficiency=efficiency, rows=rows, stored=found.stored,
-        files=found.files, names=found.names,
-    )  # fmt: skip
+        most=MOST_IN_CHUNK,
+        shortest=shortest,
+        workers=costs.workers,
+        rate=1.0 / deal,
+        deal=1e3 * deal,
+        enough=int(CHUNK_SECONDS / deal),
+        case=1e3 * case,
+        efficiency=efficiency,
+        rows=rows,
+        stored=found.stored,
+        files=found.files,
+        names=found.names,
+    )
 
 
 def _row(cases: int, case: float, efficiency: float, workers: int, stored: float) -> str:

@@ -266,9 +266,19 @@ def stand_in_modes(model: Model, frequencies: list[float], damping: list[float],
     """Return made-up modes whose energies follow from nothing."""
     share = np.full((3, 4), 1.0 / 3.0)
     return Modes(
-        model, np.array(frequencies), np.array(damping), shapes, NAMES, ("clutch", "spline", "gear"), np.ones(4), share,
-        np.full((4, 4), 0.25), np.full((4, 4), 0.5), ("torque on flywheel",), np.full((1, 4), 0.25),
-    )  # fmt: skip
+        model,
+        np.array(frequencies),
+        np.array(damping),
+        shapes,
+        NAMES,
+        ("clutch", "spline", "gear"),
+        np.ones(4),
+        share,
+        np.full((4, 4), 0.25),
+        np.full((4, 4), 0.5),
+        ("torque on flywheel",),
+        np.full((1, 4), 0.25),
+    )
 
 
 @cache

@@ -14,15 +14,23 @@ from gearrattle.wording import counted, listed, with_article
 @pytest.mark.parametrize(
     ("words", "want"),
     [
-        (counted(1, "impact"), "1 impact"), (counted(0, "impact"), "0 impacts"), (counted(1.0, "cycle"), "1 cycle"),
-        (counted(2.875, "cycle"), "2.88 cycles"), (counted(0.9999, "cycle"), "1 cycle"),
+        (counted(1, "impact"), "1 impact"),
+        (counted(0, "impact"), "0 impacts"),
+        (counted(1.0, "cycle"), "1 cycle"),
+        (counted(2.875, "cycle"), "2.88 cycles"),
+        (counted(0.9999, "cycle"), "1 cycle"),
         (counted(2, "entry", "entries"), "2 entries"),
-        (with_article("acceleration"), "an acceleration"), (with_article("torque"), "a torque"),
-        (with_article("unit"), "a unit"), (with_article("hour"), "an hour"), (with_article("Inertia"), "an Inertia"),
-        (listed(["a"]), "a"), (listed(["a", "b"]), "a and b"), (listed(["a", "b", "c"]), "a, b and c"),
+        (with_article("acceleration"), "an acceleration"),
+        (with_article("torque"), "a torque"),
+        (with_article("unit"), "a unit"),
+        (with_article("hour"), "an hour"),
+        (with_article("Inertia"), "an Inertia"),
+        (listed(["a"]), "a"),
+        (listed(["a", "b"]), "a and b"),
+        (listed(["a", "b", "c"]), "a, b and c"),
         (listed([]), ""),
     ],
-)  # fmt: skip
+)
 def test_numbers_and_articles_agree_with_their_nouns(words: str, want: str) -> None:
     assert words == want
 
@@ -54,10 +62,30 @@ PLURAL = re.compile(
     r"|\w'?\{?'e?s' \*|\b(?!range|diag|len|float|time)[a-z]{3,}\((s|es)\)(?=[ ,.;\"])"
 )
 """An article or a plural in a message that is joined to what it depends on, instead of made by ``wording``."""
-MANY = ("== 1", "!= 1", "> 1", "len(able)", "most} regions", "len(labels)", "len(y)", "block.lines", "found.size",
-        "length} samples in", "samples_per_cycle}", "count} combinations", "samples_needed",
-        "numbers.size", "len(points)} fixed", "_rounded(calls)", "{need} steady", "{wanted} cycles", "count} runs are",
-        "told.runs", "{CYCLES if", "parts them")  # fmt: skip
+MANY = (
+    "== 1",
+    "!= 1",
+    "> 1",
+    "len(able)",
+    "most} regions",
+    "len(labels)",
+    "len(y)",
+    "block.lines",
+    "found.size",
+    "length} samples in",
+    "samples_per_cycle}",
+    "count} combinations",
+    "samples_needed",
+    "numbers.size",
+    "len(points)} fixed",
+    "_rounded(calls)",
+    "{need} steady",
+    "{wanted} cycles",
+    "count} runs are",
+    "told.runs",
+    "{CYCLES if",
+    "parts them",
+)
 """In lines where the number is known to be another than one."""
 
 

@@ -35,8 +35,11 @@ def test_an_existing_folder_keeps_what_is_not_ours(tmp_path: Path) -> None:
         (staging.path / "figures" / "fresh.svg").write_text("new")
         staging.commit()
     assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*")) == [
-        "figures", "figures/fresh.svg", "mine.txt", "x.txt",
-    ]  # fmt: skip
+        "figures",
+        "figures/fresh.svg",
+        "mine.txt",
+        "x.txt",
+    ]
     assert (tmp_path / "x.txt").read_text() == "new"
 
 
@@ -209,8 +212,11 @@ def test_two_that_make_the_same_folder_both_commit_whole(tmp_path: Path) -> None
         first.commit()
         second.commit()
     assert tree(tmp_path) == {
-        "a/b/report.html": "second", "a/b/figures/c.svg": "second", "a/b/results.nc": "new", "a/b/summary.json": "new",
-    }  # fmt: skip
+        "a/b/report.html": "second",
+        "a/b/figures/c.svg": "second",
+        "a/b/results.nc": "new",
+        "a/b/summary.json": "new",
+    }
 
 
 @pytest.mark.parametrize("bait", ["new", "lock"])

@@ -65,6 +65,13 @@ def train(seed: int) -> Model:
     bodies = [{"name": n, "J": j, "drag": 0.02 * j} for n, j in zip(names, inertia.tolist(), strict=True)]
     torques = [{"on": names[0], "mean": mean, "harmonics": harmonics}, {"on": names[-1], "mean": -mean}]
     return Model.from_tables(
-        {"schema": 1, "name": f"Train {seed}", "units": "dimensionless", "inertia": bodies, "coupling": couplings,
-         "excitation": {"speed": speed}, "torque": torques}
-    )  # fmt: skip
+        {
+            "schema": 1,
+            "name": f"Train {seed}",
+            "units": "dimensionless",
+            "inertia": bodies,
+            "coupling": couplings,
+            "excitation": {"speed": speed},
+            "torque": torques,
+        }
+    )

@@ -17,9 +17,24 @@ _SOURCE = Path(__file__).with_name("steps.c")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC")
 _COUNTS = ("n", "m", "r", "h", "refs", "size")
 _ARRAYS = (
-    "inertia", "drag", "rows", "basis", "combination", "references", "first_piece", "upper", "stiffness", "damping",
-    "offset", "mean", "torque_sine", "torque_cosine", "error_sine", "error_cosine", "cycles",
-)  # fmt: skip
+    "inertia",
+    "drag",
+    "rows",
+    "basis",
+    "combination",
+    "references",
+    "first_piece",
+    "upper",
+    "stiffness",
+    "damping",
+    "offset",
+    "mean",
+    "torque_sine",
+    "torque_cosine",
+    "error_sine",
+    "error_cosine",
+    "cycles",
+)
 
 
 class _Field(ctypes.Structure):
@@ -46,9 +61,24 @@ def march(function: Any, problem: FieldProblem, tableau: Tableau, *, tolerance: 
     """Run from the problem's start to a time [s]; return y and (steps, rejected)."""
     f = problem.field
     arrays = [
-        f.inertia, f.drag, f.rows, f.basis, f.combination, f.references, f.first_piece, f.upper_corner, f.stiffness,
-        f.damping, f.offset, f.mean, f.torque_sine, f.torque_cosine, f.error_sine, f.error_cosine, f.cycles,
-    ]  # fmt: skip
+        f.inertia,
+        f.drag,
+        f.rows,
+        f.basis,
+        f.combination,
+        f.references,
+        f.first_piece,
+        f.upper_corner,
+        f.stiffness,
+        f.damping,
+        f.offset,
+        f.mean,
+        f.torque_sine,
+        f.torque_cosine,
+        f.error_sine,
+        f.error_cosine,
+        f.cycles,
+    ]
     kept = [np.ascontiguousarray(array) for array in arrays]
     y, counts = problem.initial.copy(), np.zeros(2, np.int64)
     (m, n), r = f.rows.shape, f.basis.shape[0]
@@ -59,8 +89,15 @@ def march(function: Any, problem: FieldProblem, tableau: Tableau, *, tolerance: 
     pointers = [ctypes.c_void_p(array.ctypes.data) for array in numbers]
     size = np.ascontiguousarray(problem.size)
     function(
-        ctypes.byref(field), ctypes.c_long(b.size), *pointers, ctypes.c_long(order), ctypes.c_void_p(size.ctypes.data),
-        ctypes.c_double(tolerance), ctypes.c_double(step), ctypes.c_double(end), ctypes.c_void_p(y.ctypes.data),
+        ctypes.byref(field),
+        ctypes.c_long(b.size),
+        *pointers,
+        ctypes.c_long(order),
+        ctypes.c_void_p(size.ctypes.data),
+        ctypes.c_double(tolerance),
+        ctypes.c_double(step),
+        ctypes.c_double(end),
+        ctypes.c_void_p(y.ctypes.data),
         ctypes.c_void_p(counts.ctypes.data),
-    )  # fmt: skip
+    )
     return y, counts

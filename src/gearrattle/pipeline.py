@@ -114,9 +114,14 @@ def run(
         phase("static rest and modes")
     linear = _linear(model)
     settings: dict[str, Any] = {
-        "algorithm": algorithm, "cycles": cycles, "samples_per_cycle": samples_per_cycle, "discard": discard,
-        "tolerance": tolerance, "step": step, "initial": initial,
-    }  # fmt: skip
+        "algorithm": algorithm,
+        "cycles": cycles,
+        "samples_per_cycle": samples_per_cycle,
+        "discard": discard,
+        "tolerance": tolerance,
+        "step": step,
+        "initial": initial,
+    }
     if phase is not None:
         phase("advising")
     advice = _advice(model, settings, progress)

@@ -19,8 +19,15 @@ from gearrattle.simulation.settings import settled
 from tests.comparison.cases import case
 
 TOPICS = [
-    "lumping", "scaling", "stiffness", "clearances", "contact ratios", "algorithm", "cost", "predictability",
-]  # fmt: skip
+    "lumping",
+    "scaling",
+    "stiffness",
+    "clearances",
+    "contact ratios",
+    "algorithm",
+    "cost",
+    "predictability",
+]
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +74,12 @@ def test_forecasts_are_settled_by_a_run(rattling: gr.typing.Advice) -> None:
 
 def test_what_counts_as_right() -> None:
     run = gr.simulate(case("case1_loaded"), cycles=40, discard=20)
-    happened = {s.forecast.quantity: s.happened for s in scored([Forecast(q, "", "", 1.0) for q in
-                ("crossings a cycle", "function calls", "predictable cycles")], run)}  # fmt: skip
+    happened = {
+        s.forecast.quantity: s.happened
+        for s in scored(
+            [Forecast(q, "", "", 1.0) for q in ("crossings a cycle", "function calls", "predictable cycles")], run
+        )
+    }
     crossings, calls = happened["crossings a cycle"], happened["function calls"]
     assert isinstance(crossings, float)
     assert isinstance(calls, float)

@@ -7,9 +7,13 @@ from benchmarks.drivelines import FILES, drawn
 
 EACH = 4
 LEAST = {
-    "regime": 0.90, "mean slope": 0.85, "function calls": 0.85, "crossings a cycle": 0.85, "predictable cycles": 0.90,
+    "regime": 0.90,
+    "mean slope": 0.85,
+    "function calls": 0.85,
+    "crossings a cycle": 0.85,
+    "predictable cycles": 0.90,
     "corners": 0.75,
-}  # fmt: skip
+}
 
 
 def test_forecasts_come_true_as_often_as_the_page_says() -> None:

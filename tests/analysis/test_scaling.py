@@ -69,10 +69,17 @@ def test_every_dimensional_key_has_a_kind() -> None:
     from gearrattle.model import Coupling, Excitation, Harmonic, Inertia, Initial, Mesh, Simulation, Stage, Torque
 
     tables = {
-        ("inertia",): Inertia, ("coupling",): Coupling, ("coupling", "stages"): Stage, ("mesh",): Mesh,
-        ("mesh", "transmission_error"): Harmonic, ("torque",): Torque, ("torque", "harmonics"): Harmonic,
-        ("excitation",): Excitation, ("simulation",): Simulation, ("simulation", "initial"): Initial,
-    }  # fmt: skip
+        ("inertia",): Inertia,
+        ("coupling",): Coupling,
+        ("coupling", "stages"): Stage,
+        ("mesh",): Mesh,
+        ("mesh", "transmission_error"): Harmonic,
+        ("torque",): Torque,
+        ("torque", "harmonics"): Harmonic,
+        ("excitation",): Excitation,
+        ("simulation",): Simulation,
+        ("simulation", "initial"): Initial,
+    }
     wanted = {key for path, table in tables.items() for key in quantities(table, path) if key[-1] not in PLAIN}
     assert wanted
     assert wanted <= set(leaves(KINDS))

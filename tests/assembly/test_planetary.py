@@ -89,14 +89,28 @@ def test_a_set_on_a_fixed_carrier_moves_as_plain_meshes_do() -> None:
     rows = []
     for i in range(3):
         error = [{"order": 30, "amplitude": 2e-6, "phase": 2.0 * i}]
-        rows.append({
-            "name": f"sun{i}", "between": ["sun", f"p{i + 1}"], "radii": [0.03, 0.02], "stiffness": 1e8,
-            "damping": 300.0, "backlash": 5e-5, "transmission_error": error,
-        })  # fmt: skip
-        rows.append({
-            "name": f"ring{i}", "between": [f"p{i + 1}", "ring"], "radii": [0.02, 0.07], "stiffness": 1.5e8,
-            "damping": 300.0, "backlash": 4e-5, "transmission_error": [{"order": 30, "amplitude": 1e-6}],
-        })  # fmt: skip
+        rows.append(
+            {
+                "name": f"sun{i}",
+                "between": ["sun", f"p{i + 1}"],
+                "radii": [0.03, 0.02],
+                "stiffness": 1e8,
+                "damping": 300.0,
+                "backlash": 5e-5,
+                "transmission_error": error,
+            }
+        )
+        rows.append(
+            {
+                "name": f"ring{i}",
+                "between": [f"p{i + 1}", "ring"],
+                "radii": [0.02, 0.07],
+                "stiffness": 1.5e8,
+                "damping": 300.0,
+                "backlash": 4e-5,
+                "transmission_error": [{"order": 30, "amplitude": 1e-6}],
+            }
+        )
     ours = gr.simulate(gr.Model.from_tables(fixed), cycles=1, discard=0, audit=False)
     theirs = gr.simulate(gr.Model.from_tables({**plain, "mesh": rows}), cycles=1, discard=0, audit=False)
     assert len(ours.events) == len(theirs.events) > 20

@@ -70,8 +70,15 @@ def test_the_motion_of_a_table_is_that_of_an_integral() -> None:
     node, weight = np.polynomial.legendre.leggauss(24)
     time = run.data.time.values
     for i in range(1, len(time), 29):
-        ends = np.unique(np.concatenate([np.linspace(0.0, time[i], 1 + int(time[i] / 0.02)), [0.0, min(0.1, time[i])],
-                                         [min(2.0, time[i]), time[i]]]))  # fmt: skip
+        ends = np.unique(
+            np.concatenate(
+                [
+                    np.linspace(0.0, time[i], 1 + int(time[i] / 0.02)),
+                    [0.0, min(0.1, time[i])],
+                    [min(2.0, time[i]), time[i]],
+                ]
+            )
+        )
         half, middle = 0.5 * np.diff(ends)[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]
         at = middle + half * node
         torque = np.interp(100.0 + 100.0 * np.minimum(at, 2.0), [100.0, 110.0, 300.0], [0.0, 5.0, 2.0])

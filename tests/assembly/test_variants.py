@@ -111,10 +111,13 @@ def test_couplings_in_their_clearance_form_give_the_same_bits() -> None:
     paths = {
         f"coupling.clutch.{key}": rng.uniform(low, high, 9)
         for key, low, high in (
-            ("stiffness", 900.0, 2100.0), ("damping", 0.0, 0.4), ("clearance", 0.01, 0.3),
-            ("stiffness_ratio", 0.03, 1.7), ("damping_ratio", 0.0, 1.3),
+            ("stiffness", 900.0, 2100.0),
+            ("damping", 0.0, 0.4),
+            ("clearance", 0.01, 0.3),
+            ("stiffness_ratio", 0.03, 1.7),
+            ("damping_ratio", 0.0, 1.3),
         )
-    }  # fmt: skip
+    }
     _check(base, paths)
 
 

@@ -87,14 +87,17 @@ def test_a_saved_run_knows_its_shaft(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert found["orders"][0]["speed"] == pytest.approx(gr.load(CASE).excitation.omega)
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    (["a", "-o", "map.jpg"], ".nc, .csv, .svg"),
-    (["b"], "a, n"),
-    (["a", "--spectra", "--highest", "4"], "maps of orders"),
-    (["a", "--order", "2", "--highest", "9"], "maps"),
-    (["a", "--highest", "90"], "at most"),
-    (["a", "--speed", "x"], "no channel and no speed"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["a", "-o", "map.jpg"], ".nc, .csv, .svg"),
+        (["b"], "a, n"),
+        (["a", "--spectra", "--highest", "4"], "maps of orders"),
+        (["a", "--order", "2", "--highest", "9"], "maps"),
+        (["a", "--highest", "90"], "at most"),
+        (["a", "--speed", "x"], "no channel and no speed"),
+    ],
+)
 def test_bad_input_is_refused(rig: str, words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["orders", rig, *words]) == 2
     out, err = capsys.readouterr()

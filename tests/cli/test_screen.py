@@ -52,8 +52,11 @@ def test_the_page_and_its_numbers(pair: str, capsys: pytest.CaptureFixture[str])
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "page: out/report.html"
     assert sorted(path.name for path in Path("out").iterdir()) == [
-        "figures", "report.html", "results.nc", "summary.json",
-    ]  # fmt: skip
+        "figures",
+        "report.html",
+        "results.nc",
+        "summary.json",
+    ]
     assert {path.stem for path in Path("out/figures").glob("*.svg")} == {"screening", "screening_separation"}
     page = Path("out/report.html").read_text(encoding="utf-8")
     for said in (
@@ -88,10 +91,22 @@ def test_a_study_file_is_screened_with_its_fixed_values(pair: str, capsys: pytes
 
 def test_simulations_stand_beside_the_threshold(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
     words = [
-        "screen", pair, "--speeds", "80", "--load", f"inertia.wheel.drag_torque={DRAG},{DRAG / 8} N*m",
-        "--load", f"torque.0.mean={DRAG * RATIO},{DRAG * RATIO / 8}", "--simulate", "--workers", "1",
-        "--cycles", "50", "--discard", "40",
-    ]  # fmt: skip
+        "screen",
+        pair,
+        "--speeds",
+        "80",
+        "--load",
+        f"inertia.wheel.drag_torque={DRAG},{DRAG / 8} N*m",
+        "--load",
+        f"torque.0.mean={DRAG * RATIO},{DRAG * RATIO / 8}",
+        "--simulate",
+        "--workers",
+        "1",
+        "--cycles",
+        "50",
+        "--discard",
+        "40",
+    ]
     assert RIGID < 0.8  # holds with its drag
     assert 8.0 * RIGID > 1.2  # lifts off with an eighth
     assert main([*words, "--json"]) == 0
@@ -132,13 +147,19 @@ def test_bad_input_is_refused(pair: str, words: list[str], said: str, capsys: py
     ("old", "new", "said"),
     [
         ('"excitation.speed" = ["600 rpm", "900 rpm"]', "", "axis of excitation.speed alone"),
-        ("[fixed]", '[vary]\n"inertia.wheel.J" = { distribution = "normal", mean = 1e-3, deviation = 1e-4 }\n[fixed]',
-         "nothing that scatters"),
+        (
+            "[fixed]",
+            '[vary]\n"inertia.wheel.J" = { distribution = "normal", mean = 1e-3, deviation = 1e-4 }\n[fixed]',
+            "nothing that scatters",
+        ),
         ("[axis]", '[axis]\n"inertia.wheel.J" = [1e-3]', "one axis of loads"),
-        ('outputs = ["regime"]\n[fixed]', 'kind = "basins"\ncycles = 9\n[over]\n"deflection.mesh" = '
-         "{ from = 0, to = 1, count = 3 }\n[fixed]", "basins"),
+        (
+            'outputs = ["regime"]\n[fixed]',
+            'kind = "basins"\ncycles = 9\n[over]\n"deflection.mesh" = { from = 0, to = 1, count = 3 }\n[fixed]',
+            "basins",
+        ),
     ],
-)  # fmt: skip
+)
 def test_other_studies_are_refused(
     pair: str, old: str, new: str, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

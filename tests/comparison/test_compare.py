@@ -176,9 +176,14 @@ def test_a_failure_is_a_row_with_time_and_remedy() -> None:
 def test_another_reference_and_progress() -> None:
     shares: list[float] = []
     found = side_by_side(
-        case("case1_loaded"), ["rk4"], reference="rk2", step=0.002 / 150, cycles=2, samples_per_cycle=64,
+        case("case1_loaded"),
+        ["rk4"],
+        reference="rk2",
+        step=0.002 / 150,
+        cycles=2,
+        samples_per_cycle=64,
         progress=shares.append,
-    )  # fmt: skip
+    )
     assert found.rows[0].label == "rk2"
     assert found.rows[0].cost is not None
     assert found.rows[0].cost.algorithm == "rk2"

@@ -133,9 +133,13 @@ def test_levels_are_over_whole_cycles():
     noise = drawn(3, cycles=2)
     wave = 3.0 + 2.0 * np.sin(2.0 * np.pi * t)
     few = replace(
-        noise, time=t, cycles=2, samples_per_cycle=8, acceleration=np.stack([wave, wave], axis=1),
+        noise,
+        time=t,
+        cycles=2,
+        samples_per_cycle=8,
+        acceleration=np.stack([wave, wave], axis=1),
         deflection=wave[:, None],
-    )  # fmt: skip
+    )
     told = portrait(few)
     assert told.acceleration == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)
     assert told.deflection == pytest.approx(np.sqrt(9.0 + 2.0), rel=1e-12)

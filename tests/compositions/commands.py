@@ -47,20 +47,45 @@ COMMAND_LINES: Mapping[str, Words] = {
     "compare -o": lambda kit, out: ["compare", str(kit.model_file), "-a", "rk4", *SHORT, "-o", str(out)],
     "validate": lambda kit, _: ["validate", str(kit.run_file), str(kit.recording_file), *_turns(kit)],
     "validate -o": lambda kit, out: [
-        "validate", str(kit.run_file), str(kit.recording_file), *_turns(kit), "-o", str(out)
+        "validate",
+        str(kit.run_file),
+        str(kit.recording_file),
+        *_turns(kit),
+        "-o",
+        str(out),
     ],
     "screen": lambda kit, _: ["screen", str(kit.model_file), "--speeds", "80,90"],
     "screen --simulate -o": lambda kit, out: [
-        "screen", str(kit.model_file), "--speeds", "80,90", "--simulate", "--workers", "1", "-o", str(out)
+        "screen",
+        str(kit.model_file),
+        "--speeds",
+        "80,90",
+        "--simulate",
+        "--workers",
+        "1",
+        "-o",
+        str(out),
     ],
     "look": lambda kit, _: ["look", str(kit.recording_file)],
     "orders": lambda kit, _: ["orders", str(kit.run_file), "acceleration.engine", "--turns", "1"],
     "orders -o": lambda kit, out: [
-        "orders", str(kit.run_file), "acceleration.engine", "--spectra", "-o", str(out / "orders.svg")
+        "orders",
+        str(kit.run_file),
+        "acceleration.engine",
+        "--spectra",
+        "-o",
+        str(out / "orders.svg"),
     ],
     "spectra": lambda kit, _: ["spectra", str(kit.model_file), "--channel", "acceleration.engine"],
     "spectra -o": lambda kit, out: [
-        "spectra", str(kit.run_file), "--channel", "acceleration.engine", "--against", "velocity.engine", "-o", str(out)
+        "spectra",
+        str(kit.run_file),
+        "--channel",
+        "acceleration.engine",
+        "--against",
+        "velocity.engine",
+        "-o",
+        str(out),
     ],
     "figures": lambda kit, out: ["figures", str(kit.run_file), "-o", str(out), "--as", "svg"],
     "criteria": lambda kit, _: ["criteria", str(kit.run_file), "--json"],
@@ -68,7 +93,7 @@ COMMAND_LINES: Mapping[str, Words] = {
     "metrics: recording": lambda kit, _: ["metrics", str(kit.recording_file), "--model", str(kit.model_file)],
     "listen": lambda kit, out: ["listen", str(kit.run_file), "-o", str(out)],
     **{f"study: {kind}": partial(_study_line, kind) for kind in STUDIES},
-}  # fmt: skip
+}
 """By command, with a word where one command is typed in several ways."""
 
 WITHOUT_MODEL = frozenset({"examples", "loop", "reproduce", "schema"})

@@ -73,12 +73,16 @@ RECORD: dict[str, Any] = {
 SWEEP = {"excitation.speed": None, "excitation.sweep": {"from": 80.0, "to": 120.0, "over": 0.8}}
 ANGLES = np.linspace(0.0, 720.0, 73)
 ENGINE = {
-    "cylinders": 4, "bore": "81 mm", "stroke": "95.5 mm", "rod": "144 mm", "mass": 0.75,
+    "cylinders": 4,
+    "bore": "81 mm",
+    "stroke": "95.5 mm",
+    "rod": "144 mm",
+    "mass": 0.75,
     "pressure": {
         "angle": np.deg2rad(ANGLES).tolist(),
-        "value": (1e5 + 3e6 * np.exp(-(((ANGLES + 350.0) % 720.0 - 360.0) / 25.0) ** 2)).tolist(),
+        "value": (1e5 + 3e6 * np.exp(-((((ANGLES + 350.0) % 720.0 - 360.0) / 25.0) ** 2))).tolist(),
     },
-}  # fmt: skip
+}
 SHORT = {"simulation.cycles": 4, "simulation.discard": 1}
 FRICTION = {"coupling.joint.hysteresis": 2.0, "coupling.joint.stick_stiffness": 2000.0}
 ALTERNATION = {"mesh.gear.alternation": {"order": 20, "share": 0.6, "fewer": 0.55}}
@@ -168,11 +172,17 @@ def _planetary() -> gr.Model:
     """A planetary set on the hub, its ring on the ground."""
     bodies = [{"name": "arm", "J": 0.02, "drag": 0.05}, {"name": "p1", "J": 2e-4}, {"name": "p2", "J": 2e-4}]
     planetary = {
-        "name": "set", "sun": "hub", "ring": "ground", "carrier": "arm", "planets": ["p1", "p2"],
-        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07}, "stiffness": {"sun": 1e6, "ring": 1e6},
-        "damping": {"sun": 30.0, "ring": 30.0}, "backlash": {"sun": 1e-4, "ring": 1e-4},
+        "name": "set",
+        "sun": "hub",
+        "ring": "ground",
+        "carrier": "arm",
+        "planets": ["p1", "p2"],
+        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
+        "stiffness": {"sun": 1e6, "ring": 1e6},
+        "damping": {"sun": 30.0, "ring": 30.0},
+        "backlash": {"sun": 1e-4, "ring": 1e-4},
         "transmission_error": {"sun": [{"order": 3, "amplitude": 1e-6}]},
-    }  # fmt: skip
+    }
     return base({"inertia": [*base().to_tables()["inertia"], *bodies], "planetary": [planetary]})
 
 

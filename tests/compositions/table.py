@@ -25,14 +25,34 @@ ROWS = (*CALLS, *(COMMAND + name for name in COMMAND_LINES))
 """Calls by their names, commands by what is typed."""
 
 _SLOW_CALLS = (
-    "contact_ratio: model", "optimize", "bifurcation", "basins", "advise", "figures: run", "figures: study",
-    "study: Sobol'", "studies.rattle_probability", "studies.regime_boundary", "studies.sensitivities",
-    "spectral.coherence", "spectra", "open_stream",
-)  # fmt: skip
+    "contact_ratio: model",
+    "optimize",
+    "bifurcation",
+    "basins",
+    "advise",
+    "figures: run",
+    "figures: study",
+    "study: Sobol'",
+    "studies.rattle_probability",
+    "studies.regime_boundary",
+    "studies.sensitivities",
+    "spectral.coherence",
+    "spectra",
+    "open_stream",
+)
 _SLOW_COMMANDS = (
-    "figures", "compare -o", "study: optimization", "study: bifurcation", "study: basins", "run", "stream",
-    "spectra -o", "validate -o", "screen --simulate -o", "advise",
-)  # fmt: skip
+    "figures",
+    "compare -o",
+    "study: optimization",
+    "study: bifurcation",
+    "study: basins",
+    "run",
+    "stream",
+    "spectra -o",
+    "validate -o",
+    "screen --simulate -o",
+    "advise",
+)
 HEAVY = frozenset((*_SLOW_CALLS, *(COMMAND + name for name in _SLOW_COMMANDS)))
 """Rows that take seconds; the quick tests compute them for ``HARDEST`` alone."""
 HARDEST = ("prescribed middle",)

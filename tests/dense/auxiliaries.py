@@ -84,8 +84,10 @@ def with_pairs(case: Case, rng: random.Random) -> Dressed:
 
 def _instants(period: float, rng: random.Random) -> tuple[float, ...]:
     """One to six instants later than 0, up to the period."""
-    parts = {rng.choice([1.0, 0.5, rng.randint(1, 64) / 64, uniform(rng, 1e-3, 1.0), uniform(rng, 1e-3, 1.0)])
-             for _ in range(rng.randint(1, 6))}  # fmt: skip
+    parts = {
+        rng.choice([1.0, 0.5, rng.randint(1, 64) / 64, uniform(rng, 1e-3, 1.0), uniform(rng, 1e-3, 1.0)])
+        for _ in range(rng.randint(1, 6))
+    }
     return tuple(sorted(part * period for part in parts))
 
 

@@ -106,10 +106,18 @@ class Case:
 
     def system(self) -> PiecewiseSystem:
         """What the program takes."""
-        laws = tuple(staged([Stage(*s) for s in e.drive], [Stage(*s) for s in e.coast], e.preload)
-                     for e in self.elements)  # fmt: skip
-        inputs = Harmonics(self.period, self.cycles, self.mean, self.torque_sine, self.torque_cosine,
-                           self.error_sine, self.error_cosine)  # fmt: skip
+        laws = tuple(
+            staged([Stage(*s) for s in e.drive], [Stage(*s) for s in e.coast], e.preload) for e in self.elements
+        )
+        inputs = Harmonics(
+            self.period,
+            self.cycles,
+            self.mean,
+            self.torque_sine,
+            self.torque_cosine,
+            self.error_sine,
+            self.error_cosine,
+        )
         return PiecewiseSystem(self.inertia, self.drag, self.rows, laws, inputs)
 
     def task(self) -> Task:

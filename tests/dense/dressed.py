@@ -80,9 +80,7 @@ class Dressed(Case):
             beside.append(alternation(pair.element, law, pair.lacking, begins_lacking=pair.begins_lacking))
         ticks = sorted((time, first + i) for i, pair in enumerate(self.pairs) for time in pair.instants)
         clock = Clock(np.array([time for time, _ in ticks]), np.array([c for _, c in ticks], np.int64), self.repeats)
-        return replace(
-            plain, auxiliaries=tuple(beside), signals=self.signals, clock=clock if ticks else None
-        )  # fmt: skip
+        return replace(plain, auxiliaries=tuple(beside), signals=self.signals, clock=clock if ticks else None)
 
     def ticks(self, pair: int) -> np.ndarray:
         """All instants of an alternating element within the run, one at its very end left out."""

@@ -109,8 +109,9 @@ class DressedJudge:
         g = int(np.clip(np.searchsorted(signals.knots, time, side="right") - 1, 0, len(signals.knots) - 2))
         order, unit, x = signals.degree + 1, unit_of(self.case), time - signals.knots[g]
         a = signals.coefficients[g]
-        move = np.array([[comb(i, j) * x ** max(i - j, 0) * unit**j if i >= j else 0.0 for i in range(order)]
-                         for j in range(order)])  # fmt: skip
+        move = np.array(
+            [[comb(i, j) * x ** max(i - j, 0) * unit**j if i >= j else 0.0 for i in range(order)] for j in range(order)]
+        )
         return (a @ move.T).ravel(), (np.abs(a) @ move.T * (2 + np.arange(order))).ravel()
 
     def state(self, j: int) -> tuple[np.ndarray, np.ndarray]:

@@ -66,8 +66,10 @@ class Inside:
 
 def coefficients(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """k, c, f of every element, (m,) each, without sliders."""
-    k, c, f = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
-               for name in ("stiffness", "damping", "offset"))  # fmt: skip
+    k, c, f = (
+        np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
+        for name in ("stiffness", "damping", "offset")
+    )
     for pair, lacks in zip(case.pairs, modes.lacking, strict=True):
         if lacks:
             k[pair.element] *= 1.0 - pair.lacking
@@ -82,8 +84,10 @@ def sizes(case: Dressed, modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarr
     """Sizes of the terms k, c, f are sums of: offsets from zero deflection on, and what auxiliaries take or add."""
     beside = [*case.clipped, *(pair.element for pair in case.pairs)]
     terms = 1.0 + np.isin(np.arange(len(case.laws)), beside)
-    k, c = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
-            for name in ("stiffness", "damping"))  # fmt: skip
+    k, c = (
+        np.array([getattr(law, name)[p] for law, p in zip(case.laws, modes.pieces, strict=True)])
+        for name in ("stiffness", "damping")
+    )
     return terms * k, terms * c, terms * np.array([np.abs(law.offset).max() for law in case.laws])
 
 

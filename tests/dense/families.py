@@ -146,8 +146,12 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
         period = 2 * np.pi * rng.randint(1, 3) / rng.choice(slow)
         length = max(1, min(6, round(radians / fastest / period)))
     most = max(1, min(12, round(3 * slowest * period / 2 / np.pi)))
-    cycles = np.unique([float(rng.choice([1, 1, rng.randint(1, most), rng.choice([0.5, 1.7, 2**0.5])]))
-                        for _ in range(0 if share(rng) < 0.1 else rng.randint(1, 3))])  # fmt: skip
+    cycles = np.unique(
+        [
+            float(rng.choice([1, 1, rng.randint(1, most), rng.choice([0.5, 1.7, 2**0.5])]))
+            for _ in range(0 if share(rng) < 0.1 else rng.randint(1, 3))
+        ]
+    )
     if switches.resonant:
         cycles = np.unique([1.0, *cycles])
     zero = np.zeros((n, cycles.size))
@@ -158,8 +162,7 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
         sine[i] = [load * uniform(rng, -1, 1) for _ in cycles]
         cosine[i] = [load * uniform(rng, -1, 1) * rng.choice([0, 1]) for _ in cycles]
     mean = np.array([load * uniform(rng, -1, 1) if share(rng) < switches.means else 0.0 for _ in range(n)])
-    drag = np.array([J[i] * slowest * between(rng, 1e-3, 0.3) if share(rng) < switches.drag else 0.0
-                     for i in range(n)])  # fmt: skip
+    drag = np.array([J[i] * slowest * between(rng, 1e-3, 0.3) if share(rng) < switches.drag else 0.0 for i in range(n)])
     error = np.zeros((2, len(rows), cycles.size))
     for e, element in enumerate(elements):
         if share(rng) < switches.errors and cycles.size:
@@ -169,8 +172,24 @@ def random_case(family: str, rng: random.Random, name: str = "") -> Case:
         for a in (sine, cosine, mean, drag):
             a[1:] = a[1] if n > 1 else 0.0
     angle, velocity = _start(rng, switches, rows, elements, gap=gap, rate=slowest, error=error[1].sum(axis=1))
-    return Case(name or family, J, drag, rows, elements, float(period), cycles, mean, sine, cosine,
-                error[0], error[1], angle, velocity, length, max(2, 10 // length))  # fmt: skip
+    return Case(
+        name or family,
+        J,
+        drag,
+        rows,
+        elements,
+        float(period),
+        cycles,
+        mean,
+        sine,
+        cosine,
+        error[0],
+        error[1],
+        angle,
+        velocity,
+        length,
+        max(2, 10 // length),
+    )
 
 
 def seeded(family: str, seed: int, make: Callable[..., Case] = random_case) -> Case:

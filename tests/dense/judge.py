@@ -210,8 +210,10 @@ class Judge:
                     )
         pieces = self.pieces.copy()
         pieces[self.clear] = motion.piece[j]
-        k, c, f = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, pieces, strict=True)])
-                   for name in ("stiffness", "damping", "offset"))  # fmt: skip
+        k, c, f = (
+            np.array([getattr(law, name)[p] for law, p in zip(case.laws, pieces, strict=True)])
+            for name in ("stiffness", "damping", "offset")
+        )
         region = self.region()
         delta, rate = z[: self.m], region.matrix[: self.m] @ z
         sums = k * np.sqrt(np.diag(spread)[: self.m]) / EPS

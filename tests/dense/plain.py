@@ -67,8 +67,10 @@ class Region:
 
 def matrices(case: Case, pieces: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """M and the same with absolute terms, (Z, Z) each."""
-    k, c, f = (np.array([getattr(law, name)[p] for law, p in zip(case.laws, pieces, strict=True)])
-               for name in ("stiffness", "damping", "offset"))  # fmt: skip
+    k, c, f = (
+        np.array([getattr(law, name)[p] for law, p in zip(case.laws, pieces, strict=True)])
+        for name in ("stiffness", "damping", "offset")
+    )
     most = np.array([np.abs(law.offset).max() for law in case.laws])  # offsets are sums that begin at zero deflection
     m, n = case.rows.shape
     one = m + n
@@ -136,6 +138,15 @@ def region_between(
     series = probes @ taylor
     factor = np.array([1.0, 1.0, 2.0, 6.0])[:, None, None] / h ** np.arange(4)[:, None, None]
     return Region(
-        M, size, radius, h, [step], taylor, series[:4] * factor, series.transpose(1, 0, 2),
-        lower, upper, disagreement,
-    )  # fmt: skip
+        M,
+        size,
+        radius,
+        h,
+        [step],
+        taylor,
+        series[:4] * factor,
+        series.transpose(1, 0, 2),
+        lower,
+        upper,
+        disagreement,
+    )

@@ -162,8 +162,10 @@ def everything_case(_family: str, rng: random.Random, name: str = "all on board"
     case = with_pairs(with_friction(case, rng), rng)
     if share(rng) < 0.5:
         return with_records(case, rng)
-    once = [replace(pair, instants=tuple(sorted(t * case.length * uniform(rng, 0.5, 1.0) for t in pair.instants)))
-            for pair in case.pairs]  # fmt: skip
+    once = [
+        replace(pair, instants=tuple(sorted(t * case.length * uniform(rng, 0.5, 1.0) for t in pair.instants)))
+        for pair in case.pairs
+    ]
     return with_run_up(replace(case, pairs=tuple(once), repeats=False), rng)[0]
 
 

@@ -58,8 +58,15 @@ def entries_of(case: Dressed, motion: Motion, part: str) -> list[int]:
 
 
 parts = pytest.mark.parametrize(
-    ("family", "part"), [("friction", "sliders"), ("clipped", "limiters"), ("alternating", "pairs"),
-                         ("all beside", "sliders"), ("all on board", "sliders")])  # fmt: skip
+    ("family", "part"),
+    [
+        ("friction", "sliders"),
+        ("clipped", "limiters"),
+        ("alternating", "pairs"),
+        ("all beside", "sliders"),
+        ("all on board", "sliders"),
+    ],
+)
 
 
 @parts
@@ -99,8 +106,11 @@ def test_a_brief_slip_left_out_carries_more_than_the_limit():
             begins = motion.auxiliaries.initial[passages.watch[e] - len(case.clearances)] == 0
             begins &= not np.any(passages.watch[:e] == passages.watch[e])  # the first slip of a slider that sticks
             owner = case.sliders[passages.watch[e] - first].element
-            moved = [g for g in range(e) if passages.watch[g] < len(case.clearances)
-                     and case.clearances[passages.watch[g]] == owner]  # fmt: skip
+            moved = [
+                g
+                for g in range(e)
+                if passages.watch[g] < len(case.clearances) and case.clearances[passages.watch[g]] == owner
+            ]
             if later and begins and not moved:
                 assert "slider" in kinds(case, with_passages(motion, without(passages, e, later[0])))
                 tried += 1
@@ -132,8 +142,12 @@ def test_a_tick_invented_or_in_two_parts_is_reported():
     for case, motion in cases("alternating"):
         passages = motion.auxiliaries.passages
         (e, *_) = entries_of(case, motion, "pairs")
-        twice = Passages(*(np.insert(getattr(passages, f.name), [e, e], getattr(passages, f.name)[[e]], axis=0)
-                       for f in fields(Passages)))  # fmt: skip
+        twice = Passages(
+            *(
+                np.insert(getattr(passages, f.name), [e, e], getattr(passages, f.name)[[e]], axis=0)
+                for f in fields(Passages)
+            )
+        )
         assert "tick" in kinds(case, with_passages(motion, twice))
 
 

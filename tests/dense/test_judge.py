@@ -189,8 +189,10 @@ def test_slightly_wrong_physics_is_reported(family, name):
     """The motion of another driveline, a hair beside: one part in 1e8."""
     for case, motion in cases(family):
         if name == "stiffness":
-            stages = [[tuple((k * (1 + 1e-8), c, u) for k, c, u in side) for side in (e.drive, e.coast)]
-                      for e in case.elements]  # fmt: skip
+            stages = [
+                [tuple((k * (1 + 1e-8), c, u) for k, c, u in side) for side in (e.drive, e.coast)]
+                for e in case.elements
+            ]
             other = replace(
                 case, elements=tuple(Element(*s, e.preload) for s, e in zip(stages, case.elements, strict=True))
             )
@@ -202,8 +204,24 @@ def test_slightly_wrong_physics_is_reported(family, name):
 def oscillator(corner: float) -> Case:
     """x'' + x + beyond the corner 2 (x - corner) = 0 from x = -1/2, v = 0.8: the largest x is sqrt(0.89)."""
     none, side = np.zeros((1, 0)), ((1.0, 0.0, corner), (3.0, 0.0, None))
-    return Case("oscillator", np.ones(1), np.zeros(1), np.ones((1, 1)), (Element(side, side),), 6.0, np.zeros(0),
-                np.zeros(1), none, none, none, none, np.array([-0.5]), np.array([0.8]), 1, 6)  # fmt: skip
+    return Case(
+        "oscillator",
+        np.ones(1),
+        np.zeros(1),
+        np.ones((1, 1)),
+        (Element(side, side),),
+        6.0,
+        np.zeros(0),
+        np.zeros(1),
+        none,
+        none,
+        none,
+        none,
+        np.array([-0.5]),
+        np.array([0.8]),
+        1,
+        6,
+    )
 
 
 @pytest.mark.parametrize("part", [1e-3, 1e-6, 1e-9, 1e-10, 1e-11])

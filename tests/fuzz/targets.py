@@ -252,27 +252,49 @@ def _read(path: Path) -> object:
 def _targets() -> Iterator[Target]:
     yield Target("model file", "m.toml", _texts(MODELS, SMALL), read_model, text=True, around=_models)
     yield Target(
-        "study file", "studies/s.toml", _texts(STUDIES), lambda path: read_study(path).prepare(),
-        text=True, around=_models, while_open=without_motion,
-    )  # fmt: skip
+        "study file",
+        "studies/s.toml",
+        _texts(STUDIES),
+        lambda path: read_study(path).prepare(),
+        text=True,
+        around=_models,
+        while_open=without_motion,
+    )
     yield Target(
-        "mapping file", "m.toml", _texts((), MAPPING), _read, text=True,
+        "mapping file",
+        "m.toml",
+        _texts((), MAPPING),
+        _read,
+        text=True,
         around=lambda folder: (folder / "record.csv").write_text(
             "t [s], n [rpm], T [N*m]\n" + "".join(f"{k / 100}, {k % 2}, {k}\n" for k in range(100))
         ),
-    )  # fmt: skip
+    )
     yield Target(
-        "data file", "d.toml", _texts((), DATA), lambda path: read_data(path, gr.loads(SMALL), State()), text=True,
+        "data file",
+        "d.toml",
+        _texts((), DATA),
+        lambda path: read_data(path, gr.loads(SMALL), State()),
+        text=True,
         around=lambda folder: (folder / "hub.csv").write_text(RESPONSE),
-    )  # fmt: skip
-    yield Target("response, CSV", "hub.csv", _texts((), RESPONSE),
-                 lambda path: read_data(path.with_name("d.toml"), gr.loads(SMALL), State()), text=True,
-                 around=lambda folder: (folder / "d.toml").write_text(DATA))  # fmt: skip
+    )
+    yield Target(
+        "response, CSV",
+        "hub.csv",
+        _texts((), RESPONSE),
+        lambda path: read_data(path.with_name("d.toml"), gr.loads(SMALL), State()),
+        text=True,
+        around=lambda folder: (folder / "d.toml").write_text(DATA),
+    )
     yield Target("CSV record", "r.csv", _csv, _read, text=True)
     yield Target(
-        "torque of a model, CSV", "t.csv", _texts((), TORQUE), lambda path: gr.load(path.with_name("m.toml")),
-        text=True, around=lambda folder: (folder / "m.toml").write_text(DRIVEN),
-    )  # fmt: skip
+        "torque of a model, CSV",
+        "t.csv",
+        _texts((), TORQUE),
+        lambda path: gr.load(path.with_name("m.toml")),
+        text=True,
+        around=lambda folder: (folder / "m.toml").write_text(DRIVEN),
+    )
     yield Target("loop, CSV", "l.csv", _texts((ROOT / "examples" / "measured" / "damper_loop.csv",)), _loop, text=True)
     yield Target("UFF record", "r.uff", _written(".uff"), _read, text=True)
     yield Target("WAV record", "r.wav", _written(".wav"), _read)
@@ -287,16 +309,27 @@ def _targets() -> Iterator[Target]:
     yield Target("saved spectra as figures", "r.nc", _densities, charts_of)
     for name in ("state.npz", "chunk-000001.nc"):
         yield Target(
-            f"stream, {name}", f"kept/{name}", _of(_stream, name), lambda path: list(gr.open_stream(path.parent)),
+            f"stream, {name}",
+            f"kept/{name}",
+            _of(_stream, name),
+            lambda path: list(gr.open_stream(path.parent)),
             around=_stream,
-        )  # fmt: skip
-    for name in ("results.zarr/zarr.json", "results.zarr/outcome/zarr.json", "results.zarr/verdict/c/0", "study.json",
-                 "done/0000000.json"):  # fmt: skip
+        )
+    for name in (
+        "results.zarr/zarr.json",
+        "results.zarr/outcome/zarr.json",
+        "results.zarr/verdict/c/0",
+        "study.json",
+        "done/0000000.json",
+    ):
         yield Target(
-            f"study folder, {name}", f"kept/{name}", _of(_study, name),
-            partial(_opened, depth=name.count("/")), text=name.endswith("json"),
+            f"study folder, {name}",
+            f"kept/{name}",
+            _of(_study, name),
+            partial(_opened, depth=name.count("/")),
+            text=name.endswith("json"),
             around=_study,
-        )  # fmt: skip
+        )
 
 
 def _opened(path: Path, depth: int) -> object:

@@ -178,9 +178,16 @@ def integrated(run_up: RunUp, end: float, nudge: float = 0.0) -> tuple[Array, Ar
         while t < stop:
             ways = leaving[piece]
             part = solve_ivp(
-                fall, (t, stop), y, "DOP853", rtol=1e-12, atol=1e-15, max_step=STEP, args=(piece,),
+                fall,
+                (t, stop),
+                y,
+                "DOP853",
+                rtol=1e-12,
+                atol=1e-15,
+                max_step=STEP,
+                args=(piece,),
                 events=[gap(*way, crossed) for way in ways],
-            )  # fmt: skip
+            )
             assert part.status >= 0, part.message
             t, y = float(part.t[-1]), part.y[:, -1]
             if part.status == 1:

@@ -124,10 +124,11 @@ def test_geared_momentum_is_referred_through_the_radii():
 def test_energy_lost_is_what_the_damping_took():
     """The dissipation comes from a quadrature of c delta'^2 over samples, apart from the program's propagation."""
     model = Driveline(
-        "bilinear", (Body("x", "1.0"),),
+        "bilinear",
+        (Body("x", "1.0"),),
         (Coupling("spring", ("x", "ground"), stages=(Stage("4.0", "0.1"),), coast_stages=(Stage("9.0", "0.3"),)),),
         speed="1",
-    ).start(("0.0",), ("1.0",))  # fmt: skip
+    ).start(("0.0",), ("1.0",))
     run = simulate(model, 2, 4_000)
     t, x, v = run.data.time.values, run.data["angle"].values[:, 0], run.data["velocity"].values[:, 0]
     energy = 0.5 * v**2 + 0.5 * np.where(x > 0, 4.0, 9.0) * x**2

@@ -103,9 +103,12 @@ def returned(path: np.ndarray) -> np.ndarray:
     """
     drive, coast = [(0.0, 0.1, 3.0), (0.1, 0.4, 12.0), (0.4, np.inf, 40.0)], [(0.0, 0.15, 5.0), (0.15, np.inf, 30.0)]
     springs = [
-        (-np.inf, np.inf, 60.0, 0.15), (0.1, np.inf, 100.0, 0.25), (0.4, np.inf, 400.0, 0.6),
-        (-np.inf, 0.0, 70.0, 0.1), (-np.inf, -0.15, 90.0, 0.3),
-    ]  # fmt: skip
+        (-np.inf, np.inf, 60.0, 0.15),
+        (0.1, np.inf, 100.0, 0.25),
+        (0.4, np.inf, 400.0, 0.6),
+        (-np.inf, 0.0, 70.0, 0.1),
+        (-np.inf, -0.15, 90.0, 0.3),
+    ]
     out = np.full(len(path), 0.2)
     for sign, stages in ((1.0, drive), (-1.0, coast)):
         for inner, outer, slope in stages:

@@ -25,9 +25,12 @@ def crossings_compared(seed: int) -> int:
     run_up = draw(seed)
     slices = [time.process_time()]
     run = gr.simulate(
-        model_of(run_up), samples_per_cycle=16, discard=0, audit=False,
+        model_of(run_up),
+        samples_per_cycle=16,
+        discard=0,
+        audit=False,
         progress=lambda _: slices.append(time.process_time()),
-    )  # fmt: skip
+    )
     assert np.diff(slices[1:]).max(initial=0.0) < SLICE
     events, end = run.trajectory.events, run.trajectory.end
     work = len(run_up.breaks) + len(events.time) + run_up.cycles

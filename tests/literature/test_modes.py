@@ -19,9 +19,12 @@ def hertz(model: Driveline) -> np.ndarray:
 def geared(stiffness: str) -> Driveline:
     """V8: motor and one rotor on the first gear's shaft, the other rotor on the second gear's (Friswell et al.)."""
     bodies = (
-        Body("motor", "400e-6"), Body("gear1", "25e-6"), Body("gear2", "25e-6"),
-        Body("rotor1", "700e-6"), Body("rotor2", "700e-6"),
-    )  # fmt: skip
+        Body("motor", "400e-6"),
+        Body("gear1", "25e-6"),
+        Body("gear2", "25e-6"),
+        Body("rotor1", "700e-6"),
+        Body("rotor2", "700e-6"),
+    )
     shafts = (
         Coupling("motor_shaft", ("motor", "gear1"), "1e4"),
         Coupling("rotor_shaft1", ("gear1", "rotor1"), "5e3"),

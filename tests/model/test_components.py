@@ -16,10 +16,15 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "coupling": {"name": "one", "between": ["a", "b"], "stiffness": 100.0},
     "mesh": {"name": "one", "between": ["a", "b"], "radii": [0.05, 0.03], "stiffness": 1e7, "backlash": 1e-4},
     "planetary": {
-        "name": "one", "sun": "a", "ring": "b", "carrier": "c", "planets": ["d", "e"],
-        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07}, "stiffness": {"sun": 1e7, "ring": 1e7},
+        "name": "one",
+        "sun": "a",
+        "ring": "b",
+        "carrier": "c",
+        "planets": ["d", "e"],
+        "radii": {"sun": 0.03, "planet": 0.02, "ring": 0.07},
+        "stiffness": {"sun": 1e7, "ring": 1e7},
     },
-}  # fmt: skip
+}
 
 
 def tables(kind: str, units: str = "SI", **changes: Any) -> dict[str, Any]:

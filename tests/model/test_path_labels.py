@@ -12,8 +12,20 @@ from gearrattle.model.paths import value_at
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MODELS = sorted([*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("paper/*.toml")])
-WITHOUT_UNIT = ("order", "cycles", "discard", "samples_per_cycle", "tolerance", "ratio", "share", "fewer", "schema",
-                "cylinders", "orders", "scale")  # fmt: skip
+WITHOUT_UNIT = (
+    "order",
+    "cycles",
+    "discard",
+    "samples_per_cycle",
+    "tolerance",
+    "ratio",
+    "share",
+    "fewer",
+    "schema",
+    "cylinders",
+    "orders",
+    "scale",
+)
 
 
 @pytest.mark.parametrize("file", MODELS, ids=lambda file: file.stem)

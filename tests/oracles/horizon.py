@@ -53,9 +53,7 @@ class Measured:
 
 def measured(name: str, driveline: Any) -> Measured | None:
     """Return the error of one motion at its horizon; None where it has none within ``LONGEST`` cycles."""
-    run = gr.simulate(
-        gr.loads(driveline.toml()), cycles=CYCLES, discard=0, samples_per_cycle=SAMPLES, audit=False
-    )  # fmt: skip
+    run = gr.simulate(gr.loads(driveline.toml()), cycles=CYCLES, discard=0, samples_per_cycle=SAMPLES, audit=False)
     t, horizon = run.trajectory, run.predictability_horizon
     cycles = horizon / t.layout.period
     if not cycles <= LONGEST:

@@ -68,19 +68,24 @@ class Set:
             ],
             "planetary": [
                 {
-                    "name": "set", "sun": "sun", "ring": "ring", "carrier": "carrier", "planets": names[3:],
+                    "name": "set",
+                    "sun": "sun",
+                    "ring": "ring",
+                    "carrier": "carrier",
+                    "planets": names[3:],
                     "radii": dict(zip(("sun", "planet", "ring"), self.radii, strict=True)),
                     "stiffness": dict(zip(pair, self.stiffness, strict=True)),
                     "damping": dict(zip(pair, self.damping, strict=True)),
                     "backlash": {key: 2.0 * gap for key, gap in zip(pair, self.half_gap, strict=True)},
                     "transmission_error": {"sun": [{"order": self.error[1], "amplitude": self.error[0]}]},
                     "mesh_phase": {"sun": self.phases.tolist()},
-                    "planet_mass": self.mass, "centre_distance": self.distance,
+                    "planet_mass": self.mass,
+                    "centre_distance": self.distance,
                 }
             ],
             "excitation": {"speed": self.omega},
             "torque": [{"on": "sun", "mean": self.mean, "harmonics": [{"order": 1, "amplitude": self.swing}]}],
-        }  # fmt: skip
+        }
 
     def deflections(self, time: float, angle: Array) -> Array:
         """(2 N,) sun meshes, then ring meshes [m]."""
@@ -129,9 +134,14 @@ def integrate(case: Set, state: Array, end: float) -> tuple[Array, int]:
         ways = [way for k, gap in enumerate(half) for way in _ways_out(k, int(sides[k]), float(gap))]
         span = solve_ivp(
             lambda t, y: case.slope(t, y, sides),
-            (time, end), state, "DOP853", max_step=step, rtol=1e-13, atol=1e-18,
+            (time, end),
+            state,
+            "DOP853",
+            max_step=step,
+            rtol=1e-13,
+            atol=1e-18,
             events=[_event(case, way) for way in ways],
-        )  # fmt: skip
+        )
         state, time = span.y[:, -1], float(span.t[-1])
         if span.status == 1:
             k, corner, _ = next(way for way, times in zip(ways, span.t_events, strict=True) if times.size)
@@ -166,14 +176,17 @@ def random_set(seed: int) -> Set:
     inertia = np.array([4e-3, 2e-2, 1e-2, *([4e-4] * count)]) * spread
     stiffness = 10.0 ** random.uniform(5.5, 7.0, 2)
     return Set(
-        inertia=inertia, radii=radii,
+        inertia=inertia,
+        radii=radii,
         stiffness=(float(stiffness[0]), float(stiffness[1])),
         damping=(float(random.uniform(5.0, 60.0)), float(random.uniform(5.0, 60.0))),
         half_gap=(float(random.uniform(1e-5, 4e-5)), float(random.uniform(1e-5, 4e-5))),
         error=(float(random.uniform(0.0, 4e-6)), float(random.integers(5, 13))),
         phases=random.uniform(0.0, 2.0 * np.pi, count),
-        mass=float(random.uniform(0.1, 0.5)), distance=float(sun + planet),
+        mass=float(random.uniform(0.1, 0.5)),
+        distance=float(sun + planet),
         holds=np.array([[1e4, 2.0], [3e3, 2.0]]) * random.uniform(0.5, 2.0, (2, 1)),
         omega=float(random.uniform(100.0, 300.0)),
-        mean=float(random.uniform(0.0, 3.0)), swing=float(random.uniform(0.5, 15.0)),
-    )  # fmt: skip
+        mean=float(random.uniform(0.0, 3.0)),
+        swing=float(random.uniform(0.5, 15.0)),
+    )

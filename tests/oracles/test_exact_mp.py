@@ -181,9 +181,14 @@ def test_the_oracle_solves_the_equations_of_motion(family):
         assert np.allclose(acceleration, want, rtol=1e-9, atol=1e-9 * np.abs(exact.array("acceleration")).max())
     for i in range(0, len(t) - 1, max(1, len(t) // 3)):
         piece = solve_ivp(
-            lambda s, y: right_side(model, s, y), (t[i], t[i + 1]), states[i], "DOP853", rtol=1e-11, atol=1e-13,
+            lambda s, y: right_side(model, s, y),
+            (t[i], t[i + 1]),
+            states[i],
+            "DOP853",
+            rtol=1e-11,
+            atol=1e-13,
             max_step=(t[i + 1] - t[i]) / 25,
-        )  # fmt: skip
+        )
         scale = np.abs(states).max(axis=0) + 1e-9
         assert np.max(np.abs(piece.y[:, -1] - states[i + 1]) / scale) < 2e-6
 
@@ -209,10 +214,13 @@ def test_equilibrium_balances(seed):
     model = random_problem("static", seed).model
     angles = np.array([float(x) for x in equilibrium(model)])
     still = Driveline(
-        model.name, model.bodies, model.couplings,
+        model.name,
+        model.bodies,
+        model.couplings,
         tuple(type(m)(m.name, m.between, m.radii, m.stiffness, m.damping, m.backlash) for m in model.meshes),
-        tuple(Torque(t.on, t.mean) for t in model.torques), model.speed,
-    )  # fmt: skip
+        tuple(Torque(t.on, t.mean) for t in model.torques),
+        model.speed,
+    )
     n = len(angles)
     acceleration = right_side(still, 0.0, np.concatenate([angles, np.zeros(n)]))[n:]
     names = [body.name for body in model.bodies] + ["ground"]

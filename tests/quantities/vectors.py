@@ -96,51 +96,111 @@ _RINGING = inputs(trajectory(accelerations=(still, lambda t: 9.0 + sine(3.0)(t) 
 _GEAR, _LOOSE = "gear", "loose"
 
 VECTORS: tuple[Vector, ...] = (
-    Vector(SeparationRatio(), _DRIVEN, {  # 0.5 x 3 x 12 / 3
-        (_GEAR, "separation ratio"): 6.0, (_GEAR, "separation margin"): 20.0 * math.log10(6.0),
-    }),
-    Vector(HarmonicSeparation(), _TWO, {
-        (_GEAR, "separation ratio at order 1"): 6.0, (_GEAR, "separation ratio at order 2"): 2.0,
-        (_GEAR, "largest separation ratio of an order"): 6.0,
-    }),
-    Vector(ImpactIntensity(), inputs(trajectory(rows=ROWS)), {
-        (_GEAR, "mean restitution"): (0.4 / 0.5 + 0.6 / 0.7 + 0.1 / 0.2) / 3.0,
-        (_GEAR, "mean impact intensity"): PUSHED / 4.0,
-    }),
-    Vector(ImpactLoss(), inputs(trajectory(rows=ROWS)), {
-        (_GEAR, "impact loss rate"): TAKEN / 4.0, (_GEAR, "mean loss of an impact"): TAKEN / 3.0,
-    }),
+    Vector(
+        SeparationRatio(),
+        _DRIVEN,
+        {  # 0.5 x 3 x 12 / 3
+            (_GEAR, "separation ratio"): 6.0,
+            (_GEAR, "separation margin"): 20.0 * math.log10(6.0),
+        },
+    ),
+    Vector(
+        HarmonicSeparation(),
+        _TWO,
+        {
+            (_GEAR, "separation ratio at order 1"): 6.0,
+            (_GEAR, "separation ratio at order 2"): 2.0,
+            (_GEAR, "largest separation ratio of an order"): 6.0,
+        },
+    ),
+    Vector(
+        ImpactIntensity(),
+        inputs(trajectory(rows=ROWS)),
+        {
+            (_GEAR, "mean restitution"): (0.4 / 0.5 + 0.6 / 0.7 + 0.1 / 0.2) / 3.0,
+            (_GEAR, "mean impact intensity"): PUSHED / 4.0,
+        },
+    ),
+    Vector(
+        ImpactLoss(),
+        inputs(trajectory(rows=ROWS)),
+        {
+            (_GEAR, "impact loss rate"): TAKEN / 4.0,
+            (_GEAR, "mean loss of an impact"): TAKEN / 3.0,
+        },
+    ),
     Vector(ContactWork(), inputs(_audited()), {(_GEAR, "contact work rate"): 6.0 / 4.0}),
-    Vector(RattleLevel(40.0, 2.0), inputs(trajectory(rows=ROWS)), {
-        (_GEAR, "rattle level"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
-        ("all meshes", "rattle level of all meshes"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
-    }),
-    Vector(ForceStatistics(), _sine_force(), {
-        (_GEAR, "force standard deviation"): 7.0 / math.sqrt(2.0), (_GEAR, "force crest factor"): math.sqrt(2.0),
-        (_GEAR, "force kurtosis"): 1.5,
-    }),
-    Vector(ForceStatistics(), inputs_of_recording(rig(np.arange(101.0), "force", "gear", "N"), None, None, ()), {
-        (_GEAR, "force exceeded 5 % of the time"): 0.95 * 99.0,
-        (_GEAR, "force standard deviation"): math.sqrt(833.5),  # integral 3333.5 - 2500 of the trapezoids
-    }),
-    Vector(LooseMotion(), _RINGING, {
-        (_LOOSE, "rms acceleration"): math.sqrt(6.5), (_LOOSE, "peak acceleration"): 5.0,
-        (_LOOSE, "rms acceleration above the engine orders"): math.sqrt(2.0),
-        (_LOOSE, "peak acceleration above the engine orders"): 2.0,
-    }),
-    Vector(ContactSides(), inputs(trajectory(rows=ROWS)), {
-        (_GEAR, "drive-side share"): 0.125, (_GEAR, "coast-side share"): 0.125, (_GEAR, "free share"): 0.75,
-        (_GEAR, "single-sided impacts per cycle"): 0.5, (_GEAR, "double-sided impacts per cycle"): 0.25,
-    }),
-    Vector(ContactSides(), _deflection(), {
-        (_GEAR, "drive-side share"): 0.25, (_GEAR, "coast-side share"): 0.25, (_GEAR, "free share"): 0.5,
-        (_GEAR, "single-sided impacts per cycle"): 1.0, (_GEAR, "double-sided impacts per cycle"): 0.5,
-    }),
-    Vector(OrderTransmissibility(), moving(((4.0, 1.0, 0.3),), ((1.0, 1.0, 0.0), (5.0, 3.0, 1.0))), {
-        (_LOOSE, "transmissibility at order 1"): 0.25,
-    }),
-    Vector(SpeedIrregularity(), moving(((0.1 * OMEGA, 1.0, 0.0),), ((0.3 * OMEGA, 1.0, 0.4), (0.5, 2.0, 0.1))), {
-        ("driver", "irregularity"): 0.2 / OMEGA, ("driver", "peak-to-peak speed"): 0.2,
-        (_LOOSE, "peak-to-peak speed at order 1"): 0.6,
-    }),
-)  # fmt: skip
+    Vector(
+        RattleLevel(40.0, 2.0),
+        inputs(trajectory(rows=ROWS)),
+        {
+            (_GEAR, "rattle level"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
+            ("all meshes", "rattle level of all meshes"): 10.0 * math.log10(1e4 + 2.0 * PUSHED / 4.0),
+        },
+    ),
+    Vector(
+        ForceStatistics(),
+        _sine_force(),
+        {
+            (_GEAR, "force standard deviation"): 7.0 / math.sqrt(2.0),
+            (_GEAR, "force crest factor"): math.sqrt(2.0),
+            (_GEAR, "force kurtosis"): 1.5,
+        },
+    ),
+    Vector(
+        ForceStatistics(),
+        inputs_of_recording(rig(np.arange(101.0), "force", "gear", "N"), None, None, ()),
+        {
+            (_GEAR, "force exceeded 5 % of the time"): 0.95 * 99.0,
+            (_GEAR, "force standard deviation"): math.sqrt(833.5),  # integral 3333.5 - 2500 of the trapezoids
+        },
+    ),
+    Vector(
+        LooseMotion(),
+        _RINGING,
+        {
+            (_LOOSE, "rms acceleration"): math.sqrt(6.5),
+            (_LOOSE, "peak acceleration"): 5.0,
+            (_LOOSE, "rms acceleration above the engine orders"): math.sqrt(2.0),
+            (_LOOSE, "peak acceleration above the engine orders"): 2.0,
+        },
+    ),
+    Vector(
+        ContactSides(),
+        inputs(trajectory(rows=ROWS)),
+        {
+            (_GEAR, "drive-side share"): 0.125,
+            (_GEAR, "coast-side share"): 0.125,
+            (_GEAR, "free share"): 0.75,
+            (_GEAR, "single-sided impacts per cycle"): 0.5,
+            (_GEAR, "double-sided impacts per cycle"): 0.25,
+        },
+    ),
+    Vector(
+        ContactSides(),
+        _deflection(),
+        {
+            (_GEAR, "drive-side share"): 0.25,
+            (_GEAR, "coast-side share"): 0.25,
+            (_GEAR, "free share"): 0.5,
+            (_GEAR, "single-sided impacts per cycle"): 1.0,
+            (_GEAR, "double-sided impacts per cycle"): 0.5,
+        },
+    ),
+    Vector(
+        OrderTransmissibility(),
+        moving(((4.0, 1.0, 0.3),), ((1.0, 1.0, 0.0), (5.0, 3.0, 1.0))),
+        {
+            (_LOOSE, "transmissibility at order 1"): 0.25,
+        },
+    ),
+    Vector(
+        SpeedIrregularity(),
+        moving(((0.1 * OMEGA, 1.0, 0.0),), ((0.3 * OMEGA, 1.0, 0.4), (0.5, 2.0, 0.1))),
+        {
+            ("driver", "irregularity"): 0.2 / OMEGA,
+            ("driver", "peak-to-peak speed"): 0.2,
+            (_LOOSE, "peak-to-peak speed at order 1"): 0.6,
+        },
+    ),
+)

@@ -43,8 +43,9 @@ def random_driveline(seed: int) -> Model:
         {"on": names[size // 2], "mean": float(rng.uniform(-5, 5))},
     ]
     tables = {"schema": 1, "inertia": bodies, "excitation": {"speed": 40.0}, "torque": torques}
-    return Model.from_tables({**tables, **({"coupling": couplings} if couplings else {}),
-                              **({"mesh": meshes} if meshes else {})})  # fmt: skip
+    return Model.from_tables(
+        {**tables, **({"coupling": couplings} if couplings else {}), **({"mesh": meshes} if meshes else {})}
+    )
 
 
 def _coupling(rng: np.random.Generator, name: str, ends: list[str], stiffness: float) -> Table:

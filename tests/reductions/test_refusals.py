@@ -87,8 +87,13 @@ def test_staged_couplings_stay_between_equal_speeds() -> None:
 
 
 def test_a_transmission_error_inside_the_band_keeps_its_mesh() -> None:
-    gears = {"name": "gears", "between": ["a", "b"], "radii": [0.05, 0.05], "stiffness": 1e13,
-             "transmission_error": [{"order": 20, "amplitude": 5e-6}]}  # fmt: skip
+    gears = {
+        "name": "gears",
+        "between": ["a", "b"],
+        "radii": [0.05, 0.05],
+        "stiffness": 1e13,
+        "transmission_error": [{"order": 20, "amplitude": 5e-6}],
+    }
     model = driveline(inertia=[body("a"), body("b")], mesh=[gears])  # 20 x 10 rad/s = 31.8 Hz
     assert "excites the band" in gr.reduce(model, 40.0).elements["gears"].reason
     low = gr.reduce(model, 10.0)

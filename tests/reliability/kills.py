@@ -115,9 +115,13 @@ def started(attack: Attack) -> tuple[subprocess.Popen[bytes], str]:
     mark = uuid4().hex
     environment = {**os.environ, MARK: mark}
     process = subprocess.Popen(
-        attack.words(), cwd=attack.output.parent, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        attack.words(),
+        cwd=attack.output.parent,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         start_new_session=True,
-    )  # fmt: skip
+    )
     return process, mark
 
 

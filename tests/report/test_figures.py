@@ -44,9 +44,11 @@ def run_up() -> gr.Run:
 @pytest.mark.parametrize("width", ["single", "double"])
 def test_every_figure_of_examples_keeps_the_laws(example: str, width: str, request: pytest.FixtureRequest) -> None:
     ready = {"manual_transmission.toml": "run", "run_up.toml": "run_up"}
-    motion = request.getfixturevalue(ready[example]) if example in ready else gr.simulate(
-        gr.load(EXAMPLES / example), **SHORT
-    )  # fmt: skip
+    motion = (
+        request.getfixturevalue(ready[example])
+        if example in ready
+        else gr.simulate(gr.load(EXAMPLES / example), **SHORT)
+    )
     found = gr.figures(motion, width=width)
     assert len(found) >= 10
     for chart in charts_of(motion):
@@ -74,7 +76,7 @@ def test_every_noun_with_a_page_has_figures(run: gr.Run, run_up: gr.Run) -> None
         "waterfall": (gr.spectral.waterfall(run_up, hub), ["waterfall"]),
         "fit_loop": (loop, ["loop"]),
         "study": (study, [chart.key for chart in charts_of(study)]),
-    }  # fmt: skip
+    }
     for name, (noun, keys) in nouns.items():
         assert list(gr.figures(noun)) == keys, name
         assert keys, name
@@ -93,8 +95,10 @@ def test_a_folder_gives_the_figures_of_its_page(tmp_path: Path) -> None:
     assert list(found) == [chart.key for chart in charts(findings)]
     again = gr.figures(tmp_path / "out" / "figures" / drawn.CHARTS)
     for name in found:
-        x, y = (np.concatenate([line.get_ydata() for axes in f[name].axes for line in axes.lines] or [[0.0]])
-                for f in (found, again))  # fmt: skip
+        x, y = (
+            np.concatenate([line.get_ydata() for axes in f[name].axes for line in axes.lines] or [[0.0]])
+            for f in (found, again)
+        )
         assert np.array_equal(x, y, equal_nan=True)
 
 
@@ -139,8 +143,12 @@ def test_what_is_wrong_is_refused_and_nothing_written(run: gr.Run, tmp_path: Pat
         with pytest.raises(gr.ModelError):
             found.save(tmp_path / "out", **wrong)  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
-    for thing, told in ((3, "int"), (SimpleNamespace(dims=("a",)), "is no result"), (tmp_path, "charts.npz"),
-                        (tmp_path / "none", "does not exist")):  # fmt: skip
+    for thing, told in (
+        (3, "int"),
+        (SimpleNamespace(dims=("a",)), "is no result"),
+        (tmp_path, "charts.npz"),
+        (tmp_path / "none", "does not exist"),
+    ):
         with pytest.raises(gr.ModelError, match=told):
             gr.figures(thing)
     (tmp_path / "text.nc").write_text("no netCDF")

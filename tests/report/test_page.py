@@ -35,9 +35,16 @@ def test_one_file_holds_a_whole_page() -> None:
 
 def test_a_section_shows_all_it_holds_in_order(tmp_path: Path) -> None:
     section = Section(
-        "all", "Heading", "A lead.", ("A paragraph.",), ("An item.",), (chart("curve"),),
-        (Picture("shape", "A drawing.", b"<svg/>"),), (Table(("column",), (("cell",),)),), text=("A text", "Long."),
-    )  # fmt: skip
+        "all",
+        "Heading",
+        "A lead.",
+        ("A paragraph.",),
+        ("An item.",),
+        (chart("curve"),),
+        (Picture("shape", "A drawing.", b"<svg/>"),),
+        (Table(("column",), (("cell",),)),),
+        text=("A text", "Long."),
+    )
     html = html_of(Page("test", "A title", (section,)), tmp_path)
     parts = ["A lead.", "A paragraph.", "An item.", 'data-key="curve"', "A drawing.", "cell", "A text", "Long."]
     places = [html.index(part) for part in ["<h1>A title</h1>", '<section id="all"', *parts]]

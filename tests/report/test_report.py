@@ -83,8 +83,19 @@ def test_the_verdict_comes_first(page: Page) -> None:
 def test_every_section_and_every_figure_is_there(page: Page) -> None:
     ids = [attrs["id"] for _, attrs in page.tags if attrs.get("id")]
     assert [name for name, count in Counter(ids).items() if count > 1] == []
-    assert {"verdict", "driveline", "clearances", "histories", "impacts", "phase_plane", "spectrum", "linear",
-            "criteria", "model", "computation"} <= set(ids)  # fmt: skip
+    assert {
+        "verdict",
+        "driveline",
+        "clearances",
+        "histories",
+        "impacts",
+        "phase_plane",
+        "spectrum",
+        "linear",
+        "criteria",
+        "model",
+        "computation",
+    } <= set(ids)
     links = {attrs["href"] for tag, attrs in page.tags if tag == "a"}
     assert links <= {f"#{name}" for name in ids}
     assert sum(tag == "figure" for tag, _ in page.tags) == len(FIGURES) - 3  # no friction, no run-up

@@ -39,8 +39,13 @@ def test_every_point_of_an_orbit_is_drawn_once(data: xr.Dataset) -> None:
     (band,) = chart.panels[0].bands
     assert (band.low, band.high) == (1.75, 6.25)
     assert [key.name for key in chart.legend] == [
-        "going up", "going down", "two motions", "quiet", "single-sided", "double-sided",
-    ]  # fmt: skip
+        "going up",
+        "going down",
+        "two motions",
+        "quiet",
+        "single-sided",
+        "double-sided",
+    ]
 
 
 def test_further_axes_have_a_figure_each(data: xr.Dataset) -> None:

@@ -15,10 +15,15 @@ from tests import synthetic
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
-        ("up to 1e-14 of it", "up to 1e-\u206014 of it"), ("3.2e-07", "3.2e-\u206007"), ("one-sided", "one-sided"),
-        ("one-1", "one-1"), (3, "3"), ("62 % of 5 Hz", "62\u00a0% of 5\u00a0Hz"), (Markup("1e-14 Hz"), "1e-14 Hz"),
+        ("up to 1e-14 of it", "up to 1e-\u206014 of it"),
+        ("3.2e-07", "3.2e-\u206007"),
+        ("one-sided", "one-sided"),
+        ("one-1", "one-1"),
+        (3, "3"),
+        ("62 % of 5 Hz", "62\u00a0% of 5\u00a0Hz"),
+        (Markup("1e-14 Hz"), "1e-14 Hz"),
     ],
-)  # fmt: skip
+)
 def test_numbers_are_not_broken_and_markup_is_left_as_it_is(text: object, shown: str) -> None:
     assert templates().from_string("{{ text }}").render(text=text) == shown
 

@@ -64,10 +64,18 @@ def test_rk2_and_rk4_take_the_printed_steps(found):
 def test_rows_that_cannot_fail_are_counted_apart(found):
     constructed = {row.item for row in found.rows if row.status == CONSTRUCTED}
     assert constructed == {
-        "Table 1, all but Omega_22^2", "Table 2, case 1", "Table 2, case 2", "Table 2, case 3",
-        "Sec. 3, eight natural frequencies", "Sec. 3, shape psi_3", "Sec. 3, lumping eight inertias below 75 Hz",
-        "Table 3, RK2", "Table 3, RK4", "Table 4, RK2", "Table 4, RK4",
-    }  # fmt: skip
+        "Table 1, all but Omega_22^2",
+        "Table 2, case 1",
+        "Table 2, case 2",
+        "Table 2, case 3",
+        "Sec. 3, eight natural frequencies",
+        "Sec. 3, shape psi_3",
+        "Sec. 3, lumping eight inertias below 75 Hz",
+        "Table 3, RK2",
+        "Table 3, RK4",
+        "Table 4, RK2",
+        "Table 4, RK4",
+    }
     assert found.counts()[CONSTRUCTED] == len(constructed)
 
 

@@ -32,9 +32,19 @@ from tests.compositions.kinds import BASE, KINDS
 TREE = Path(sys.modules["tests.compositions"].__path__[0]).parents[1]
 EXAMPLES = TREE / "examples"
 ALGORITHMS = (
-    "exact", "rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer",
-    "rkv-events", "gear-events", "dop853", "radau",
-)  # fmt: skip
+    "exact",
+    "rk2",
+    "rk4",
+    "rkf",
+    "rkv",
+    "adams",
+    "gear",
+    "bulirsch-stoer",
+    "rkv-events",
+    "gear-events",
+    "dop853",
+    "radau",
+)
 CYCLES, SAMPLES = 3, 32
 DEEPEST = 6
 BAD_VALUES = ("-1", "0", "1e300", "nan", '"a"', '"1 kg"', "[]", "[1]", "{}", "true", "", "99999999999999999999")

@@ -81,9 +81,11 @@ def test_derivatives_and_integrals_of_a_sine(times: int) -> None:
     time = np.arange(2000) * h
     found = derived(time, np.sin(w * time), times)
     exact = {
-        -2: -np.sin(w * time) / w**2 + time / w, -1: (1.0 - np.cos(w * time)) / w,
-        1: w * np.cos(w * time), 2: -(w**2) * np.sin(w * time),
-    }[times]  # fmt: skip
+        -2: -np.sin(w * time) / w**2 + time / w,
+        -1: (1.0 - np.cos(w * time)) / w,
+        1: w * np.cos(w * time),
+        2: -(w**2) * np.sin(w * time),
+    }[times]
     stated = {-2: 2 * (w * h) ** 4 / 720, -1: (w * h) ** 4 / 720, 1: (w * h) ** 4 / 180, 2: (w * h) ** 2 / 12}[times]
     middle = slice(50, -50)
     if times < 0:  # an integral keeps what it gathered at the end

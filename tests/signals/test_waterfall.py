@@ -44,9 +44,13 @@ def test_an_order_stands_upright_when_read_over_orders() -> None:
     time = np.arange(60_000) / RATE
     turns = 5.0 * time + 0.5 * 0.1 * time**2
     rows = waterfall(
-        2.0 * np.sin(2.0 * np.pi * 6.0 * turns), RATE, cut(time.size, 1024, 0.5, "flattop"),
-        2.0 * np.pi * (5.0 + 0.1 * time), density=False, highest=0.5 * RATE,
-    )  # fmt: skip
+        2.0 * np.sin(2.0 * np.pi * 6.0 * turns),
+        RATE,
+        cut(time.size, 1024, 0.5, "flattop"),
+        2.0 * np.pi * (5.0 + 0.1 * time),
+        density=False,
+        highest=0.5 * RATE,
+    )
     found = over_orders(rows, np.array([4.0, 6.0, 60.0]))
     assert found.values[:, 1] == pytest.approx(2.0, rel=0.02)
     assert found.values[:, 0].max() < 1e-3

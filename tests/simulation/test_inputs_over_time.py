@@ -72,8 +72,11 @@ def integrated(run: gr.Run, torque: Any) -> np.ndarray:
     def rates(time: float, y: np.ndarray) -> list[float]:
         shaft = 100.0 * (y[0] - y[1]) + 0.3 * (y[2] - y[3])
         return [
-            y[2], y[3], (torque(time) - shaft) / 0.1, (shaft - mount(y[1], y[3]) - 0.4 * y[3]) / 0.02,
-        ]  # fmt: skip
+            y[2],
+            y[3],
+            (torque(time) - shaft) / 0.1,
+            (shaft - mount(y[1], y[3]) - 0.4 * y[3]) / 0.02,
+        ]
 
     t = run.trajectory
     start = np.concatenate([t.angle[0], t.velocity[0]])
@@ -266,9 +269,7 @@ def test_a_sweep_follows_angle_and_tables() -> None:
         share = min(time / 2.0, 1.0)
         speed = 25.0 + 35.0 * share
         angle = 25.0 * time + 35.0 * time**2 / 4.0 if time < 2.0 else 85.0 + 60.0 * (time - 2.0)
-        return float(
-            np.interp(speed, [20, 70], [2, 5]) + np.interp(speed, [20, 40, 70], [6, 3, 4]) * np.sin(angle)
-        )  # fmt: skip
+        return float(np.interp(speed, [20, 70], [2, 5]) + np.interp(speed, [20, 40, 70], [6, 3, 4]) * np.sin(angle))
 
     assert run.trajectory.angle[-1] == pytest.approx(integrated(run, torque), rel=1e-8)
     assert run.trajectory.end == pytest.approx(2.0, rel=0.2)

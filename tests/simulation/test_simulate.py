@@ -115,9 +115,16 @@ def test_csv_has_the_columns_promised(run: gr.Run, tmp_path: Path) -> None:
     run.save(tmp_path / "run.csv")
     table = pd.read_csv(tmp_path / "run.csv", dtype=str)  # not every version reads numbers to the last bit
     assert list(table.columns) == [
-        "time", "angle.engine", "angle.gear", "velocity.engine", "velocity.gear", "acceleration.engine",
-        "acceleration.gear", "deflection.mesh", "force.mesh",
-    ]  # fmt: skip
+        "time",
+        "angle.engine",
+        "angle.gear",
+        "velocity.engine",
+        "velocity.gear",
+        "acceleration.engine",
+        "acceleration.gear",
+        "deflection.mesh",
+        "force.mesh",
+    ]
     force = np.array([float(text) for text in table["force.mesh"]])
     assert np.array_equal(force, run.data.force.sel(clearance="mesh"))
 

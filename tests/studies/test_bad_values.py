@@ -56,7 +56,8 @@ CASES = {
     "a file's name": (named('"zarr.json"'), 4, "letters, digits"),
     "a kept output's name": (
         'outputs = ["impacts per cycle"]\n[axis]\n"impacts per cycle" = { "torque.0.mean" = [0.3, 0.6] }\n',
-        5, "this is the name of another axis",
+        5,
+        "this is the name of another axis",
     ),
     "a huge tolerance": (f'kind = "bifurcation"\ntolerance = {HUGE}\n{SWEEP}', 4, "beyond the range"),
     "a phase that is no number": (f'kind = "bifurcation"\nphase = nan\n{SWEEP}', 4, "finite"),
@@ -66,17 +67,25 @@ CASES = {
     "a list as goal": ('kind = "optimization"\n' + GOAL.format(PAIR, '"verdict"', "[1]"), 7, 'must be "min" or "max"'),
     "an unknown goal": ('kind = "optimization"\n' + GOAL.format(PAIR, '"verdikt"', '"min"'), 7, "no such output"),
     "a huge limit": (
-        'kind = "optimization"\n' + GOAL.format(PAIR, '"verdict"', '"min"')
-        + f'[constraint]\n"joint: impacts per cycle" = {{ below = {HUGE} }}\n', 9, "beyond the range",
+        'kind = "optimization"\n'
+        + GOAL.format(PAIR, '"verdict"', '"min"')
+        + f'[constraint]\n"joint: impacts per cycle" = {{ below = {HUGE} }}\n',
+        9,
+        "beyond the range",
     ),
     "a limit that is no number": (
-        'kind = "optimization"\n' + GOAL.format(PAIR, '"verdict"', '"min"')
-        + '[constraint]\n"joint: impacts per cycle" = { below = nan }\n', 9, "finite",
+        'kind = "optimization"\n'
+        + GOAL.format(PAIR, '"verdict"', '"min"')
+        + '[constraint]\n"joint: impacts per cycle" = { below = nan }\n',
+        9,
+        "finite",
     ),
     "a huge generation": (
-        f'kind = "optimization"\npopulation = {HUGE}\n' + GOAL.format(PAIR, '"verdict"', '"min"'), 4, "whole number",
+        f'kind = "optimization"\npopulation = {HUGE}\n' + GOAL.format(PAIR, '"verdict"', '"min"'),
+        4,
+        "whole number",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.fixture

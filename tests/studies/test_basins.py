@@ -47,8 +47,10 @@ def test_what_the_closed_form_keeps_in_contact_becomes_quiet() -> None:
     margin = MEAN / STIFFNESS - AMPLITUDE * abs(RESPONSE)
     x, v = quiet(AMPLITUDE, 0.0)
     swift = np.sqrt(STIFFNESS - DRAG**2 / 4)
-    over = {X: {"from": x - margin, "to": x + margin, "count": 9},
-            V: {"from": v - margin * swift, "to": v + margin * swift, "count": 9}}  # fmt: skip
+    over = {
+        X: {"from": x - margin, "to": x + margin, "count": 9},
+        V: {"from": v - margin * swift, "to": v + margin * swift, "count": 9},
+    }
     found = gr.basins(model(), over, workers=1)
     u, w = np.meshgrid(found[f"initial.{X}"].values - x, found[f"initial.{V}"].values - v, indexing="ij")
     held = np.hypot(u, (w + DRAG / 2 * u) / swift) < 0.999 * margin

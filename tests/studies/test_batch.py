@@ -21,9 +21,17 @@ from tests.studies.drivelines import loudness, model
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 OUTPUTS = (
-    "verdict", "regime", "impacts per cycle", "drive-side impacts per cycle", "coast-side impacts per cycle",
-    "impacts per second", "contact share", "share of region 0", "crossings per cycle", "function calls",
-)  # fmt: skip
+    "verdict",
+    "regime",
+    "impacts per cycle",
+    "drive-side impacts per cycle",
+    "coast-side impacts per cycle",
+    "impacts per second",
+    "contact share",
+    "share of region 0",
+    "crossings per cycle",
+    "function calls",
+)
 SEVERITY = tuple(
     f"{statistic} {quantity}"
     for statistic in ("mean", "largest")

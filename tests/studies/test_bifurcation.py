@@ -105,10 +105,16 @@ def test_chaos_is_told_by_a_positive_exponent_and_by_no_period() -> None:
     grown = []
     for x, v in zip(one["deflection.flanks"].values[::2], one["rate.flanks"].values[::2], strict=True):
         ends = [
-            gr.simulate(model(3.0).with_(light), cycles=6, discard=0, samples_per_cycle=1, audit=False,
-                        initial={"angle": [x + aside], "velocity": [v]}).trajectory
+            gr.simulate(
+                model(3.0).with_(light),
+                cycles=6,
+                discard=0,
+                samples_per_cycle=1,
+                audit=False,
+                initial={"angle": [x + aside], "velocity": [v]},
+            ).trajectory
             for aside in (0.0, 1e-9)
-        ]  # fmt: skip
+        ]
         states = [np.array([t.angle[:, 0], t.velocity[:, 0] / (2 * np.pi)]) for t in ends]
         parted = np.linalg.norm(states[0] - states[1], axis=0)
         grown.append(np.log(parted[6] / parted[1]) / 5.0)
@@ -147,10 +153,23 @@ def test_a_rate_is_the_derivative_of_the_deflection() -> None:
     error = {"mesh.gear.transmission_error": [{"order": 20, "amplitude": "5 um", "phase": 0.4}]}
     case = gr.load(oscillator.EXAMPLES / "paper" / "case2.toml").with_(error)
     names = ["deflection.gear", "rate.gear", "velocity.hub"]
-    found = gr.bifurcation(case, "torque.0.harmonics.0.amplitude", [200.0, 202.5], direction="up", cycles=4, discard=3,
-                           phase=0.3, section=names)  # fmt: skip
-    fine = gr.simulate(case.with_({"torque.0.harmonics.0.amplitude": 200.0}), cycles=4, discard=3,
-                       samples_per_cycle=200_000, audit=False)  # fmt: skip
+    found = gr.bifurcation(
+        case,
+        "torque.0.harmonics.0.amplitude",
+        [200.0, 202.5],
+        direction="up",
+        cycles=4,
+        discard=3,
+        phase=0.3,
+        section=names,
+    )
+    fine = gr.simulate(
+        case.with_({"torque.0.harmonics.0.amplitude": 200.0}),
+        cycles=4,
+        discard=3,
+        samples_per_cycle=200_000,
+        audit=False,
+    )
     delta = fine.data["deflection"].sel(clearance="gear")
     at = 3 * 200_000 + 60_000
     step = float(delta["time"][1] - delta["time"][0])

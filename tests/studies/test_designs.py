@@ -50,9 +50,16 @@ def exact_indices() -> tuple[dict[str, float], dict[str, float]]:
 @pytest.fixture(scope="module")
 def saltelli() -> Any:
     return gr.study(
-        model(), outputs=["regime"], vary=VARY, samples=64, method="saltelli", seed=2, fixed=SHORT, function=frequency,
+        model(),
+        outputs=["regime"],
+        vary=VARY,
+        samples=64,
+        method="saltelli",
+        seed=2,
+        fixed=SHORT,
+        function=frequency,
         workers=1,
-    )  # fmt: skip
+    )
 
 
 def test_indices_of_a_natural_frequency(saltelli: Any) -> None:

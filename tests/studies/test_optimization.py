@@ -50,9 +50,14 @@ def zdt1(points: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def found() -> xr.Dataset:
     return gr.optimize(
-        model(), RANGES, {"f1": "min", "f2": "min"}, constraints={"f1": {"below": 0.9}}, function=zdt, workers=1,
+        model(),
+        RANGES,
+        {"f1": "min", "f2": "min"},
+        constraints={"f1": {"below": 0.9}},
+        function=zdt,
+        workers=1,
         **SMALL,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -142,9 +147,14 @@ def test_every_member_of_the_front_is_computed_again_by_itself(found: xr.Dataset
 def test_a_search_by_a_coarse_algorithm_is_not_certified() -> None:
     """Midpoint steps at the default step against exact runs: impacts differ by more than a part in a million."""
     coarse = gr.optimize(
-        model(), {STIFFNESS: (500.0, 1000.0)}, {"wheel: TR rms": "min"}, population=4,
-        generations=1, fixed={"simulation.algorithm": "rk2"}, workers=1,
-    )  # fmt: skip
+        model(),
+        {STIFFNESS: (500.0, 1000.0)},
+        {"wheel: TR rms": "min"},
+        population=4,
+        generations=1,
+        fixed={"simulation.algorithm": "rk2"},
+        workers=1,
+    )
     assert coarse["certified"].values[int(coarse.attrs["best"])] == 0
 
 
@@ -159,10 +169,18 @@ def test_the_drag_that_just_holds_a_loose_gear(tmp_path: Path) -> None:
     engine, torque, drag = 0.2, 4.0, 0.4
     exact = engine * drag / (torque - drag)  # J_w T / (J_e + J_w) = T_drag
     best = gr.optimize(
-        driveline, {WHEEL: (0.01, 0.04)}, {"mass": "max"}, constraints={"joint: regime": {"below": 0.5}},
-        function=wheel_inertia, population=16, generations=8, seed=1,
-        fixed={"simulation.cycles": 30, "simulation.discard": 15}, output=tmp_path / "o", workers=1,
-    )  # fmt: skip
+        driveline,
+        {WHEEL: (0.01, 0.04)},
+        {"mass": "max"},
+        constraints={"joint: regime": {"below": 0.5}},
+        function=wheel_inertia,
+        population=16,
+        generations=8,
+        seed=1,
+        fixed={"simulation.cycles": 30, "simulation.discard": 15},
+        output=tmp_path / "o",
+        workers=1,
+    )
     reached = float(best[WHEEL][int(best.attrs["best"])])
     assert reached == pytest.approx(exact, rel=0.02)
     assert reached == gr.load(tmp_path / "o" / "best.toml").inertias[1].J
@@ -176,10 +194,18 @@ def wheel_inertia(run: gr.Run) -> dict[str, float]:
 
 def test_limits_may_be_functions_of_the_model(tmp_path: Path) -> None:
     found = gr.optimize(
-        model(), {STIFFNESS: (500.0, 1000.0)}, {"distance": "min"}, function=distance,
+        model(),
+        {STIFFNESS: (500.0, 1000.0)},
+        {"distance": "min"},
+        function=distance,
         constraints={"mean stiffness": {"of": lambda m: value_at(m.to_tables(), STIFFNESS), "above": 700.0}},
-        output=tmp_path / "o", workers=1, population=8, generations=6, fixed=SHORT, seed=2,
-    )  # fmt: skip
+        output=tmp_path / "o",
+        workers=1,
+        population=8,
+        generations=6,
+        fixed=SHORT,
+        seed=2,
+    )
     best = int(found.attrs["best"])
     assert 700.0 <= float(found[STIFFNESS][best]) < 712.0
     failed = np.isnan(found["violation"].values)
@@ -190,9 +216,17 @@ def test_limits_may_be_functions_of_the_model(tmp_path: Path) -> None:
 
 def test_where_nothing_is_feasible_that_is_told(tmp_path: Path) -> None:
     found = gr.optimize(
-        model(), {STIFFNESS: (500.0, 1000.0)}, {"f1": "min"}, constraints={"f2": {"below": -1.0, "above": -2.0}},
-        function=zdt, output=tmp_path / "o", workers=1, population=4, generations=1, fixed=SHORT,
-    )  # fmt: skip
+        model(),
+        {STIFFNESS: (500.0, 1000.0)},
+        {"f1": "min"},
+        constraints={"f2": {"below": -1.0, "above": -2.0}},
+        function=zdt,
+        output=tmp_path / "o",
+        workers=1,
+        population=4,
+        generations=1,
+        fixed=SHORT,
+    )
     assert found.attrs["best"] == -1
     assert not (found["front"] == 1).any()
     assert not (tmp_path / "o" / "best.toml").exists()
@@ -202,8 +236,12 @@ def test_where_nothing_is_feasible_that_is_told(tmp_path: Path) -> None:
 def test_a_search_that_was_stopped_goes_on_to_the_same_bits(found: xr.Dataset, tmp_path: Path, place: str) -> None:
     address = str(tmp_path / "o") if place == "folder" else f"memory://{tmp_path.name}/o"
     arguments: dict[str, Any] = {
-        "constraints": {"f1": {"below": 0.9}}, "function": zdt, "output": address, "workers": 1, **SMALL,
-    }  # fmt: skip
+        "constraints": {"f1": {"below": 0.9}},
+        "function": zdt,
+        "output": address,
+        "workers": 1,
+        **SMALL,
+    }
 
     def stop(share: float) -> None:
         if share > 0.5:
@@ -227,9 +265,15 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_bits(found: xr.Dataset, t
 @pytest.mark.parametrize("scheduler", ["local", "threads"])
 def test_any_scheduler_gives_the_same_bits(found: xr.Dataset, scheduler: str) -> None:
     again = gr.optimize(
-        model(), RANGES, {"f1": "min", "f2": "min"}, constraints={"f1": {"below": 0.9}}, function=zdt, workers=2,
-        scheduler=scheduler, **SMALL,
-    )  # fmt: skip
+        model(),
+        RANGES,
+        {"f1": "min", "f2": "min"},
+        constraints={"f1": {"below": 0.9}},
+        function=zdt,
+        workers=2,
+        scheduler=scheduler,
+        **SMALL,
+    )
     assert again.equals(found)
 
 

@@ -68,8 +68,10 @@ def test_samples_whose_first_is_quiet_give_probabilities_and_sensitivities() -> 
 
 
 def test_sobol_indices_need_no_impact_in_every_case() -> None:
-    vary = {name: {"distribution": "uniform", "from": low, "to": high}
-            for name, low, high in ((AMPLITUDE, 0.1, 12.0), (GAP, 0.008, 0.012))}  # fmt: skip
+    vary = {
+        name: {"distribution": "uniform", "from": low, "to": high}
+        for name, low, high in ((AMPLITUDE, 0.1, 12.0), (GAP, 0.008, 0.012))
+    }
     found = gr.study(model(), outputs=["largest impact energy"], vary=vary, samples=16, method="saltelli", seed=1)
     total = gr.studies.sensitivities(found, "largest impact energy").sel(part="joint")["total_order"].values
     assert np.isfinite(total).all()
@@ -78,9 +80,14 @@ def test_sobol_indices_need_no_impact_in_every_case() -> None:
 
 def test_an_optimum_without_impacts_beats_one_with_impacts() -> None:
     found = gr.optimize(
-        model(), {AMPLITUDE: (0.1, 12.0)}, {"largest impact energy": "min"}, population=8, generations=2, seed=1,
+        model(),
+        {AMPLITUDE: (0.1, 12.0)},
+        {"largest impact energy": "min"},
+        population=8,
+        generations=2,
+        seed=1,
         constraints={"joint: largest impact energy": {"below": 1.0}},
-    )  # fmt: skip
+    )
     best = int(found.attrs["best"])
     assert float(found["value"][best, 0]) == 0.0
     assert int(found["certified"][best]) == 1

@@ -32,9 +32,11 @@ KINDS = ("folder", "file", "local", "memory")
 def where(kind: str, folder: Path) -> str:
     """An address of each kind; local:// is a folder through fsspec, which several processes see."""
     return {
-        "folder": str(folder / "s"), "file": f"file://{folder}/s", "local": f"local://{folder}/s",
+        "folder": str(folder / "s"),
+        "file": f"file://{folder}/s",
+        "local": f"local://{folder}/s",
         "memory": f"memory://{folder.name}/s",
-    }[kind]  # fmt: skip
+    }[kind]
 
 
 @pytest.fixture(params=KINDS)

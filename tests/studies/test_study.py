@@ -105,17 +105,24 @@ def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
     assert discards["outcome"].values.tolist() == [[DONE, DONE], [DONE, NO_MODEL]]
     assert "discard" in discards.attrs["failures"][0]
     again = gr.study(
-        model(), axes, ["verdict"], fixed={"simulation.algorithm": "rkv"}, output=tmp_path / "s", resume=True,
+        model(),
+        axes,
+        ["verdict"],
+        fixed={"simulation.algorithm": "rkv"},
+        output=tmp_path / "s",
+        resume=True,
         retry_failed=True,
-    )  # fmt: skip
+    )
     assert again.equals(found)
 
 
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
-        ({"axes": {GAP: {"from": 0.01, "to": 0.02, "count": 10_000}, TORQUE: {"from": 0, "to": 1, "count": 1000}}},
-         r"10000000 cases \(10000 x 1000\), more than the 1000000 allowed; on one core .* (hours|days)"),
+        (
+            {"axes": {GAP: {"from": 0.01, "to": 0.02, "count": 10_000}, TORQUE: {"from": 0, "to": 1, "count": 1000}}},
+            r"10000000 cases \(10000 x 1000\), more than the 1000000 allowed; on one core .* (hours|days)",
+        ),
         ({"axes": AXES, "outputs": ["regimes"]}, "did you mean"),
         ({"axes": AXES, "outputs": []}, "one at least"),
         ({}, "needs an axis"),
@@ -124,7 +131,7 @@ def test_cases_that_fail_are_told_and_the_others_go_on(tmp_path: Path) -> None:
         ({"axes": AXES, "fixed": {"coupling.joint.stifness": 1.0}}, "did you mean"),
         ({"vary": SCATTER, "samples": 2, "method": "grid"}, 'method: found "grid"; must be "latin-hypercube" or'),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_refused_before_anything_runs(arguments: dict[str, Any], match: str, tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=match):
         gr.study(model(), **arguments, output=tmp_path / "never")

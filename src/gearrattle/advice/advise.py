@@ -70,9 +70,16 @@ def advise(
     _refuse_unsteady(model)
     planned = settled(
         model,
-        {"algorithm": algorithm, "cycles": cycles, "discard": discard, "samples_per_cycle": samples_per_cycle,
-         "tolerance": tolerance, "step": step, "initial": initial},
-    )  # fmt: skip
+        {
+            "algorithm": algorithm,
+            "cycles": cycles,
+            "discard": discard,
+            "samples_per_cycle": samples_per_cycle,
+            "tolerance": tolerance,
+            "step": step,
+            "initial": initial,
+        },
+    )
 
     def stage(number: int) -> Callable[[float], None]:
         def share(done: float) -> None:

@@ -197,9 +197,13 @@ def _states(contact_ratio: Ratios) -> tuple[dict[str, float], ...]:
     count = prod(len(ratios) for ratios in grid.values())
     if count > MOST_STATES:
         raise ModelError(
-            Problem("contact_ratio", f"{count} combinations", f"at most {MOST_STATES} states fit into one diagram",
-                    "give fewer ratios")
-        )  # fmt: skip
+            Problem(
+                "contact_ratio",
+                f"{count} combinations",
+                f"at most {MOST_STATES} states fit into one diagram",
+                "give fewer ratios",
+            )
+        )
     return tuple(dict(zip(grid, chosen, strict=True)) for chosen in product(*grid.values()))
 
 

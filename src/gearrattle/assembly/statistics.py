@@ -105,9 +105,11 @@ class Between:
             of = {"velocity": flow.velocity, "acceleration": flow.acceleration_rows(pieces)}
             force = flow.force_rows(pieces)
             return np.array(
-                [force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)]
-                 for kind, name in signals]
-            )  # fmt: skip
+                [
+                    force[elements.index(name)] if kind == "force" else of[kind][bodies.index(name)]
+                    for kind, name in signals
+                ]
+            )
 
         return rows
 

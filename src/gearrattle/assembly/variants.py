@@ -40,15 +40,19 @@ _ZERO = "zero"  # a gap that is closed: an open one has more pieces
 _BOUNDS = {
     "inertia": {"J": _POSITIVE, "drag": _NOT_NEGATIVE, "drag_torque": _NOT_NEGATIVE},
     "coupling": {
-        "stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "clearance": _NOT_NEGATIVE, "preload": _FINITE,
-        "stiffness_ratio": _NOT_NEGATIVE, "damping_ratio": _NOT_NEGATIVE,
+        "stiffness": _NOT_NEGATIVE,
+        "damping": _NOT_NEGATIVE,
+        "clearance": _NOT_NEGATIVE,
+        "preload": _FINITE,
+        "stiffness_ratio": _NOT_NEGATIVE,
+        "damping_ratio": _NOT_NEGATIVE,
     },
     "stages": {"stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "until": _POSITIVE},
     "mesh": {"stiffness": _NOT_NEGATIVE, "damping": _NOT_NEGATIVE, "backlash": _NOT_NEGATIVE},
     "torque": {"mean": _FINITE},
     "harmonics": {"amplitude": _FINITE, "phase": _FINITE},
     "excitation": {"speed": _POSITIVE, "frequency": _POSITIVE},
-}  # fmt: skip
+}
 """Leaves that may vary, and what the model asks of them."""
 _ERRORS = ("transmission_error", "kinematic_error")
 

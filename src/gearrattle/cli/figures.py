@@ -126,8 +126,16 @@ def _print_figures(drawings: Figures, names: list[str], where: tuple[Path, list[
     for name in names:
         width, height = (25.4 * float(length) for length in drawings[name].get_size_inches())
         files = [str(folder / f"{name}.{kind}") for kind in kinds]
-        rows.append({"name": name, "title": drawings.titles[name], "caption": drawings.captions[name], "width": width,
-                     "height": height, "files": files})  # fmt: skip
+        rows.append(
+            {
+                "name": name,
+                "title": drawings.titles[name],
+                "caption": drawings.captions[name],
+                "width": width,
+                "height": height,
+                "files": files,
+            }
+        )
     if json:
         print(json_text({"output": str(folder), "figures": rows}))
         return

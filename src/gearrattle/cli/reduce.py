@@ -61,8 +61,13 @@ def reduce(
 
     def work(_watch: Watch) -> Reduction:
         return gearrattle.reduce(
-            driveline, up_to if band is None else band, keep=keep or None, merge=merge, limit=limit, margin=margin,
+            driveline,
+            up_to if band is None else band,
+            keep=keep or None,
+            merge=merge,
+            limit=limit,
+            margin=margin,
             check=check,
-        )  # fmt: skip
+        )
 
     emit("reduction", work, output, json=json, inputs=[model])

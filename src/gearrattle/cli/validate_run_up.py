@@ -46,9 +46,14 @@ def is_run_up(model: Path) -> bool:
 
 
 def validate_run_up(
-    files: tuple[Path, Path], how: OverSpeed, match: dict[str, str], settings: dict[str, Any], output: Path | None,
-    *, json: bool,
-) -> None:  # fmt: skip
+    files: tuple[Path, Path],
+    how: OverSpeed,
+    match: dict[str, str],
+    settings: dict[str, Any],
+    output: Path | None,
+    *,
+    json: bool,
+) -> None:
     """Compare a run-up, and print or save what came out."""
     import gearrattle
     from gearrattle.cli.emit import emit
@@ -59,8 +64,14 @@ def validate_run_up(
     def work(watch: Watch) -> RunUp:
         records = [gearrattle.read(path) for path in (files[1], *repeats)]
         return gearrattle.validate_run_up(
-            files[0], records, how.order or None, match=match, speed=how.shaft, settings=settings, progress=watch,
+            files[0],
+            records,
+            how.order or None,
+            match=match,
+            speed=how.shaft,
+            settings=settings,
+            progress=watch,
             **more,
-        )  # fmt: skip
+        )
 
     emit("validation of a run-up", work, output, json=json, inputs=[*files, *repeats])

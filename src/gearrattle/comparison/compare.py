@@ -80,9 +80,18 @@ def compare(
     """
     check_model(model)
     comparison = side_by_side(
-        model, algorithms, reference=reference, cycles=cycles, discard=discard, samples_per_cycle=samples_per_cycle,
-        tolerance=tolerance, step=step, initial=initial, budget=budget, progress=progress,
-    )  # fmt: skip
+        model,
+        algorithms,
+        reference=reference,
+        cycles=cycles,
+        discard=discard,
+        samples_per_cycle=samples_per_cycle,
+        tolerance=tolerance,
+        step=step,
+        initial=initial,
+        budget=budget,
+        progress=progress,
+    )
     table = table_of(comparison)
     table.attrs |= {KIND: Comparison.kind, "comparison": comparison}
     return table
@@ -130,9 +139,18 @@ def side_by_side(
     share.next()
     t = truth.trajectory
     comparison = Comparison(
-        model.name, reference, tuple(rows), tolerance, window, horizon, t.layout.period, t.cycles, t.discard,
-        t.samples_per_cycle, budget,
-    )  # fmt: skip
+        model.name,
+        reference,
+        tuple(rows),
+        tolerance,
+        window,
+        horizon,
+        t.layout.period,
+        t.cycles,
+        t.discard,
+        t.samples_per_cycle,
+        budget,
+    )
     comparison = replace(comparison, rows=with_verdicts(comparison))
     return replace(comparison, recommendation=recommendation(comparison))
 

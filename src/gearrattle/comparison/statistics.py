@@ -225,14 +225,16 @@ def _densities(names: Sequence[str], densities: Array, least: Array, floor: Floo
             (
                 "PSD outside bands",
                 f"share of bins above or below all exact motions', {chance:.2g} by chance [1]",
-                share, nan,
+                share,
+                nan,
             ),
             (
                 "PSD distance",
                 "rms over the bins of 10 lg of the ratio to the mean of exact motions' [dB]",
-                far, max(NEGLIGIBLE_DB, bound),
+                far,
+                max(NEGLIGIBLE_DB, bound),
             ),
-        ):  # fmt: skip
+        ):
             p, verdict, by_chance = _judged(distances, large=bool(large), scatter=scatter)
             value, high = float(distances[0]), float(np.max(distances[1:]))
             yield Item(quantity, name, nan, nan, "", measure, value, 0.0, high, smallest, p, verdict, by_chance)

@@ -35,8 +35,10 @@ COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
     "status": ("", lambda row: row.status),
     "average_step": ("s", lambda row: NAN if row.cost is None else row.cost.average_step),
     "average_trial_step": ("s", lambda row: NAN if row.cost is None else row.cost.average_trial_step),
-    "smallest_step": ("s", lambda row: NAN if row.cost is None or row.cost.smallest_step is None else (
-        row.cost.smallest_step)),
+    "smallest_step": (
+        "s",
+        lambda row: NAN if row.cost is None or row.cost.smallest_step is None else (row.cost.smallest_step),
+    ),
     "steps": ("1", lambda row: NAN if row.cost is None else row.cost.steps),
     "rejected_steps": ("1", lambda row: NAN if row.cost is None else row.cost.rejected_steps),
     "function_calls": ("1", lambda row: NAN if row.cost is None else row.cost.function_calls),
@@ -54,7 +56,7 @@ COLUMNS: dict[str, tuple[str, Callable[[Row], Any]]] = {
     "statistics_different": ("1", lambda row: _decided(row, "different")),
     "different_by_chance": ("1", lambda row: _decided(row, "different_by_chance")),
     "coherence": ("1", coherence),
-}  # fmt: skip
+}
 """Name -> (unit, how it is read off a row). ``error`` is the largest of any deflection inside the window (without
 clearances: of any velocity, over its rms); from
 ``wrong_from`` on it is more than a tenth; ``growth`` above 1: a step outside the stability region; ``coherence`` is the

@@ -18,9 +18,15 @@ _KEYS = {"torque": "signal", "velocity": "speed", "speed": "speed", "angle": "an
 
 
 def drive(
-    model: Model, recording: Recording, channel: str = "", on: str = "", *, start: float | None = None,
-    static: float | None = None, about: float | None = None,
-) -> Model:  # fmt: skip
+    model: Model,
+    recording: Recording,
+    channel: str = "",
+    on: str = "",
+    *,
+    start: float | None = None,
+    static: float | None = None,
+    about: float | None = None,
+) -> Model:
     """Drive a model with what was measured.
 
     A torque is added to those of the model; a velocity, speed or angle prescribes the motion of the inertia, in place

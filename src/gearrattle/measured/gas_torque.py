@@ -80,9 +80,16 @@ def gas_torque(
         ModelError: a value, unit or file that is none.
     """
     table = {
-        "cylinders": cylinders, "bore": bore, "stroke": stroke, "rod": rod, "pressure": pressure, "mass": mass,
-        "crankcase": crankcase, "firing": list(firing), "orders": orders,
-    }  # fmt: skip
+        "cylinders": cylinders,
+        "bore": bore,
+        "stroke": stroke,
+        "rod": rod,
+        "pressure": pressure,
+        "mass": mass,
+        "crankcase": crankcase,
+        "firing": list(firing),
+        "orders": orders,
+    }
     try:
         omega = Excitation.model_validate({"speed": speed}).omega
         engine = Engine.model_validate(table, context={OMEGA: omega})

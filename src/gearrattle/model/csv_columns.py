@@ -146,9 +146,14 @@ def _numbers(path: Path, layout: Layout, use: Mapping[str, int], *, gaps: bool =
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # a header without rows: too few points, which is said elsewhere
                 table = np.loadtxt(
-                    _rows(path, layout), delimiter=layout.separator, usecols=wanted, ndmin=2, comments=None,
-                    quotechar='"', converters=converters,
-                )  # fmt: skip
+                    _rows(path, layout),
+                    delimiter=layout.separator,
+                    usecols=wanted,
+                    ndmin=2,
+                    comments=None,
+                    quotechar='"',
+                    converters=converters,
+                )
         except RecordError:
             raise
         except ValueError:

@@ -115,8 +115,10 @@ class OverSpeed(Quantity):
         speed = Quantity(units.ANGULAR_VELOCITY, "non-negative").describe()
         points = {"type": "array", "minItems": 2}
         table = {
-            "type": "object", "required": list(_KEYS), "additionalProperties": False,
+            "type": "object",
+            "required": list(_KEYS),
+            "additionalProperties": False,
             "properties": {"speed": {**points, "items": speed}, "value": {**points, "items": plain}},
             "description": "a table over the reference speed, straight lines between its points",
-        }  # fmt: skip
+        }
         return {"anyOf": [*plain["anyOf"], table], "description": plain["description"] + "; or a table over speed"}

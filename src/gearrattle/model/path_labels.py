@@ -31,10 +31,19 @@ _STATE = {
 }
 """Quantities of a state: dimension of an angular one, and of one along a line of action (None: m/s)."""
 _WORDS = {
-    "J": "moment of inertia", "mean": "mean torque", "until": "end", "radii": "base radii", "over": "duration",
-    "cycles": "simulated cycles", "discard": "discarded cycles", "initial": "initial state", "step": "time step",
-    "about": "mean speed", "on": "inertia", "between": "inertias",
-}  # fmt: skip
+    "J": "moment of inertia",
+    "mean": "mean torque",
+    "until": "end",
+    "radii": "base radii",
+    "over": "duration",
+    "cycles": "simulated cycles",
+    "discard": "discarded cycles",
+    "initial": "initial state",
+    "step": "time step",
+    "about": "mean speed",
+    "on": "inertia",
+    "between": "inertias",
+}
 """What a key is called where its own letters do not say it."""
 _ALTERNATION = {"fewer": "stiffness ratio", "share": "share of all pairs"}
 _SWEEP = {

@@ -269,13 +269,15 @@ class OverTime:
         return {
             "anyOf": [
                 {
-                    "type": "object", "required": required, "additionalProperties": False,
+                    "type": "object",
+                    "required": required,
+                    "additionalProperties": False,
                     "properties": {**keys, **shared},
                 }
                 for required, keys in forms
             ],
             "description": f"{self.dimension.name} over {self.key}: columns of a CSV file, or lists of points",
-        }  # fmt: skip
+        }
 
 
 def _out_of_order(time: Array) -> int:

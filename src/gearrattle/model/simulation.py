@@ -20,9 +20,19 @@ from gearrattle.model.quantity import Choice, Count, Plain, Quantity
 from gearrattle.model.table import Breach, Table, breach, did_you_mean
 
 ALGORITHMS = (
-    "exact", "rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer",
-    "rkv-events", "gear-events", "dop853", "radau",
-)  # fmt: skip
+    "exact",
+    "rk2",
+    "rk4",
+    "rkf",
+    "rkv",
+    "adams",
+    "gear",
+    "bulirsch-stoer",
+    "rkv-events",
+    "gear-events",
+    "dop853",
+    "radau",
+)
 STARTS = ("static", "zero")
 
 

@@ -171,9 +171,10 @@ def _without_misspelt(entries: list[dict[str, Any]], keys: Collection[str]) -> l
     unknown = [entry["loc"][0] for entry in entries if entry["type"] == "extra_forbidden" and len(entry["loc"]) == 1]
     meant = {did_you_mean(key, keys) for key in unknown}
     return [
-        entry for entry in entries
+        entry
+        for entry in entries
         if entry["type"] != "missing" or len(entry["loc"]) != 1 or _MEANT % entry["loc"][0] not in meant
-    ]  # fmt: skip
+    ]
 
 
 def _plain(value: Any, *, at_speed: bool) -> Any:

@@ -191,8 +191,11 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
     for component in model.components.values():
         if added := component.added_inertia():
             notes.append(f"the J of {listed(added)} holds what {component.noun} {component.name} adds to it now.")
-    wavy = [elements[k].name for k in merged if np.any(request.system.inputs.error_sine[k] != 0.0)
-            or np.any(request.system.inputs.error_cosine[k] != 0.0)]  # fmt: skip
+    wavy = [
+        elements[k].name
+        for k in merged
+        if np.any(request.system.inputs.error_sine[k] != 0.0) or np.any(request.system.inputs.error_cosine[k] != 0.0)
+    ]
     if wavy:
         notes.append(f"transmission errors above the band were dropped with {', '.join(wavy)}.")
     names = {component.name for component in model.components.values()}

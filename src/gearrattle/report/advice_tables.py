@@ -26,10 +26,17 @@ def scores_sentence(findings: Findings) -> str:
 def scores_table(findings: Findings) -> Table:
     """Return every forecast beside what happened."""
     rows = tuple(
-        (s.forecast.quantity, s.forecast.subject, s.forecast.by, _value(s, s.forecast.value), _value(s, s.happened),
-         "right" if s.right else "wrong", s.rule)
+        (
+            s.forecast.quantity,
+            s.forecast.subject,
+            s.forecast.by,
+            _value(s, s.forecast.value),
+            _value(s, s.happened),
+            "right" if s.right else "wrong",
+            s.rule,
+        )
         for s in findings.scores
-    )  # fmt: skip
+    )
     head = ("foretold", "of", "by", "forecast", "happened", "", "right if")
     return Table(head, rows, frozenset({0, 1, 2, 5, 6}))
 

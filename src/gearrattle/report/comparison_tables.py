@@ -51,9 +51,17 @@ def verdict_table(comparison: Comparison) -> Table:
 def cost_table(comparison: Comparison) -> Table:
     """Columns of the 1995 paper's Tables 3 and 4, and what they leave out."""
     head = (
-        "algorithm", "average step, s", "average trial step, s", "smallest step, s", "steps", "rejected",
-        "function calls", "Jacobian calls", "time, s", "outcome",
-    )  # fmt: skip
+        "algorithm",
+        "average step, s",
+        "average trial step, s",
+        "smallest step, s",
+        "steps",
+        "rejected",
+        "function calls",
+        "Jacobian calls",
+        "time, s",
+        "outcome",
+    )
     rows = []
     for row in comparison.rows[:-1]:
         cost = row.cost
@@ -65,9 +73,14 @@ def cost_table(comparison: Comparison) -> Table:
         unstable = row.growth is not None and row.growth > 1.0 + 1e-9
         outcome = f"unstable: a mode grows by {row.growth:.4g} a step" if unstable else row.status
         rows.append(
-            (row.label, *(_number(step) for step in steps), *(grouped(n) for n in counts), _number(cost.wall_time),
-             outcome)
-        )  # fmt: skip
+            (
+                row.label,
+                *(_number(step) for step in steps),
+                *(grouped(n) for n in counts),
+                _number(cost.wall_time),
+                outcome,
+            )
+        )
     note = (
         "Trial steps are those tried, accepted or not. Function calls are those the algorithm asked for; samples and "
         "located crossings are not counted. Times are of one process, warm."
@@ -79,9 +92,17 @@ def truth_table(comparison: Comparison) -> Table:
     """True errors inside the window, and where each motion goes wrong."""
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "half-gaps")
     head = (
-        "algorithm", f"error, {unit}", "wrong by a tenth from cycle", "crossings", "missed", "invented",
-        "time error, s", "impacts missed", "invented", "statistics that differ",
-    )  # fmt: skip
+        "algorithm",
+        f"error, {unit}",
+        "wrong by a tenth from cycle",
+        "crossings",
+        "missed",
+        "invented",
+        "time error, s",
+        "impacts missed",
+        "invented",
+        "statistics that differ",
+    )
     note = (
         "Errors, crossings and impacts: up to the window's end, "
         f"{counted(comparison.window / comparison.period, 'cycle')}, "
@@ -101,10 +122,17 @@ def _truth(row: Row, period: float) -> tuple[str, ...]:
     if row.statistics is not None and row.statistics.decided:
         differ = f"{row.statistics.different} of {row.statistics.decided} (chance: {_chance(row)})"
     return (
-        row.label, _number(row.error.worst), "never" if math.isinf(wrong) else _number(wrong / period),
-        grouped(row.cost.events), grouped(crossings.missed), grouped(crossings.invented), _number(crossings.largest),
-        grouped(impacts.missed), grouped(impacts.invented), differ,
-    )  # fmt: skip
+        row.label,
+        _number(row.error.worst),
+        "never" if math.isinf(wrong) else _number(wrong / period),
+        grouped(row.cost.events),
+        grouped(crossings.missed),
+        grouped(crossings.invented),
+        _number(crossings.largest),
+        grouped(impacts.missed),
+        grouped(impacts.invented),
+        differ,
+    )
 
 
 def _chance(row: Row) -> str:
@@ -118,10 +146,17 @@ def statistics_tables(comparison: Comparison) -> Iterator[Table]:
         items = [] if row.statistics is None else [i for i in row.statistics.items if i.verdict == "different"]
         if items:
             rows = tuple(
-                (i.quantity, i.subject, _unit(i.reference, i.unit), _unit(i.candidate, i.unit), i.measure, _number(i.value),
-                 f"{_number(i.low)} and {_number(i.high)}")
+                (
+                    i.quantity,
+                    i.subject,
+                    _unit(i.reference, i.unit),
+                    _unit(i.candidate, i.unit),
+                    i.measure,
+                    _number(i.value),
+                    f"{_number(i.low)} and {_number(i.high)}",
+                )
                 for i in items
-            )  # fmt: skip
+            )
             yield Table(head, rows, frozenset({0, 1, 4}), row.label)
 
 

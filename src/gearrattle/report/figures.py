@@ -50,9 +50,13 @@ class Figures(Mapping[str, "Figure"]):
         return f"Figures({', '.join(self)})"
 
     def save(
-        self, folder: str | os.PathLike[str], formats: str | Sequence[str] = "pdf", *, dpi: float = DPI,
+        self,
+        folder: str | os.PathLike[str],
+        formats: str | Sequence[str] = "pdf",
+        *,
+        dpi: float = DPI,
         only: Sequence[str] | None = None,
-    ) -> list[Path]:  # fmt: skip
+    ) -> list[Path]:
         """Save figures as NAME.FORMAT into a folder, as they are now; the same figure gives the same bytes.
 
         Args:
@@ -98,9 +102,13 @@ class Figures(Mapping[str, "Figure"]):
 
 
 def figures(
-    result: Any, *, width: float | str = "double", font: str = "sans", size: float = 8.0,
+    result: Any,
+    *,
+    width: float | str = "double",
+    font: str = "sans",
+    size: float = 8.0,
     style: str | os.PathLike[str] | None = None,
-) -> Figures:  # fmt: skip
+) -> Figures:
     """Draw every figure of a result for print, with matplotlib.
 
     Args:

@@ -35,9 +35,16 @@ if TYPE_CHECKING:
 _MEASURES = ("total_order", "swing", "rank_regression")
 """By what a value is said to decide: the first of these that the samples allow."""
 _TOLD = (
-    "total_order", "total_order_half_width", "first_order", "first_order_half_width", "rank_regression", "spearman",
-    "low", "high", "swing",
-)  # fmt: skip
+    "total_order",
+    "total_order_half_width",
+    "first_order",
+    "first_order_half_width",
+    "rank_regression",
+    "spearman",
+    "low",
+    "high",
+    "swing",
+)
 _MOST_DECIDING, _MOST_LINES = 3, 12
 
 
@@ -86,10 +93,12 @@ def _probabilities(data: xr.Dataset, output: str) -> dict[str, Any]:
     keys = ("probability", "low", "high", "rattling", "samples")
     names = [str(name) for name in probability[subject].values] if subject else [""]  # those that can separate
     return {
-        name or output: {key: json_value((probability[key].sel({subject: name}) if subject else probability[key]).values.item())
-                         for key in keys}
+        name or output: {
+            key: json_value((probability[key].sel({subject: name}) if subject else probability[key]).values.item())
+            for key in keys
+        }
         for name in names
-    }  # fmt: skip
+    }
 
 
 def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
@@ -105,10 +114,12 @@ def _deciding(data: xr.Dataset) -> list[dict[str, Any]]:
                 continue
             order = np.argsort(-np.nan_to_num(strengths), kind="stable")[:_MOST_DECIDING]
             ranked = [
-                {"value": str(one["value"].values[i]),
-                 **{key: json_value(float(one[key].values[i])) for key in _TOLD if key in one}}
+                {
+                    "value": str(one["value"].values[i]),
+                    **{key: json_value(float(one[key].values[i])) for key in _TOLD if key in one},
+                }
                 for i in order.tolist()
-            ]  # fmt: skip
+            ]
             deciding.append({"output": output, "subject": name, "by": measure, "values": ranked})
     return deciding
 

@@ -165,8 +165,14 @@ class CampbellPage(Presentation[Campbell]):
     def numbers(self) -> Arrays:
         diagram, unit = self.result, "rad/s" if self.result.units == "SI" else "1"
         columns = {
-            "speed": unit, "order": "1", "mode": "", "frequency": unit, "state": "", "source": "", "share": "1",
-        }  # fmt: skip
+            "speed": unit,
+            "order": "1",
+            "mode": "",
+            "frequency": unit,
+            "state": "",
+            "source": "",
+            "share": "1",
+        }
         crossings = {
             f"crossing_{name}": ("crossing", [getattr(crossing, name) for crossing in diagram.crossings], {"units": of})
             for name, of in columns.items()

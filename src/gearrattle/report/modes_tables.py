@@ -50,11 +50,13 @@ def modes_in_words(modes: Modes, model_speed: float, *, si: bool) -> Table:
         lists = modes.works_in(mode), modes.moves(mode), modes.excited_by(mode)
         rows.append(
             (
-                f"{mode + 1}", "rigid" if rigid else numeral(frequency / math.tau if si else frequency, 5),
-                "–" if rigid else numeral(frequency / model_speed, 3), percent(damping),
+                f"{mode + 1}",
+                "rigid" if rigid else numeral(frequency / math.tau if si else frequency, 5),
+                "–" if rigid else numeral(frequency / model_speed, 3),
+                percent(damping),
                 *(listed(shares).replace(" %", "\u00a0%") for shares in lists),
             )
-        )  # fmt: skip
+        )
     note = (
         "Order: at the model's speed. Works in: shares of the strain energy from 5 % on. Moves: shares of the kinetic "
         "energy from 5 % on. Excited by: the share of the energy of a blow on that inertia, or of a sudden step of "
@@ -74,12 +76,13 @@ def frequencies_table(modes: Modes, *, si: bool) -> Table:
     head = ("mode", "frequency [Hz]" if si else "frequency", "damping [%]", *modes.inertia_names)
     rows = [
         (
-            f"{mode + 1}", f"{frequency / math.tau if si else frequency:.6g}",
+            f"{mode + 1}",
+            f"{frequency / math.tau if si else frequency:.6g}",
             "–" if math.isnan(damping) else f"{100.0 * damping:.4g}",
             *(f"{value:.4f}" for value in modes.shapes[:, mode].tolist()),
         )
         for mode, (frequency, damping) in enumerate(zip(modes.frequencies, modes.damping_ratios, strict=True))
-    ]  # fmt: skip
+    ]
     return Table(head, tuple(rows))
 
 
@@ -149,7 +152,12 @@ def crossings_table(diagram: Campbell, *, si: bool) -> Table:
 def _crossing(diagram: Campbell, crossing: Crossing, *, several: bool, si: bool) -> tuple[str, ...]:
     ratios = ", ".join(f"{name} {ratio:g}" for name, ratio in diagram.states[crossing.state].items())
     return (
-        turning(crossing.speed, si=si).removesuffix(" rpm"), percent(crossing.speed / diagram.model_speed),
-        f"{crossing.order:g}", f"{crossing.mode + 1}", rate(crossing.frequency, si=si), crossing.source,
-        percent(crossing.share), *((ratios,) if several else ()),
-    )  # fmt: skip
+        turning(crossing.speed, si=si).removesuffix(" rpm"),
+        percent(crossing.speed / diagram.model_speed),
+        f"{crossing.order:g}",
+        f"{crossing.mode + 1}",
+        rate(crossing.frequency, si=si),
+        crossing.source,
+        percent(crossing.share),
+        *((ratios,) if several else ()),
+    )

@@ -98,15 +98,35 @@ def tracks_table(run_up: RunUp) -> Table:
     """A row a channel and order."""
     si = run_up.units == "SI"
     turning, unit = (30.0 / np.pi, " rpm") if si else (1.0, "")
-    head = ("channel", "order", "unit", "measured", "simulated", "sigma, %", "largest measured at", "simulated at",
-            "speeds outside")  # fmt: skip
+    head = (
+        "channel",
+        "order",
+        "unit",
+        "measured",
+        "simulated",
+        "sigma, %",
+        "largest measured at",
+        "simulated at",
+        "speeds outside",
+    )
     rows = []
     for track in run_up.tracks:
         first, second = (f"{numeral(turning * at, 4)}{unit}: {numeral(size)}" for at, size in track.peaks)
         outside = numeral(100.0 * track.outside, 3) + " %" if np.isfinite(track.outside) else "–"
         one, other = (numeral(level) for level in track.levels)
-        rows.append((track.channel, numeral(track.order, 6), track.unit, one, other, numeral(track.sigma, 3), first,
-                     second, outside))  # fmt: skip
+        rows.append(
+            (
+                track.channel,
+                numeral(track.order, 6),
+                track.unit,
+                one,
+                other,
+                numeral(track.sigma, 3),
+                first,
+                second,
+                outside,
+            )
+        )
     note = (
         "Measured, simulated: root mean square of the amplitude over the speeds in common. Speeds outside: where the "
         "simulation lies beyond the 95 % interval of repeated run-ups; a dash: there was one run-up, and nothing tells "

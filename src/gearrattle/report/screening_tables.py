@@ -118,12 +118,16 @@ def summary_of(data: xr.Dataset) -> str:
     sentences = []
     for gear in gears[:_MOST_NAMED]:
         if gear.lifts == 0:
-            sentences.append(f"{gear.gear} holds everywhere, nearest at {place(data, gear.speed, gear.load)}, by "
-                        f"{decibels(gear.margin)}.")  # fmt: skip
+            sentences.append(
+                f"{gear.gear} holds everywhere, nearest at {place(data, gear.speed, gear.load)}, by "
+                f"{decibels(gear.margin)}."
+            )
         else:
             where = "in all" if gear.lifts == gear.cases else f"in {gear.lifts} of"
-            sentences.append(f"{gear.gear} lifts off {where} {counted(gear.cases, 'case')}, most at "
-                        f"{place(data, gear.speed, gear.load)} ({decibels(gear.margin)}).")  # fmt: skip
+            sentences.append(
+                f"{gear.gear} lifts off {where} {counted(gear.cases, 'case')}, most at "
+                f"{place(data, gear.speed, gear.load)} ({decibels(gear.margin)})."
+            )
     if len(gears) > _MOST_NAMED:
         sentences.append(f"{len(gears) - _MOST_NAMED} more gears stand in the table.")
     exact = int(inside(data).sum())
@@ -155,10 +159,17 @@ def gears_table(data: xr.Dataset) -> Table:
     gears = gears_of(data)
     head: tuple[str, ...] = ("gear", "loose body", "driver", "lifts off", "largest margin", "at", "classical, largest")
     rows: list[tuple[str, ...]] = [
-        (gear.gear, gear.loose, gear.driver, f"{gear.lifts} of {gear.cases}", decibels(gear.margin),
-         place(data, gear.speed, gear.load), decibels(gear.classical))
+        (
+            gear.gear,
+            gear.loose,
+            gear.driver,
+            f"{gear.lifts} of {gear.cases}",
+            decibels(gear.margin),
+            place(data, gear.speed, gear.load),
+            decibels(gear.classical),
+        )
         for gear in gears
-    ]  # fmt: skip
+    ]
     if "regime" in data:
         head = (*head, "rattles when simulated", "said alike")
         more = [(f"{gear.rattles} of {gear.judged}", f"{gear.agree} of {gear.judged}") for gear in gears]

@@ -51,9 +51,11 @@ class _OverFrequency(Presentation["xr.Dataset"]):
 
     def sections(self) -> tuple[Section, ...]:
         first = Section(
-            "summary", self.heading, self.sentence,
+            "summary",
+            self.heading,
+            self.sentence,
             tables=tuple(replace(table, head=tuple(map(raised, table.head))) for table in self.answer()),
-        )  # fmt: skip
+        )
         figures = figure_sections(self.charts())
         return first, *figures, *notes_section(self.notes)
 
@@ -70,9 +72,11 @@ class _OverFrequency(Presentation["xr.Dataset"]):
         rows = [{"frequency": float(data["frequency"][k]), **{n: float(data[n][k]) for n in names}} for k in highest]
         units = {name: str(data[name].attrs["units"]) for name in names}
         return {
-            **plain_attributes(data.attrs), "bins": int(data.sizes["frequency"]), "units_of": units,
+            **plain_attributes(data.attrs),
+            "bins": int(data.sizes["frequency"]),
+            "units_of": units,
             "peaks": json_value(rows),
-        }  # fmt: skip
+        }
 
     def numbers(self) -> xr.Dataset:
         return self.result
@@ -106,9 +110,15 @@ class SpectraPage(_OverFrequency):
         if "reference" not in self.result.attrs:
             return alone
         return (
-            *alone, "coherence", "coherence_low", "coherence_high", "response_magnitude", "response_radius",
-            "response_phase", "response_phase_limit",
-        )  # fmt: skip
+            *alone,
+            "coherence",
+            "coherence_low",
+            "coherence_high",
+            "response_magnitude",
+            "response_radius",
+            "response_phase",
+            "response_phase_limit",
+        )
 
 
 class DensityPage(SpectraPage):

@@ -30,9 +30,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LISTS = (
-    "sampled", "failures", "section", "scale", "over", "variables", "low", "high", "log", "senses", "units",
-    "constraints", "ideal", "reference",
-)  # fmt: skip
+    "sampled",
+    "failures",
+    "section",
+    "scale",
+    "over",
+    "variables",
+    "low",
+    "high",
+    "log",
+    "senses",
+    "units",
+    "constraints",
+    "ideal",
+    "reference",
+)
 """Attributes that are lists; netCDF keeps one of a single value as that value."""
 _SHOWN = 5
 

@@ -17,12 +17,19 @@ def levels_table(validation: Validation) -> Table:
     head = ("channel", "level", "unit", "measured", "simulated", "sigma, %", "95 % interval", "budget, %", "verdict")
     rows = tuple(
         (
-            pair.name, _unbroken(level.measure), pair.unit, numeral(level.measured), numeral(level.simulated),
-            numeral(level.sigma, 3), _span(level.low, level.high), f"± {numeral(level.expanded, 3)}", _verdict(level),
+            pair.name,
+            _unbroken(level.measure),
+            pair.unit,
+            numeral(level.measured),
+            numeral(level.simulated),
+            numeral(level.sigma, 3),
+            _span(level.low, level.high),
+            f"± {numeral(level.expanded, 3)}",
+            _verdict(level),
         )
         for pair in validation.pairs
         for level in pair.levels
-    )  # fmt: skip
+    )
     note = (
         "sigma = (measured − simulated) / measured, positive where the simulation reads low. Interval: from the "
         "scatter of the cycles alone. Budget: all known sources. Peak to peak: the mean over the cycles of the "
@@ -47,12 +54,14 @@ def budget_table(validation: Validation) -> Table:
     head = ("channel", "level", *sources, "expanded", "sigma", "remainder")
     rows = tuple(
         (
-            pair.name, _unbroken(level.measure), *(_percent(term.value) for term in level.budget),
+            pair.name,
+            _unbroken(level.measure),
+            *(_percent(term.value) for term in level.budget),
             *(_percent(value) for value in (level.expanded, level.sigma, level.remainder)),
         )
         for pair in validation.pairs
         for level in pair.levels
-    )  # fmt: skip
+    )
     note = (
         "Standard uncertainties in % of the measured level; a dash: not known or not stated, and not in the sum. "
         "Squares add up; the expanded sum takes Student's t for the scatters and 1.96 for the others."
@@ -96,12 +105,16 @@ def rms_effects_table(validation: Validation) -> Table:
 def _effects(explanation: Explained) -> Table:
     rows = tuple(
         (
-            parameter.path, effect.channel, _unbroken(effect.measure), f"{numeral(effect.value, 3)} %",
-            f"{numeral(effect.error, 2)} %", numeral(effect.needed, 3),
+            parameter.path,
+            effect.channel,
+            _unbroken(effect.measure),
+            f"{numeral(effect.value, 3)} %",
+            f"{numeral(effect.error, 2)} %",
+            numeral(effect.needed, 3),
         )
         for parameter in explanation.parameters
         for effect in parameter.effects
-    )  # fmt: skip
+    )
     head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
     note = (
         f"From a straight line through {explanation.runs} runs. Alone: by how many of its standard errors the parameter would "
@@ -133,25 +146,43 @@ def _together(explanation: Explained) -> Table:
     )
     note = "Near 1 or −1 after the levels: they tell the two only together."
     return Table(
-        ("parameter", "and", "correlation as stated", "after the levels"), rows, frozenset({0, 1}), "Which go together",
+        ("parameter", "and", "correlation as stated", "after the levels"),
+        rows,
+        frozenset({0, 1}),
+        "Which go together",
         note,
-    )  # fmt: skip
+    )
 
 
 def orders_table(pair: Pair) -> Table:
     """Orders of one channel."""
     head = (
-        "order", "Hz", "measured", "± s.e.", "simulated", "± s.e.", "sigma, %", "95 % interval", "phase, deg",
+        "order",
+        "Hz",
+        "measured",
+        "± s.e.",
+        "simulated",
+        "± s.e.",
+        "sigma, %",
         "95 % interval",
-    )  # fmt: skip
+        "phase, deg",
+        "95 % interval",
+    )
     rows = tuple(
         (
-            numeral(o.order, 6), numeral(o.frequency, 5), numeral(o.measured), numeral(o.measured_error, 2),
-            numeral(o.simulated), numeral(o.simulated_error, 2), numeral(o.sigma, 3), _span(o.low, o.high),
-            numeral(o.phase, 3), _span(o.phase_low, o.phase_high),
+            numeral(o.order, 6),
+            numeral(o.frequency, 5),
+            numeral(o.measured),
+            numeral(o.measured_error, 2),
+            numeral(o.simulated),
+            numeral(o.simulated_error, 2),
+            numeral(o.sigma, 3),
+            _span(o.low, o.high),
+            numeral(o.phase, 3),
+            _span(o.phase_low, o.phase_high),
         )
         for o in pair.orders
-    )  # fmt: skip
+    )
     return Table(head, rows, frozenset(), f"{pair.name}, {pair.unit}")
 
 
@@ -160,11 +191,16 @@ def impacts_table(validation: Validation) -> Table:
     head = ("clearance", "exact, run", "± s.e.", "counted, simulated", "counted, measured", "difference, 95 %", "how")
     rows = tuple(
         (
-            impact.clearance, numeral(impact.exact), numeral(impact.exact_error, 2), numeral(impact.simulated),
-            numeral(impact.measured), _span(impact.low, impact.high), impact.words,
+            impact.clearance,
+            numeral(impact.exact),
+            numeral(impact.exact_error, 2),
+            numeral(impact.simulated),
+            numeral(impact.measured),
+            _span(impact.low, impact.high),
+            impact.words,
         )
         for impact in validation.impacts
-    )  # fmt: skip
+    )
     note = (
         "Impacts per cycle. Exact: from the crossings of the run. Counted: passings of a stated threshold, both in the "
         "same band; what counting misses shows against the exact rate."

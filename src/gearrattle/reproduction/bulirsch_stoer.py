@@ -49,11 +49,8 @@ def needs(scope: Scope) -> Iterator[Setup]:
 def section(measurements: Measurements) -> Section:
     """Tell how every tolerance ended."""
     lines = [
-        line
-        for case in (2, 3)
-        for kind, loaded in KINDS.items()
-        for line in _lines(measurements, case, kind, loaded)
-    ]  # fmt: skip
+        line for case in (2, 3) for kind, loaded in KINDS.items() for line in _lines(measurements, case, kind, loaded)
+    ]
     words = (
         "Extrapolation assumes a right side smoother than a corner allows, so steps are rejected at every crossing; a "
         "step control that may go on shortening gets past it, one with a floor gives up. Errors are within the first "
@@ -61,9 +58,11 @@ def section(measurements: Measurements) -> Section:
     )
     table = Table(
         ("case", "load", "tolerance", "outcome", "smallest step", "steps", "rejected", "crossings", "error, half-gaps"),
-        tuple(lines), frozenset({0, 1, 3}), "Bulirsch-Stoer over tolerances",
+        tuple(lines),
+        frozenset({0, 1, 3}),
+        "Bulirsch-Stoer over tolerances",
         "Steps in units of 1/omega. At 1e-12 an error test asks for less than rounding leaves.",
-    )  # fmt: skip
+    )
     return Section(
         "bulirsch-stoer", "Bulirsch-Stoer", words, (_row(measurements), _incompatible(measurements)), (table,)
     )
@@ -81,8 +80,15 @@ def _lines(measurements: Measurements, case: int, kind: str, loaded: bool) -> It
         window = min(float(truth.variation.horizon(1e3)), truth.trajectory.end)
         error = pointwise(result.run.trajectory, truth.trajectory, window).worst
         smallest = float("nan") if cost.smallest_step is None else SPEED * cost.smallest_step
-        yield (*head, "done", figure(smallest, 2), counted(cost.steps), counted(cost.rejected_steps),
-               counted(cost.events), figure(error, 2))  # fmt: skip
+        yield (
+            *head,
+            "done",
+            figure(smallest, 2),
+            counted(cost.steps),
+            counted(cost.rejected_steps),
+            counted(cost.events),
+            figure(error, 2),
+        )
 
 
 def _incompatible(measurements: Measurements) -> Row:
@@ -112,9 +118,8 @@ def _incompatible(measurements: Measurements) -> Row:
         others += [f"{name}, case {case}" for name in OTHERS if count[name] > _TWICE * count["exact"]]
         parts.append(
             f"case {case}: exact {counted(count['exact'])}, at {LOOSE:g} {counted(count['loose'])}, at {TIGHT:g} "
-            f"{counted(count['tight'])}; at {LOOSE:g} "
-            + ", ".join(f"{name} {counted(count[name])}" for name in OTHERS)
-        )  # fmt: skip
+            f"{counted(count['tight'])}; at {LOOSE:g} " + ", ".join(f"{name} {counted(count[name])}" for name in OTHERS)
+        )
     alone = wrong and right and not others
     if others:
         why = (
@@ -123,9 +128,13 @@ def _incompatible(measurements: Measurements) -> Row:
     else:
         why = f"at {LOOSE:g} it is the only one of three; at {TIGHT:g} it agrees with exact"
     return row(
-        "Sec. 9, BUS gives incompatible solutions", "with several nonlinearities, as the only one of seven",
-        f"crossings, loaded: {'; '.join(parts)}", REPRODUCED if alone else DIFFERS, why, **figures,
-    )  # fmt: skip
+        "Sec. 9, BUS gives incompatible solutions",
+        "with several nonlinearities, as the only one of seven",
+        f"crossings, loaded: {'; '.join(parts)}",
+        REPRODUCED if alone else DIFFERS,
+        why,
+        **figures,
+    )
 
 
 def _row(measurements: Measurements) -> Row:

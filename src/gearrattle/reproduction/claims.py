@@ -35,8 +35,10 @@ def section(measurements: Measurements) -> Section:
     rows = (
         *(_fixed_are_faster(measurements, number, case, kind) for number, case, _ in TABLES for kind in KINDS),
         *(_trials_fail(measurements, case, kind) for _, case, _ in TABLES for kind in KINDS),
-        _trial_steps(measurements), _bottoms_out(measurements), *(bandwidth(measurements, kind, fine_of) for kind in KINDS),
-    )  # fmt: skip
+        _trial_steps(measurements),
+        _bottoms_out(measurements),
+        *(bandwidth(measurements, kind, fine_of) for kind in KINDS),
+    )
     words = (
         "Section 9 explains run times by steps rejected at corners. Rejections can be counted: RKV-events is the same "
         "method restarted at every corner, so that no accepted step contains one."
@@ -69,10 +71,14 @@ def _fixed_are_faster(measurements: Measurements, number: int, case: int, kind: 
         f"here; in the paper a call costs {_cost_of_a_call(lines)}, so its times are partly those of its codes"
     )
     return row(
-        f"Table {number}, times relative to RK2, {kind}", theirs, ours,
-        REPRODUCED if len(slower) == len(chosen) else DIFFERS, why if len(slower) < len(chosen) else "",
-        slower=len(slower), of=len(chosen),
-    )  # fmt: skip
+        f"Table {number}, times relative to RK2, {kind}",
+        theirs,
+        ours,
+        REPRODUCED if len(slower) == len(chosen) else DIFFERS,
+        why if len(slower) < len(chosen) else "",
+        slower=len(slower),
+        of=len(chosen),
+    )
 
 
 def _scatter(times: Iterable[Sequence[float]]) -> float:
@@ -100,9 +106,13 @@ def _trials_fail(measurements: Measurements, case: int, kind: str) -> Row:
     why = "what is left when the method is restarted at corners is not due to corners"
     why = why if more else "rejections are not mainly due to crossings here"
     return row(
-        f"Sec. 9, trial steps fail at breakpoints, case {case}, {kind}", "nearly always",
-        f"rejected steps a crossing: {', '.join(rates)}", REPRODUCED if more else DIFFERS, why, **figures,
-    )  # fmt: skip
+        f"Sec. 9, trial steps fail at breakpoints, case {case}, {kind}",
+        "nearly always",
+        f"rejected steps a crossing: {', '.join(rates)}",
+        REPRODUCED if more else DIFFERS,
+        why,
+        **figures,
+    )
 
 
 def _trial_steps(measurements: Measurements) -> Row:
@@ -119,12 +129,14 @@ def _trial_steps(measurements: Measurements) -> Row:
                         pair = (SPEED * run.cost.average_trial_step, SPEED * run.cost.average_step)
                         parts.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
     return row(
-        "Sec. 9, trial steps are larger than steps taken", "RKF, RKV, case 3: 0.0400, 0.0377 against span over "
-        f"count {850 / 125034:.4f}, {850 / 170441:.4f}", f"RKV, trial and taken: {'; '.join(parts)}",
+        "Sec. 9, trial steps are larger than steps taken",
+        f"RKF, RKV, case 3: 0.0400, 0.0377 against span over count {850 / 125034:.4f}, {850 / 170441:.4f}",
+        f"RKV, trial and taken: {'; '.join(parts)}",
         REPRODUCED if 2 * larger > total else DIFFERS,
         f"of all steps tried, larger in {larger} of {total} runs; the paper's average is over the initial ones",
-        larger=larger, of=total,
-    )  # fmt: skip
+        larger=larger,
+        of=total,
+    )
 
 
 def _bottoms_out(measurements: Measurements) -> Row:
@@ -136,10 +148,14 @@ def _bottoms_out(measurements: Measurements) -> Row:
             share = run.cost.smallest_step / run.cost.average_step
             least = min(least, share)
             parts.append(f"{name} {figure(share, 2)}")
-    return row("Sec. 9, steps bottom out at discontinuities", "h is reduced to the prescribed tolerance",
-               f"smallest over average step, case 3, rattling: {', '.join(parts)}",
-               DIFFERS, "at a corner the step falls to about a hundredth, not to the tolerance, and grows again",
-               least=least)  # fmt: skip
+    return row(
+        "Sec. 9, steps bottom out at discontinuities",
+        "h is reduced to the prescribed tolerance",
+        f"smallest over average step, case 3, rattling: {', '.join(parts)}",
+        DIFFERS,
+        "at a corner the step falls to about a hundredth, not to the tolerance, and grows again",
+        least=least,
+    )
 
 
 def _table(measurements: Measurements) -> Table:
@@ -159,8 +175,12 @@ def _table(measurements: Measurements) -> Table:
                 lines.append(
                     _line(f"case 3, {kind}, mean 0.5", name, run.cost.steps, run.cost.rejected_steps, run.cost.events)
                 )
-    return Table(("run", "algorithm", "steps", "rejected", "crossings", "rejected a crossing"), tuple(lines),
-                 frozenset({0, 1}), "Rejected steps")  # fmt: skip
+    return Table(
+        ("run", "algorithm", "steps", "rejected", "crossings", "rejected a crossing"),
+        tuple(lines),
+        frozenset({0, 1}),
+        "Rejected steps",
+    )
 
 
 def _line(label: str, name: str, steps: int, rejected: int, crossings: int) -> tuple[str, ...]:

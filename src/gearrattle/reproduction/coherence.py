@@ -115,11 +115,19 @@ def _rows(label: str, coherences: Found) -> Iterator[Row]:
                 figures |= {f"{kind}_rk2": values[0], f"{kind}_exact": values[1], f"{kind}_aliased": values[2]}
         noise = printed_value <= CHANCE.mean_high
         status = NOISE if noise else UNDECIDED if parts else UNAVAILABLE
-        why = f"independent signals give {CHANCE.mean_low:.2f} to {CHANCE.mean_high:.2f}" if noise else (
-            "nor the sampling rate" if parts else ""
-        )  # fmt: skip
-        yield row(f"Sec. 9, coherence of {label}, theta_{i + 1}'' ({body})", f"{printed_value:g}",
-                  "; ".join(parts) or UNAVAILABLE, status, why, **figures)  # fmt: skip
+        why = (
+            f"independent signals give {CHANCE.mean_low:.2f} to {CHANCE.mean_high:.2f}"
+            if noise
+            else ("nor the sampling rate" if parts else "")
+        )
+        yield row(
+            f"Sec. 9, coherence of {label}, theta_{i + 1}'' ({body})",
+            f"{printed_value:g}",
+            "; ".join(parts) or UNAVAILABLE,
+            status,
+            why,
+            **figures,
+        )
 
 
 def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
@@ -130,11 +138,13 @@ def _values_by_load(coherences: Found, label: str, *, filtered: bool) -> str:
 def _meaning(coherences: Found) -> Row:
     """What a coherence says of an algorithm: RK4's motion is invented, its harmonics are not."""
     return row(
-        "Sec. 9, coherence as a measure of agreement", "solutions are compared by it",
-        f"RK4 at its unstable step with exact, inertias 1 to 4: {_values_by_load(coherences, 'RK4', filtered=True)}", DIFFERS,
+        "Sec. 9, coherence as a measure of agreement",
+        "solutions are compared by it",
+        f"RK4 at its unstable step with exact, inertias 1 to 4: {_values_by_load(coherences, 'RK4', filtered=True)}",
+        DIFFERS,
         "harmonics follow the common excitation: a motion whose rattle is invented keeps a high coherence but at the "
         "gear that rattles",
-    )  # fmt: skip
+    )
 
 
 def _aliased(coherences: Found) -> Row:
@@ -146,12 +156,15 @@ def _aliased(coherences: Found) -> Row:
         for body, value in zip(BODIES, coherences[Key(AWAY, kind, "exact", filtered)] or (), strict=False)
     }
     return row(
-        "Sec. 9, low coherences are the algorithms'", "0.23 to 0.59 at inertias 2 to 4",
+        "Sec. 9, low coherences are the algorithms'",
+        "0.23 to 0.59 at inertias 2 to 4",
         f"exact with exact begun 1e-12 half-gaps away: {_values_by_load(coherences, AWAY, filtered=True)}; aliased: "
-        f"{_values_by_load(coherences, AWAY, filtered=False)}", DIFFERS,
+        f"{_values_by_load(coherences, AWAY, filtered=False)}",
+        DIFFERS,
         "sampled without a filter even the exact motion falls short of itself by as much: the chaotic high frequencies "
-        "fold onto the harmonics. Whether the paper filtered is not printed", **figures,
-    )  # fmt: skip
+        "fold onto the harmonics. Whether the paper filtered is not printed",
+        **figures,
+    )
 
 
 def _hardest(coherences: Found) -> Row:
@@ -167,13 +180,18 @@ def _hardest(coherences: Found) -> Row:
         most.append(2 * hub > total)
         figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}
     return row(
-        "Sec. 9, the solution at I_2 is the hardest", "lowest coherence at theta_2''",
+        "Sec. 9, the solution at I_2 is the hardest",
+        "lowest coherence at theta_2''",
         f"the hub's is the lowest in (of those with any below {_HIGH:g}): {', '.join(parts)}",
         REPRODUCED if all(most) else DIFFERS,
-        "" if all(most) else "with a filter before sampling it is not; without one, high frequencies fold onto the "
-        "harmonics, and the hub, the lightest body, has most of them" if most[1] else
-        "which inertia is lowest depends on the loads", **figures,
-    )  # fmt: skip
+        ""
+        if all(most)
+        else "with a filter before sampling it is not; without one, high frequencies fold onto the "
+        "harmonics, and the hub, the lightest body, has most of them"
+        if most[1]
+        else "which inertia is lowest depends on the loads",
+        **figures,
+    )
 
 
 def _table(coherences: Found) -> Table:

@@ -102,10 +102,14 @@ def _regimes(case: Sequence[Stop]) -> Row:
     summary = "; ".join(f"{WORDS[kind]} {low:.3g} to {high:.3g}" for kind, low, high in ranges(case, True))
     kinds = {stop.regime for stop in case}
     return row(
-        "Fig. 3, three vibro-impact regimes", "no impact, single-sided, double-sided",
-        f"case 1, drag torque of the loose gear [N m]: {summary}", REPRODUCED if kinds == set(WORDS) else DIFFERS,
-        "" if kinds == set(WORDS) else "not every regime was met", regimes=len(kinds), twofold=len(twofold(case)),
-    )  # fmt: skip
+        "Fig. 3, three vibro-impact regimes",
+        "no impact, single-sided, double-sided",
+        f"case 1, drag torque of the loose gear [N m]: {summary}",
+        REPRODUCED if kinds == set(WORDS) else DIFFERS,
+        "" if kinds == set(WORDS) else "not every regime was met",
+        regimes=len(kinds),
+        twofold=len(twofold(case)),
+    )
 
 
 def threshold(stop: Stop, cycles: int) -> float:
@@ -129,13 +133,19 @@ def _threshold(case: Sequence[Stop], cycles: int, tick: Tick) -> Row:
     )
     good = last < limit < first
     why = "" if good else "start-up may open a mesh that would stay closed"
-    return row(item, "named as causes", summary, REPRODUCED if good else DIFFERS, why, limit=limit, last=last,
-               first=first)  # fmt: skip
+    return row(
+        item, "named as causes", summary, REPRODUCED if good else DIFFERS, why, limit=limit, last=last, first=first
+    )
 
 
 def _curves() -> Row:
-    return row("Fig. 3, its histories", "three curves", "three histories under our loads, drawn below", LOST,
-               "the text that survives has neither their loads nor their axes")  # fmt: skip
+    return row(
+        "Fig. 3, its histories",
+        "three curves",
+        "three histories under our loads, drawn below",
+        LOST,
+        "the text that survives has neither their loads nor their axes",
+    )
 
 
 def _table(stops: Sequence[Stop], title: str) -> Table:
@@ -164,9 +174,16 @@ def _histories(shown: Sequence[Stop], cycles: int, tick: Tick) -> Chart:
         x = (index - index[0]) / t.samples_per_cycle
         name = f"{WORDS[stop.regime]}, D = {stop.load:.3g} N m"
         panels.append(
-            Panel(name, "half-gaps", "time / T  [cycles]", (Line(x, deflection, name, colour, width=0.8),),
-                  rules=(Rule(1.0), Rule(-1.0)), x_range=(0.0, float(_SHOWN)), y_range=(-1.3, 1.3))
-        )  # fmt: skip
+            Panel(
+                name,
+                "half-gaps",
+                "time / T  [cycles]",
+                (Line(x, deflection, name, colour, width=0.8),),
+                rules=(Rule(1.0), Rule(-1.0)),
+                x_range=(0.0, float(_SHOWN)),
+                y_range=(-1.3, 1.3),
+            )
+        )
     caption = "Mesh deflection of case 1 in the three regimes, last cycle; dashed: the gap's ends."
     return Chart("fig-3", "Figure 3", caption, tuple(panels))
 
@@ -190,5 +207,13 @@ def _map(case: Sequence[Stop], mesh: Sequence[Stop]) -> Chart:
         "differ, two motions exist under the same load."
     )
     legend = tuple(Key(line.name, line.colour) for line in panels[0].lines)
-    return Chart("fig-3-map", "Regime over the load", caption, tuple(panels), columns=2, panel_height=180,
-                 share_x=False, legend=legend)  # fmt: skip
+    return Chart(
+        "fig-3-map",
+        "Regime over the load",
+        caption,
+        tuple(panels),
+        columns=2,
+        panel_height=180,
+        share_x=False,
+        legend=legend,
+    )

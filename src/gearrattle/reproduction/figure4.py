@@ -79,9 +79,14 @@ def section(scope: Scope, tick: Tick) -> Section:
         "quantities; the paper has one name for both."
     )
     rows = (
-        _falls(single), _saturates(double), *_known_amplitude("single-sided", single, LOAD),
-        *_known_amplitude("double-sided", double, 0.0), _two_quantities(single, double), _uncoupled(), _values(),
-    )  # fmt: skip
+        _falls(single),
+        _saturates(double),
+        *_known_amplitude("single-sided", single, LOAD),
+        *_known_amplitude("double-sided", double, 0.0),
+        _two_quantities(single, double),
+        _uncoupled(),
+        _values(),
+    )
     return Section("figure-4", "Figure 4: contact ratio over amplitude", words, rows, charts=(_chart(single, double),))
 
 
@@ -145,9 +150,17 @@ def _falls(single: Sequence[Stop]) -> Row:
         f"other side, A = {widest(LOAD):.2f} half-gaps; exact motions: rank correlation with A {ranks[0]:.2f} and "
         f"{ranks[1]:.2f}"
     )
-    return row("Fig. 4(a), Gamma_g falls with single-sided amplitude", "more time in the backlash", summary,
-               REPRODUCED if good else DIFFERS, "" if good else "the motions are not ordered by their amplitude",
-               slope=slope[-1], gain=gain[-1], rank_slope=ranks[0], rank_gain=ranks[1])  # fmt: skip
+    return row(
+        "Fig. 4(a), Gamma_g falls with single-sided amplitude",
+        "more time in the backlash",
+        summary,
+        REPRODUCED if good else DIFFERS,
+        "" if good else "the motions are not ordered by their amplitude",
+        slope=slope[-1],
+        gain=gain[-1],
+        rank_slope=ranks[0],
+        rank_gain=ranks[1],
+    )
 
 
 def _saturates(double: Sequence[Stop]) -> Row:
@@ -159,9 +172,16 @@ def _saturates(double: Sequence[Stop]) -> Row:
         f"(1 - 2h/pi and 1 - 4h/pi: {1 - 2 * h / np.pi:.3f}, {1 - 4 * h / np.pi:.3f}); rank correlation with A "
         f"{ranks[0]:.2f} and {ranks[1]:.2f}"
     )
-    return row("Fig. 4(b), Gamma_g goes to one with double-sided amplitude", "a saturation effect", summary,
-               REPRODUCED if good else DIFFERS, "" if good else "the amplitudes reached are too small",
-               amplitude=largest.amplitude, slope=largest.mean_slope, gain=largest.gain)  # fmt: skip
+    return row(
+        "Fig. 4(b), Gamma_g goes to one with double-sided amplitude",
+        "a saturation effect",
+        summary,
+        REPRODUCED if good else DIFFERS,
+        "" if good else "the amplitudes reached are too small",
+        amplitude=largest.amplitude,
+        slope=largest.mean_slope,
+        gain=largest.gain,
+    )
 
 
 def distances(stops: Sequence[Stop], load: float) -> tuple[Array, Array]:
@@ -184,10 +204,17 @@ def _known_amplitude(kind: Regime, stops: Sequence[Stop], load: float) -> tuple[
         good = share >= MOST
         why = "where impacts ring, and in sub-harmonics and chaos, the motion is not a sine about the mean of one"
         rows.append(
-            row(f"Sec. 6, the amplitude tells Gamma without simulation, {kind}, {name}", "by the describing function",
-                summary, REPRODUCED if good else DIFFERS, "" if good else why, share=share, median=np.median(off),
-                most=off.max())
-        )  # fmt: skip
+            row(
+                f"Sec. 6, the amplitude tells Gamma without simulation, {kind}, {name}",
+                "by the describing function",
+                summary,
+                REPRODUCED if good else DIFFERS,
+                "" if good else why,
+                share=share,
+                median=np.median(off),
+                most=off.max(),
+            )
+        )
     return tuple(rows)
 
 
@@ -198,20 +225,37 @@ def _two_quantities(single: Sequence[Stop], double: Sequence[Stop]) -> Row:
         f"a sine of A = 2 half-gaps: mean slope {twice.mean_slope:.3f}, gain {twice.gain:.3f}; exact motions: up to "
         f"{apart:.2f} apart"
     )
-    return row("Sec. 6, three routes to one Gamma", "spectra, time average of df/d(delta), describing function", summary,
-               DIFFERS, "the time average is the mean slope, the other two are the equivalent gain; they agree for "
-               "Gaussian motions only", slope=twice.mean_slope, gain=twice.gain, apart=apart)  # fmt: skip
+    return row(
+        "Sec. 6, three routes to one Gamma",
+        "spectra, time average of df/d(delta), describing function",
+        summary,
+        DIFFERS,
+        "the time average is the mean slope, the other two are the equivalent gain; they agree for "
+        "Gaussian motions only",
+        slope=twice.mean_slope,
+        gain=twice.gain,
+        apart=apart,
+    )
 
 
 def _uncoupled() -> Row:
-    return row("Sec. 6, Gamma_g is the share of time uncoupled", "the fraction of the time the pair is uncoupled",
-               "the share in contact", DIFFERS, "route 2, Fig. 4 and sec. 7 all make it the mean of df/d(delta), which "
-               "is one in contact")  # fmt: skip
+    return row(
+        "Sec. 6, Gamma_g is the share of time uncoupled",
+        "the fraction of the time the pair is uncoupled",
+        "the share in contact",
+        DIFFERS,
+        "route 2, Fig. 4 and sec. 7 all make it the mean of df/d(delta), which is one in contact",
+    )
 
 
 def _values() -> Row:
-    return row("Fig. 4, its values", "two curves", "two quantities for each regime, drawn below", LOST,
-               "neither the curves nor the mean load behind the single-sided one survive in the text")  # fmt: skip
+    return row(
+        "Fig. 4, its values",
+        "two curves",
+        "two quantities for each regime, drawn below",
+        LOST,
+        "neither the curves nor the mean load behind the single-sided one survive in the text",
+    )
 
 
 def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
@@ -225,15 +269,24 @@ def _chart(single: Sequence[Stop], double: Sequence[Stop]) -> Chart:
         lines = []
         at = np.array([stop.amplitude for stop in stops])
         measured = [stop.mean_slope for stop in stops], [stop.gain for stop in stops]
-        for name, colour, form, values in zip(("mean slope", "equivalent gain"), COLOURS, curve(amplitudes, load),
-                                              measured, strict=False):  # fmt: skip
+        for name, colour, form, values in zip(
+            ("mean slope", "equivalent gain"), COLOURS, curve(amplitudes, load), measured, strict=False
+        ):
             lines += [Line(amplitudes, form, name, colour), Line(at, np.array(values), name, colour, "points", 4.0)]
-        panels.append(Panel(title, "Gamma_g", "amplitude / half-gap", tuple(lines), x_range=x_range, x_log=not load,
-                            y_range=(0.0, 1.05)))  # fmt: skip
+        panels.append(
+            Panel(
+                title,
+                "Gamma_g",
+                "amplitude / half-gap",
+                tuple(lines),
+                x_range=x_range,
+                x_log=not load,
+                y_range=(0.0, 1.05),
+            )
+        )
     caption = (
         f"Lines: closed forms for a sine, single-sided under a mean load of {LOAD:g} K b until it reaches the other "
         "side. Points: exact motions of the mesh alone."
     )
     legend = tuple(Key(line.name, line.colour) for line in panels[0].lines[::2])
-    return Chart("fig-4", "Figure 4", caption, tuple(panels), columns=2, panel_height=240, share_x=False,
-                 legend=legend)  # fmt: skip
+    return Chart("fig-4", "Figure 4", caption, tuple(panels), columns=2, panel_height=240, share_x=False, legend=legend)

@@ -92,8 +92,16 @@ def _histories(measurements: Measurements, kind: str) -> Row:
             f", and these wander slowly: in exact itself the hub's rms acceleration varies {figure(wander, 2)}-fold "
             f"between blocks of {BLOCK} cycles"
         )
-    return row(item, printed_claim, summary, REPRODUCED if slight else DIFFERS, "" if slight else why, apart=apart,
-               horizon=horizon, **parts)  # fmt: skip
+    return row(
+        item,
+        printed_claim,
+        summary,
+        REPRODUCED if slight else DIFFERS,
+        "" if slight else why,
+        apart=apart,
+        horizon=horizon,
+        **parts,
+    )
 
 
 def _different(measurements: Measurements, kind: str, exact: Run, runs: dict[str, Run]) -> dict[str, tuple[int, int]]:
@@ -178,9 +186,16 @@ def _history_chart(measurements: Measurements, kind: str) -> Chart | None:
         index = window.first + np.arange(window.closed(t.time).size)
         x, y = index / t.samples_per_cycle, t.deflection[index, gear] / (0.5 * np.ptp(t.layout.corners[gear]))
         panels.append(
-            Panel(name, "half-gaps", "time / T  [cycles]", (Line(x, y, name, colour[name], width=0.8),),
-                  rules=(Rule(1.0), Rule(-1.0)), x_range=(float(x[0]), float(x[-1])), y_range=(-2.0, 2.0))
-        )  # fmt: skip
+            Panel(
+                name,
+                "half-gaps",
+                "time / T  [cycles]",
+                (Line(x, y, name, colour[name], width=0.8),),
+                rules=(Rule(1.0), Rule(-1.0)),
+                x_range=(float(x[0]), float(x[-1])),
+                y_range=(-2.0, 2.0),
+            )
+        )
     caption = f"Mesh deflection of case 3, {kind}, over the last {SHOWN} cycles; dashed: the gap's ends."
     return Chart(f"fig-7ab-{kind}", f"Figure 7(a), (b), {kind}", caption, tuple(panels))
 
@@ -200,8 +215,17 @@ def _spectrum_chart(measurements: Measurements, kind: str) -> Chart | None:
         if not lines:
             return None
         top = max(float(line.y.max()) for line in lines)
-        panels.append(Panel(inertia, "(rad/s²)²/Hz", "order", tuple(lines), x_range=(0.0, 256.0),
-                            y_range=(1e-9 * top, 10.0 * top), y_log=True))  # fmt: skip
+        panels.append(
+            Panel(
+                inertia,
+                "(rad/s²)²/Hz",
+                "order",
+                tuple(lines),
+                x_range=(0.0, 256.0),
+                y_range=(1e-9 * top, 10.0 * top),
+                y_log=True,
+            )
+        )
     caption = f"Power spectral densities of accelerations, case 3, {kind}, steady part."
     legend = tuple(Key(line.name, line.colour) for line in panels[0].lines)
     return Chart(f"fig-7cd-{kind}", f"Figure 7(c), (d), {kind}", caption, tuple(panels), legend=legend)

@@ -135,12 +135,14 @@ def _coherence(measurements: Measurements, kind: str) -> Row:
         means.append(float("nan") if values is None else sum(values) / len(values))
     better = means[1] > means[0] + 0.01
     return row(
-        f"Sec. 9, coherence is better at moderate load, {kind}", "better at 0.5",
+        f"Sec. 9, coherence is better at moderate load, {kind}",
+        "better at 0.5",
         f"RKV with RK2, mean of four inertias: {means[0]:.2f} at 0.05, {means[1]:.2f} at 0.5",
         REPRODUCED if better else DIFFERS,
         f"the exact motion is predictable for {' and '.join(until)} cycles; harmonics follow the excitation",
-        light=means[0], moderate=means[1],
-    )  # fmt: skip
+        light=means[0],
+        moderate=means[1],
+    )
 
 
 def _table(measurements: Measurements) -> Table:

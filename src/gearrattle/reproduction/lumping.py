@@ -38,10 +38,14 @@ def eight_inertias() -> Model:
         for name, a, b, stiffness in (*_COUPLINGS, _SHAFT)
     ]
     meshes = [
-        {"name": name, "between": [f"body_{a}", f"body_{b}"], "stiffness": stiffness / _RADIUS**2,
-         "radii": [_RADIUS, _RADIUS]}
+        {
+            "name": name,
+            "between": [f"body_{a}", f"body_{b}"],
+            "stiffness": stiffness / _RADIUS**2,
+            "radii": [_RADIUS, _RADIUS],
+        }
         for name, a, b, stiffness in _MESHES
-    ]  # fmt: skip
+    ]
     return Model.from_tables(
         {
             "schema": 1,
@@ -69,10 +73,13 @@ def _frequencies(linear_modes: Modes) -> Row:
     ours = np.asarray(linear_modes.frequencies)
     off = float(np.max(np.abs(ours[1:] / np.array(printed.EIGHT[1:]) - 1.0)))
     return row(
-        "Sec. 3, eight natural frequencies", ", ".join(f"{value:g}" for value in printed.EIGHT) + " rad/s",
+        "Sec. 3, eight natural frequencies",
+        ", ".join(f"{value:g}" for value in printed.EIGHT) + " rad/s",
         ", ".join(f"{value:.0f}" for value in ours) + f" rad/s; at most {100 * off:.2g} % off",
-        CONSTRUCTED if off < _FIT else DIFFERS, "the model was fitted to them", off=off,
-    )  # fmt: skip
+        CONSTRUCTED if off < _FIT else DIFFERS,
+        "the model was fitted to them",
+        off=off,
+    )
 
 
 def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
@@ -84,13 +91,25 @@ def _shapes(linear_modes: Modes) -> tuple[Row, Row]:
     off_2 = float(np.abs(np.delete(nine, at) - two).max())
     off_3 = float(np.abs(np.array(printed.PSI_3) - three).max())
     return (
-        row("Sec. 3, shape psi_2", _entries(printed.PSI_2), _entries(two), DIFFERS,
+        row(
+            "Sec. 3, shape psi_2",
+            _entries(printed.PSI_2),
+            _entries(two),
+            DIFFERS,
             "nine entries are printed for eight inertias; with one of the ones left out, the others are at most "
-            f"{off_2:.2g} off, and to that the model was fitted", entries=nine.size, off=off_2),
-        row("Sec. 3, shape psi_3", _entries(printed.PSI_3), _entries(three),
+            f"{off_2:.2g} off, and to that the model was fitted",
+            entries=nine.size,
+            off=off_2,
+        ),
+        row(
+            "Sec. 3, shape psi_3",
+            _entries(printed.PSI_3),
+            _entries(three),
             CONSTRUCTED if off_3 < _SHAPE else DIFFERS,
-            f"the model was fitted to it; at most {off_3:.2g} off, within what one printed digit allows", off=off_3),
-    )  # fmt: skip
+            f"the model was fitted to it; at most {off_3:.2g} off, within what one printed digit allows",
+            off=off_3,
+        ),
+    )
 
 
 def _entries(values: Iterable[float]) -> str:
@@ -102,9 +121,13 @@ def _in_hertz(linear_modes: Modes) -> Row:
     printed_hertz = printed.EIGHT[1] / math.tau
     slip = round(printed_hertz) != printed.FIRST_MODE_HZ
     return row(
-        "Sec. 3, the first mode in Hz", f"{printed.FIRST_MODE_HZ:g} Hz", f"{ours:.1f} Hz",
-        DIFFERS if slip else CONSTRUCTED, f"the printed 346 rad/s are {printed_hertz:.1f} Hz, not 22", hertz=ours,
-    )  # fmt: skip
+        "Sec. 3, the first mode in Hz",
+        f"{printed.FIRST_MODE_HZ:g} Hz",
+        f"{ours:.1f} Hz",
+        DIFFERS if slip else CONSTRUCTED,
+        f"the printed 346 rad/s are {printed_hertz:.1f} Hz, not 22",
+        hertz=ours,
+    )
 
 
 def lumping() -> Row:
@@ -115,9 +138,10 @@ def lumping() -> Row:
     same = len(elastic) == len(PRINTED) and all(abs(a - b) < 1.0 for a, b in zip(elastic, PRINTED, strict=True))
     summary = ", ".join(f"{value:.0f}" for value in elastic)
     return row(
-        f"Sec. 3, lumping eight inertias below {BAND}", "346, 7937, 48091 rad/s",
+        f"Sec. 3, lumping eight inertias below {BAND}",
+        "346, 7937, 48091 rad/s",
         f"{summary} rad/s; largest frequency error in the band {100.0 * float(reduction.error.frequency):.2g} %",
         CONSTRUCTED if same else DIFFERS,
         "the eight-inertia model was fitted to the printed frequencies; its values are fixed, so this cannot change",
         **{f"frequency_{i}": value for i, value in enumerate(elastic, start=1)},
-    )  # fmt: skip
+    )

@@ -170,8 +170,10 @@ def _made(setup: Setup, progress: Progress) -> Result:
         return Result(contender, MISSING, None, 0.0)
     model = load_case(setup.case, setup.ratio, loaded=setup.loaded)
     settings: dict[str, Any] = {
-        "cycles": setup.cycles, "discard": setup.cycles // 2, "samples_per_cycle": setup.samples,
-    }  # fmt: skip
+        "cycles": setup.cycles,
+        "discard": setup.cycles // 2,
+        "samples_per_cycle": setup.samples,
+    }
     if setup.nearby:
         rest = equilibrium(model).angle.copy()
         rest[0] += _AWAY

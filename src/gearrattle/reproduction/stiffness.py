@@ -40,9 +40,8 @@ def jacobian(clutch: float, gear: float, time_scale: float = 1.0, mixed: bool = 
     damping = (_ROWS.T * _C) @ _ROWS + np.diag(_DRAG)
     zero, one = np.zeros((4, 4)), np.eye(4)
     a = np.block(
-        [[zero, one],
-         [-stiffness / _INERTIA[:, None] / time_scale**2, -damping / _INERTIA[:, None] / time_scale]]
-    )  # fmt: skip
+        [[zero, one], [-stiffness / _INERTIA[:, None] / time_scale**2, -damping / _INERTIA[:, None] / time_scale]]
+    )
     if mixed:
         scale = np.tile([1.0, 1.0, RADIUS, RADIUS], 2)
         a = a * scale[:, None] / scale
@@ -89,24 +88,44 @@ def _rows() -> tuple[Row, ...]:
     apart = [float(f[-1] / f[0]) for f in (natural(0.1, 0.05), natural(0.1, 1.0))]
     condition = [conditioning(forms[name]) for name in ("dimensional", "dimensionless")]
     return (
-        row("Fig. 6(b), largest R_lambda, Gamma_c = 0.1", f"about {printed.R_LAMBDA_DIMENSIONAL:g} dimensional, barely "
-            f"{printed.R_LAMBDA_MIXED:g} dimensionless and mixed", summary, DIFFERS,
+        row(
+            "Fig. 6(b), largest R_lambda, Gamma_c = 0.1",
+            f"about {printed.R_LAMBDA_DIMENSIONAL:g} dimensional, barely "
+            f"{printed.R_LAMBDA_MIXED:g} dimensionless and mixed",
+            summary,
+            DIFFERS,
             "R_lambda is a ratio of eigenvalues of one matrix; scaling time and turning angles into lengths are "
             "similarity transforms times a factor and cannot change it. Which convention gives 75 is not said",
-            ratio=ratio["dimensional"], ratio_mixed=ratio["mixed"]),
-        row("Fig. 6(a), R_lambda at Gamma_g = 1, Gamma_c = 1", "two curves, the dimensionless lower",
-            f"{stiffness_ratio(jacobian(1.0, 1.0)):.1f} "
-            "in every formulation", DIFFERS, "as in part (b): the curves must coincide",
-            ratio=stiffness_ratio(jacobian(1.0, 1.0))),
-        row("Sec. 7, non-dimensional form reduces ill-conditioning", "R_lambda is lower", "condition number "
-            f"{figure(condition[0], 2)} dimensional, {figure(condition[1], 2)} dimensionless",
+            ratio=ratio["dimensional"],
+            ratio_mixed=ratio["mixed"],
+        ),
+        row(
+            "Fig. 6(a), R_lambda at Gamma_g = 1, Gamma_c = 1",
+            "two curves, the dimensionless lower",
+            f"{stiffness_ratio(jacobian(1.0, 1.0)):.1f} in every formulation",
+            DIFFERS,
+            "as in part (b): the curves must coincide",
+            ratio=stiffness_ratio(jacobian(1.0, 1.0)),
+        ),
+        row(
+            "Sec. 7, non-dimensional form reduces ill-conditioning",
+            "R_lambda is lower",
+            f"condition number {figure(condition[0], 2)} dimensional, {figure(condition[1], 2)} dimensionless",
             REPRODUCED if condition[1] < condition[0] else DIFFERS,
             "what scaling does change is the condition number, and that by orders of magnitude",
-            dimensional=condition[0], dimensionless=condition[1]),
-        row("Fig. 5, natural frequencies are closer at low Gamma_g", "three curves", "highest over lowest: "
-            f"{apart[0]:.0f} at Gamma_g = 0.05, {apart[1]:.0f} at 1", REPRODUCED if apart[0] < apart[1] else DIFFERS,
-            "the trend; the curves are not printed as numbers", low=apart[0], high=apart[1]),
-    )  # fmt: skip
+            dimensional=condition[0],
+            dimensionless=condition[1],
+        ),
+        row(
+            "Fig. 5, natural frequencies are closer at low Gamma_g",
+            "three curves",
+            f"highest over lowest: {apart[0]:.0f} at Gamma_g = 0.05, {apart[1]:.0f} at 1",
+            REPRODUCED if apart[0] < apart[1] else DIFFERS,
+            "the trend; the curves are not printed as numbers",
+            low=apart[0],
+            high=apart[1],
+        ),
+    )
 
 
 def _chart() -> Chart:
@@ -119,14 +138,22 @@ def _chart() -> Chart:
     modes = tuple(Line(gamma, waves[:, i], f"mode {i + 1}", INK) for i in range(3))
     rules = tuple(Rule(at, label=f"paper: {at:g}") for at in (printed.R_LAMBDA_MIXED, printed.R_LAMBDA_DIMENSIONAL))
     panels = (
-        Panel("Natural frequencies, Gamma_c = 0.1", "rad/s", "Gamma_g", modes, x_range=(0.0, 1.0), y_log=True,
-              y_range=(1e1, 1e5)),
+        Panel(
+            "Natural frequencies, Gamma_c = 0.1",
+            "rad/s",
+            "Gamma_g",
+            modes,
+            x_range=(0.0, 1.0),
+            y_log=True,
+            y_range=(1e1, 1e5),
+        ),
         Panel("R_lambda", "", "Gamma_g", tuple(ratios), rules=rules, x_range=(0.0, 1.0), y_range=(0.0, 400.0)),
-    )  # fmt: skip
+    )
     caption = (
         "Left: Fig. 5, undamped. Right: Fig. 6, both parts, in every formulation; dashed: the largest values the paper "
         "names for Gamma_c = 0.1, dimensional and dimensionless."
     )
     legend = tuple(Key(line.name, line.colour) for line in ratios)
-    return Chart("fig-5-6", "Figures 5 and 6", caption, panels, columns=2, panel_height=220, share_x=False,
-                 legend=legend)  # fmt: skip
+    return Chart(
+        "fig-5-6", "Figures 5 and 6", caption, panels, columns=2, panel_height=220, share_x=False, legend=legend
+    )

@@ -84,9 +84,13 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
     """
     torque, share = FORCE * RADIUS, J["input_gear"] / (MASS * RADIUS**2)
     gears: dict[str, Any] = {
-        "name": GEAR, "between": ["input_gear", "output_gear"], "radii": [RADIUS, RADIUS],
-        "stiffness": STIFFNESS[GEAR], "damping": DAMPING[GEAR], "backlash": 2.0 * HALF_GAP,
-    }  # fmt: skip
+        "name": GEAR,
+        "between": ["input_gear", "output_gear"],
+        "radii": [RADIUS, RADIUS],
+        "stiffness": STIFFNESS[GEAR],
+        "damping": DAMPING[GEAR],
+        "backlash": 2.0 * HALF_GAP,
+    }
     return Model.from_tables(
         {
             "schema": 1,
@@ -95,12 +99,15 @@ def mesh_alone(frequency: float, mean: float, amplitude: float) -> Model:
             "mesh": [gears],
             "excitation": {"speed": frequency * RESONANCE},
             "torque": [
-                {"on": "input_gear", "mean": mean * torque,
-                 "harmonics": [{"order": 1, "amplitude": amplitude * share * torque}]},
+                {
+                    "on": "input_gear",
+                    "mean": mean * torque,
+                    "harmonics": [{"order": 1, "amplitude": amplitude * share * torque}],
+                },
                 {"on": "output_gear", "mean": -mean * torque},
             ],
         }
-    )  # fmt: skip
+    )
 
 
 def sweep(model_of: Callable[[float], Model], loads: Sequence[float], cycles: int, tick: Tick) -> tuple[Stop, ...]:
@@ -131,8 +138,9 @@ def history(stop: Stop, model_of: Callable[[float], Model], cycles: int, samples
 
 
 def _run(model: Model, cycles: int, samples: int, start: dict[str, list[float]] | None) -> Run:
-    return simulate(model, cycles=cycles, discard=2 * cycles // 3, samples_per_cycle=samples, audit=False,
-                    initial=start or "static")  # fmt: skip
+    return simulate(
+        model, cycles=cycles, discard=2 * cycles // 3, samples_per_cycle=samples, audit=False, initial=start or "static"
+    )
 
 
 def _end(t: Trajectory) -> dict[str, list[float]]:

@@ -68,11 +68,17 @@ def _case(case: int, line: printed.Clearances) -> Row:
         error=round(error, 9),
     )
     return row(
-        f"Table 2, case {case}", line.in_words(), ours.in_words(), CONSTRUCTED if ours == line else DIFFERS,
+        f"Table 2, case {case}",
+        line.in_words(),
+        ours.in_words(),
+        CONSTRUCTED if ours == line else DIFFERS,
         "the models are built from these values" if ours == line else "the model is not that of the table",
-        **{f"{name}_{index}": value for name in ("clutch", "spline", "mesh") for index, value in
-           zip(("alpha", "beta", "b"), getattr(ours, name), strict=True)},
-    )  # fmt: skip
+        **{
+            f"{name}_{index}": value
+            for name in ("clutch", "spline", "mesh")
+            for index, value in zip(("alpha", "beta", "b"), getattr(ours, name), strict=True)
+        },
+    )
 
 
 def _rows(ours: dict[str, float], right: dict[str, bool]) -> tuple[Row, ...]:
@@ -80,14 +86,28 @@ def _rows(ours: dict[str, float], right: dict[str, bool]) -> tuple[Row, ...]:
     by_stiffness = float(printed.TABLE_1["Omega_12^2"]) / float(printed.TABLE_1["Omega_11^2"])
     by_damping = float(printed.TABLE_1["eta_12"]) / float(printed.TABLE_1["eta_11"])
     return (
-        row("Table 1, all but Omega_22^2", "fifteen parameters",
-            f"{sum(right.values())} of 16 to the digits printed", CONSTRUCTED if wrong == ["Omega_22^2"] else DIFFERS,
-            "the dimensional values were inferred from these digits", agreeing=sum(right.values())),
-        row("Table 1, Omega_22^2", "1482.0", figure(ours["Omega_22^2"], 5), DIFFERS,
+        row(
+            "Table 1, all but Omega_22^2",
+            "fifteen parameters",
+            f"{sum(right.values())} of 16 to the digits printed",
+            CONSTRUCTED if wrong == ["Omega_22^2"] else DIFFERS,
+            "the dimensional values were inferred from these digits",
+            agreeing=sum(right.values()),
+        ),
+        row(
+            "Table 1, Omega_22^2",
+            "1482.0",
+            figure(ours["Omega_22^2"], 5),
+            DIFFERS,
             "K2 / (J2 omega^2) is 1481.5 for the values that give the other fifteen; probably rounded to 1482 first",
-            omega=ours["Omega_22^2"]),
-        row("Table 1, ratio I1/I2", f"{by_stiffness:.1f} from Omega^2, {by_damping:.1f} from eta",
-            figure(J["flywheel"] / J["hub"], 4), DIFFERS,
+            omega=ours["Omega_22^2"],
+        ),
+        row(
+            "Table 1, ratio I1/I2",
+            f"{by_stiffness:.1f} from Omega^2, {by_damping:.1f} from eta",
+            figure(J["flywheel"] / J["hub"], 4),
+            DIFFERS,
             "the printed values are rounded, so no one set of inertias gives them all exactly",
-            ratio=J["flywheel"] / J["hub"]),
-    )  # fmt: skip
+            ratio=J["flywheel"] / J["hub"],
+        ),
+    )

@@ -60,7 +60,7 @@ def section(measurements: Measurements, tick: Progress) -> Section:
         _table(measurements, (number, case, lines), loaded, counts)
         for number, case, lines in TABLES
         for loaded in (False, True)
-    )  # fmt: skip
+    )
     words = (
         f"Cases 1 and 3 under our assumed loads, light (0.05), from static rest; tolerance {TOLERANCE:g} where steps "
         "are chosen, for the paper prints none. RK2 and RK4 take as many steps as printed; the others run over the "
@@ -86,7 +86,7 @@ def _counts(scope: Scope, tick: Progress) -> Counts:
         steps = line.steps // 10 if scope.quick else line.steps
         counts[number, line.label, loaded] = count_steps(
             case, line.algorithm, line.step, steps, loaded=loaded, tick=report_share
-        )  # fmt: skip
+        )
     return counts
 
 
@@ -117,8 +117,13 @@ def _row(measurements: Measurements, number: int, case: int, line: Performance) 
     runs = [result.run for result in results if result.run is not None]
     if len(runs) < len(results):
         missing = all(result.wall_time == 0.0 for result in results)
-        return row(item, _printed(line), results[0].status if missing else summary, UNAVAILABLE if missing else DIFFERS,
-                   "" if missing else "a run did not come to an end")  # fmt: skip
+        return row(
+            item,
+            _printed(line),
+            results[0].status if missing else summary,
+            UNAVAILABLE if missing else DIFFERS,
+            "" if missing else "a run did not come to an end",
+        )
     figures = {
         f"{name}_{kind}": float(value)
         for kind, run in zip(("rattling", "loaded"), runs, strict=True)
@@ -159,9 +164,20 @@ def _table(
 ) -> Table:
     number, case, lines = which
     head = (
-        "algorithm", "paper: h_i", "steps", "calls", "time", "ours: average trial step", "average step", "smallest",
-        "steps", "rejected", "calls", "crossings", "time, s (slowest)",
-    )  # fmt: skip
+        "algorithm",
+        "paper: h_i",
+        "steps",
+        "calls",
+        "time",
+        "ours: average trial step",
+        "average step",
+        "smallest",
+        "steps",
+        "rejected",
+        "calls",
+        "crossings",
+        "time, s (slowest)",
+    )
     rows = []
     for line in (*lines, Performance("exact", "exact", None, None, None, None)):
         theirs = ("–",) * 4
@@ -199,19 +215,25 @@ def _spans() -> Row:
     spans = [(line.label, line.step * line.steps) for line in printed.TABLE_3 if line.step and line.steps]
     summary = ", ".join(f"{label} {span:.0f}" for label, span in spans)
     return row(
-        "Table 3, step times count", summary, "the span in every row, with the average of accepted steps", DIFFERS,
+        "Table 3, step times count",
+        summary,
+        "the span in every row, with the average of accepted steps",
+        DIFFERS,
         "the paper's h_i is the initial average trial step; and its spans differ even among fixed steps (800, 819.2)",
-    )  # fmt: skip
+    )
 
 
 def _calls_per_step() -> Row:
     rkf = next(line for line in printed.TABLE_3 if line.label == "RKF")
     assert rkf.steps is not None and rkf.calls is not None  # noqa: PT018 - printed
     return row(
-        "Table 3, RKF, calls against steps", f"{counted(rkf.steps)} steps, {counted(rkf.calls)} calls",
-        f"six calls a step make {counted(6 * rkf.steps)} at least", DIFFERS,
-        "a digit may have slipped: 141 034 steps of six calls, none rejected, are 846 204", least=6 * rkf.steps,
-    )  # fmt: skip
+        "Table 3, RKF, calls against steps",
+        f"{counted(rkf.steps)} steps, {counted(rkf.calls)} calls",
+        f"six calls a step make {counted(6 * rkf.steps)} at least",
+        DIFFERS,
+        "a digit may have slipped: 141 034 steps of six calls, none rejected, are 846 204",
+        least=6 * rkf.steps,
+    )
 
 
 def _growth_of_cost(measurements: Measurements) -> Row:
@@ -230,7 +252,11 @@ def _growth_of_cost(measurements: Measurements) -> Row:
     summary = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in change.items())
     more = sum(share > 0 for share in change.values())
     return row(
-        "Sec. 9, cost rises from case 1 to case 3", f"calls for the same span: {', '.join(theirs)}", summary,
+        "Sec. 9, cost rises from case 1 to case 3",
+        f"calls for the same span: {', '.join(theirs)}",
+        summary,
         REPRODUCED if more == len(change) else DIFFERS,
-        f"more in {more} of {len(change)} comparisons; how much depends on the loads", more=more, of=len(change),
-    )  # fmt: skip
+        f"more in {more} of {len(change)} comparisons; how much depends on the loads",
+        more=more,
+        of=len(change),
+    )

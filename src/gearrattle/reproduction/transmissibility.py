@@ -40,5 +40,11 @@ def bandwidth(measurements: Measurements, kind: str, setup_of: Callable[..., Set
         if wider
         else "RK2's is that of exact to within what eight cycles vary; RK4's step is unstable"
     )
-    return row(item, printed_claim, f"TR_peak - TR_rms of hub, output gear: {summary}", REPRODUCED if wider else DIFFERS, why,
-               **{name: float(v[1]) for name, v in span.items()})  # fmt: skip
+    return row(
+        item,
+        printed_claim,
+        f"TR_peak - TR_rms of hub, output gear: {summary}",
+        REPRODUCED if wider else DIFFERS,
+        why,
+        **{name: float(v[1]) for name, v in span.items()},
+    )

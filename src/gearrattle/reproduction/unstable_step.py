@@ -61,10 +61,14 @@ def section(measurements: Measurements) -> Section:
     """Show the growth and what it invents."""
     factor, longest = growth(printed.RK4_STEP), limit()
     first = row(
-        "Tables 3 and 4, RK4's step", f"h = {printed.RK4_STEP:g}", f"a mode grows by {factor:.2f} a step in contact; "
-        f"the limit is h = {longest:.7f}", DIFFERS, "the step lies outside RK4's stability region", growth=factor,
+        "Tables 3 and 4, RK4's step",
+        f"h = {printed.RK4_STEP:g}",
+        f"a mode grows by {factor:.2f} a step in contact; the limit is h = {longest:.7f}",
+        DIFFERS,
+        "the step lies outside RK4's stability region",
+        growth=factor,
         limit=longest,
-    )  # fmt: skip
+    )
     words = (
         f"Loaded cases 1 to 3, after {SETTLED} cycles of start-up. The exact mesh never separates there; neither does "
         "that of RK2 at the paper's step."
@@ -94,5 +98,15 @@ def _row(measurements: Measurements, case: int) -> Row:
         f"RK4: {several(some, 'crossing')} in the mesh, |delta_3| up to {reach:.2f} half-gaps, in contact "
         f"{100 * share:.0f} % of the time; exact: {counted(none)}; RK2 at h = 0.001: {counted(fine)}"
     )
-    return row(item, "compatible with the others", summary, DIFFERS, "RK4 invents the rattle", exact=none, rk4=some,
-               rk2=fine, reach=float(reach), contact=share)  # fmt: skip
+    return row(
+        item,
+        "compatible with the others",
+        summary,
+        DIFFERS,
+        "RK4 invents the rattle",
+        exact=none,
+        rk4=some,
+        rk2=fine,
+        reach=float(reach),
+        contact=share,
+    )

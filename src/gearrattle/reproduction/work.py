@@ -102,18 +102,25 @@ def _rows(kind: str, curves: Curves) -> Iterator[Row]:
         light, moderate = (call[high] / call[low] for call in calls)
         worse = light > _CLEARLY * max(1.0, moderate)
         yield row(
-            f"Sec. 9, higher order is inefficient when lightly loaded, {how}, {kind}", "more time and calls",
-            f"calls for {error:.0e} half-gaps, {summary}", REPRODUCED if worse else DIFFERS,
-            f"{high} over {low}: {light:.2f} light, {moderate:.2f} moderate", error=error, light=light,
+            f"Sec. 9, higher order is inefficient when lightly loaded, {how}, {kind}",
+            "more time and calls",
+            f"calls for {error:.0e} half-gaps, {summary}",
+            REPRODUCED if worse else DIFFERS,
+            f"{high} over {low}: {light:.2f} light, {moderate:.2f} moderate",
+            error=error,
+            light=light,
             moderate=moderate,
-        )  # fmt: skip
+        )
     ratio = [call["rk2"] / call["rkf"] for call in calls]
     yield row(
-        f"Sec. 9, fixed steps of low order are faster, {kind}", "in nearly every case",
+        f"Sec. 9, fixed steps of low order are faster, {kind}",
+        "in nearly every case",
         f"RK2 over RKF for the same error: {ratio[0]:.2g} light, {ratio[1]:.2g} moderate",
         REPRODUCED if min(ratio) < 1.0 else DIFFERS,
-        "a step that shortens at corners only is worth more than what it rejects", light=ratio[0], moderate=ratio[1],
-    )  # fmt: skip
+        "a step that shortens at corners only is worth more than what it rejects",
+        light=ratio[0],
+        moderate=ratio[1],
+    )
 
 
 def _chart(curves: Curves) -> Chart:
@@ -125,9 +132,20 @@ def _chart(curves: Curves) -> Chart:
             for name, points in curve.items()
             if points
         )
-        panels.append(Panel(f"Error, {kind}, mean {ratio:g}", "half-gaps", "function calls", lines, x_range=(1e3, 1e6),
-                            y_range=(1e-12, 1e1), x_log=True, y_log=True))  # fmt: skip
+        panels.append(
+            Panel(
+                f"Error, {kind}, mean {ratio:g}",
+                "half-gaps",
+                "function calls",
+                lines,
+                x_range=(1e3, 1e6),
+                y_range=(1e-12, 1e1),
+                x_log=True,
+                y_log=True,
+            )
+        )
     legend = tuple(Key(name, colour[name]) for name in ORDERS)
     caption = "Error against function calls; down and to the left is better."
-    return Chart("work", "Work and precision", caption, tuple(panels), columns=2, panel_height=240, share_x=False,
-                 legend=legend)  # fmt: skip
+    return Chart(
+        "work", "Work and precision", caption, tuple(panels), columns=2, panel_height=240, share_x=False, legend=legend
+    )

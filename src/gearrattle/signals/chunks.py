@@ -57,9 +57,14 @@ class Moments:
         """Return these with what is known exactly of some columns; moments that are NaN stay those of samples."""
         weight = self.weight
         known = {
-            "mean": exact.mean, "second": weight * exact.second, "third": weight * exact.third,
-            "fourth": weight * exact.fourth, "low": exact.low, "high": exact.high, "miss": np.zeros(len(columns)),
-        }  # fmt: skip
+            "mean": exact.mean,
+            "second": weight * exact.second,
+            "third": weight * exact.third,
+            "fourth": weight * exact.fourth,
+            "low": exact.low,
+            "high": exact.high,
+            "miss": np.zeros(len(columns)),
+        }
         changed = {name: getattr(self, name).copy() for name in known}
         for name, values in known.items():
             changed[name][list(columns)] = np.where(np.isnan(values), changed[name][list(columns)], values)
@@ -76,9 +81,17 @@ class Moments:
         fourth = fourth + 6.0 * d**2 * (a**2 * other.second + b**2 * self.second) / n**2
         fourth = fourth + 4.0 * d * (a * other.third - b * self.third) / n
         return Moments(
-            n, self.mean + d * b / n, second, third, fourth, np.minimum(self.low, other.low),
-            np.maximum(self.high, other.high), np.maximum(self.miss, other.miss), self.first, other.last,
-        )  # fmt: skip
+            n,
+            self.mean + d * b / n,
+            second,
+            third,
+            fourth,
+            np.minimum(self.low, other.low),
+            np.maximum(self.high, other.high),
+            np.maximum(self.miss, other.miss),
+            self.first,
+            other.last,
+        )
 
     def summary(self, column: int) -> Summary:
         """Return the summary of one signal."""

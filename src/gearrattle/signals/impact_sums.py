@@ -84,10 +84,15 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Severity:
     mass, count = np.where(np.isfinite(of["mass"]), of["mass"], np.nan), of["count"]
     with np.errstate(invalid="ignore", divide="ignore"):
         values = (
-            of["speed"] / count, of["top_speed"],
-            mass * (of["speed"] / count), mass * of["top_speed"],
-            0.5 * mass * (of["square"] / count), 0.5 * mass * of["top_speed"] ** 2,
-            mass * ((of["speed"] + of["left"]) / count), mass * change,
-            (of["push"] + pending) / count, largest,
-        )  # fmt: skip
+            of["speed"] / count,
+            of["top_speed"],
+            mass * (of["speed"] / count),
+            mass * of["top_speed"],
+            0.5 * mass * (of["square"] / count),
+            0.5 * mass * of["top_speed"] ** 2,
+            mass * ((of["speed"] + of["left"]) / count),
+            mass * change,
+            (of["push"] + pending) / count,
+            largest,
+        )
     return Severity(*(np.where(count > 0.0, value, np.nan) for value in values))

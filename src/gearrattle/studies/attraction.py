@@ -108,8 +108,16 @@ def prepare(
 ) -> Basins:
     """Look for everything that can be wrong with a basin study, and run one case. Arguments, errors as ``basins``."""
     refuse_unsteady(model, "a map of basins")
-    _check({"samples": (SAMPLES, samples), "method": (METHOD, method), "seed": (SEED, seed), "most": (CASES, most),
-            "tolerance": (NEARNESS, tolerance), "same": (NEARNESS, same)})  # fmt: skip
+    _check(
+        {
+            "samples": (SAMPLES, samples),
+            "method": (METHOD, method),
+            "seed": (SEED, seed),
+            "most": (CASES, most),
+            "tolerance": (NEARNESS, tolerance),
+            "same": (NEARNESS, same),
+        }
+    )
     base = model.with_(fixed) if fixed else model
     chosen = section_of(base, section, phase)
     grid = {"cycles": cycles, "discard": discard, "samples_per_cycle": chosen.phase.denominator}
@@ -119,10 +127,14 @@ def prepare(
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     last = min(kept, MOST_PERIOD)
     said = {
-        "over": list(over), "phase": float(chosen.phase), "tolerance": float(tolerance), "points": last,
-        "section": list(chosen.names), "scale": [chosen.scale[name] for name in chosen.names],
+        "over": list(over),
+        "phase": float(chosen.phase),
+        "tolerance": float(tolerance),
+        "points": last,
+        "section": list(chosen.names),
+        "scale": [chosen.scale[name] for name in chosen.names],
         "largest_period": last,
-    }  # fmt: skip
+    }
     plan = Initials(base, axes, points, 1, said, starts)
     if plan.count > most:
         rule = f"{plan.count} initial states, more than the {most} allowed"
@@ -190,9 +202,22 @@ def basins(
     """
     check_model(model)
     begin = partial(
-        prepare, model, over, samples=samples, method=method, seed=seed, cycles=cycles, discard=discard, phase=phase,
-        section=section, tolerance=tolerance, same=same, outputs=outputs, fixed=fixed, most=most,
-    )  # fmt: skip
+        prepare,
+        model,
+        over,
+        samples=samples,
+        method=method,
+        seed=seed,
+        cycles=cycles,
+        discard=discard,
+        phase=phase,
+        section=section,
+        tolerance=tolerance,
+        same=same,
+        outputs=outputs,
+        fixed=fixed,
+        most=most,
+    )
     return conduct(
         begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
     )

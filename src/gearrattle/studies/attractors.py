@@ -136,6 +136,10 @@ def quiet_share(data: xr.Dataset) -> dict[str, float]:
     count, among = int(np.isin(basin, quiet).sum()), int(np.count_nonzero(basin != NOTHING))
     low, high = wilson(count, among) if SAMPLE in data["basin"].dims else (np.nan, np.nan)
     return {
-        "cases": count, "among": among, "share": count / max(among, 1), "low": float(low), "high": float(high),
+        "cases": count,
+        "among": among,
+        "share": count / max(among, 1),
+        "low": float(low),
+        "high": float(high),
         "open": int(np.count_nonzero(basin == UNSETTLED)) / max(among, 1),
-    }  # fmt: skip
+    }

@@ -31,10 +31,28 @@ SPACING = Choice(("linear", "log"))
 _MOST_VALUES = 10_000_000
 _NAME = re.compile(r"[\w-]+( [\w-]+)*")
 _LONGEST_NAME = 60
-_TAKEN = frozenset((
-    "sample", "part", "inertia", "cycle", "direction", "design", "objective", "generation", "attractor", "multiplier",
-    "outcome", "verdict", "regime", "motion", "motions", "period", "basin", "share",
-))  # fmt: skip
+_TAKEN = frozenset(
+    (
+        "sample",
+        "part",
+        "inertia",
+        "cycle",
+        "direction",
+        "design",
+        "objective",
+        "generation",
+        "attractor",
+        "multiplier",
+        "outcome",
+        "verdict",
+        "regime",
+        "motion",
+        "motions",
+        "period",
+        "basin",
+        "share",
+    )
+)
 """Dimensions and variables of the Datasets of studies."""
 
 

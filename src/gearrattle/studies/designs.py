@@ -100,17 +100,21 @@ DESIGNS: Mapping[str, Design] = {
     "sobol": Design(_sobol, lambda _, n: n),
     "random": Design(_random, lambda _, n: n),
     SALTELLI: Design(
-        lambda d, n, seed: _saltelli(d, n, seed, pairs=False), lambda d, n: n * (d + 2), paired=True,
+        lambda d, n, seed: _saltelli(d, n, seed, pairs=False),
+        lambda d, n: n * (d + 2),
+        paired=True,
         independent=lambda d, cases: _ends(d + 2, cases),
     ),
     PAIRS: Design(
-        lambda d, n, seed: _saltelli(d, n, seed, pairs=True), lambda d, n: n * (2 * d + 2), paired=True,
+        lambda d, n, seed: _saltelli(d, n, seed, pairs=True),
+        lambda d, n: n * (2 * d + 2),
+        paired=True,
         independent=lambda d, cases: _ends(2 * d + 2, cases),
     ),
     ONE_AT_A_TIME: Design(
         _one_at_a_time, lambda d, _: 2 * d + 1, counted=False, independent=lambda _, __: np.arange(0)
     ),
-}  # fmt: skip
+}
 """Name of a method -> design."""
 
 

@@ -142,10 +142,15 @@ def prepare(
     kept = int(base.simulation.cycles or 0) - int(base.simulation.discard or 0)
     points = min(kept, MOST_POINTS)
     said = {
-        "path": path, "phase": float(chosen.phase), "tolerance": float(tolerance), "points": points,
-        "section": list(chosen.names), "scale": [chosen.scale[name] for name in chosen.names],
-        "largest_period": MOST_PERIOD, "direction": direction,
-    }  # fmt: skip
+        "path": path,
+        "phase": float(chosen.phase),
+        "tolerance": float(tolerance),
+        "points": points,
+        "section": list(chosen.names),
+        "scale": [chosen.scale[name] for name in chosen.names],
+        "largest_period": MOST_PERIOD,
+        "direction": direction,
+    }
     ways = Axis(DIRECTION, {DIRECTION: WAYS[direction]})
     plan = Sweeps(base, (ways, *others, *swept), None, 1, said)
     structures = structures_of(plan)
@@ -215,9 +220,20 @@ def bifurcation(
     """
     check_model(model)
     begin = partial(
-        prepare, model, path, values, axes=axes, direction=direction, cycles=cycles, discard=discard, phase=phase,
-        section=section, tolerance=tolerance, outputs=outputs, fixed=fixed,
-    )  # fmt: skip
+        prepare,
+        model,
+        path,
+        values,
+        axes=axes,
+        direction=direction,
+        cycles=cycles,
+        discard=discard,
+        phase=phase,
+        section=section,
+        tolerance=tolerance,
+        outputs=outputs,
+        fixed=fixed,
+    )
     return conduct(
         begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
     )

@@ -45,8 +45,19 @@ _WORDS = np.dtypes.StringDType()
 DESIGN = "design"
 _SAME, _ENERGY = 1e-6, 1e-6
 
-VARIABLES = ("value", "violation", "front", "exact", "certified", "born", "best", "hypervolume", "design", "objective",
-             "generation")  # fmt: skip
+VARIABLES = (
+    "value",
+    "violation",
+    "front",
+    "exact",
+    "certified",
+    "born",
+    "best",
+    "hypervolume",
+    "design",
+    "objective",
+    "generation",
+)
 """What the Dataset of an optimisation has besides outputs and variables."""
 
 
@@ -97,21 +108,35 @@ def finished(
     )
     chosen = _nearest(values, on, ideal, reference)
     data = joined.assign(
-        value=((DESIGN, "objective"), values * signs), violation=(DESIGN, violation),
-        front=(DESIGN, on.astype(np.int8)), exact=((DESIGN, "objective"), exact * signs),
-        certified=(DESIGN, certified), best=(("generation", "objective"), best * signs),
+        value=((DESIGN, "objective"), values * signs),
+        violation=(DESIGN, violation),
+        front=(DESIGN, on.astype(np.int8)),
+        exact=((DESIGN, "objective"), exact * signs),
+        certified=(DESIGN, certified),
+        best=(("generation", "objective"), best * signs),
         hypervolume=("generation", grown),
-    ).assign_coords({
-        "born": (DESIGN, born), "objective": [goal.quantity.label for goal in goals[0]],
-        **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
-    })  # fmt: skip
+    ).assign_coords(
+        {
+            "born": (DESIGN, born),
+            "objective": [goal.quantity.label for goal in goals[0]],
+            **{path: (DESIGN, joined[path].values, joined[path].attrs) for path in paths},
+        }
+    )
     attributes = {
-        KIND: "study", "kind": "optimization", "variables": paths, "low": [variable.low for variable in ranges],
-        "high": [variable.high for variable in ranges], "log": [int(variable.log) for variable in ranges],
-        "senses": [goal.sense for goal in goals[0]], "units": [goal.quantity.unit for goal in goals[0]],
-        "constraints": [each.words for each in goals[1]], "best": chosen,
-        "ideal": (ideal * signs).tolist(), "reference": (reference * signs).tolist(), **settings,
-    }  # fmt: skip
+        KIND: "study",
+        "kind": "optimization",
+        "variables": paths,
+        "low": [variable.low for variable in ranges],
+        "high": [variable.high for variable in ranges],
+        "log": [int(variable.log) for variable in ranges],
+        "senses": [goal.sense for goal in goals[0]],
+        "units": [goal.quantity.unit for goal in goals[0]],
+        "constraints": [each.words for each in goals[1]],
+        "best": chosen,
+        "ideal": (ideal * signs).tolist(),
+        "reference": (reference * signs).tolist(),
+        **settings,
+    }
     own = [value_at(model.to_tables(), path) for path in paths]
     attributes["own"] = int(own == at[0].tolist())
     kept = {name: joined.attrs[name] for name in ("source", "model") if name in joined.attrs}

@@ -215,14 +215,19 @@ class Optimization:
         function = self.outputs.function
         objectives, constraints = self.goals
         return {
-            "format": format_name("optimization"), "model": self.model.to_toml(), "variables": repr(self.ranges),
+            "format": format_name("optimization"),
+            "model": self.model.to_toml(),
+            "variables": repr(self.ranges),
             "objectives": repr([(objective.quantity.label, objective.sense) for objective in objectives]),
-            "constraints": repr([(constraint.quantity.label, constraint.below, constraint.above) for constraint in constraints]),
-            "seed": str(self.seed), "population": str(self.size[0]),
+            "constraints": repr(
+                [(constraint.quantity.label, constraint.below, constraint.above) for constraint in constraints]
+            ),
+            "seed": str(self.seed),
+            "population": str(self.size[0]),
             "outputs": json.dumps([output.name for output in self.outputs.all]),
             "function": "" if function is None else f"{function.__module__}.{getattr(function, '__qualname__', '')}",
             **{name: version(name) for name in ("gearrattle", "numpy", "numba", "pymoo")},
-        }  # fmt: skip
+        }
 
 
 _LOST = 1e6
@@ -316,9 +321,18 @@ def optimize(
     """
     check_model(model)
     begin = partial(
-        prepare, model, variables, objectives, constraints=constraints, outputs=outputs, population=population,
-        generations=generations, seed=seed, fixed=fixed, function=function,
-    )  # fmt: skip
+        prepare,
+        model,
+        variables,
+        objectives,
+        constraints=constraints,
+        outputs=outputs,
+        population=population,
+        generations=generations,
+        seed=seed,
+        fixed=fixed,
+        function=function,
+    )
     return conduct(begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume)
 
 

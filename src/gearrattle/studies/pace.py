@@ -142,9 +142,12 @@ class Cost:
     def to_dict(self) -> dict[str, int | float | str]:
         """Return plain values by name."""
         return {
-            "cases": self.cases, "case_seconds": self.case_seconds, "workers": self.workers, "seconds": self.seconds,
+            "cases": self.cases,
+            "case_seconds": self.case_seconds,
+            "workers": self.workers,
+            "seconds": self.seconds,
             "estimate": self.words,
-        }  # fmt: skip
+        }
 
 
 def keeping(chunks: int) -> float:

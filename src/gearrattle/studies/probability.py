@@ -139,8 +139,11 @@ def rattle_probability(data: xr.Dataset, output: str | None = None, *, level: fl
     subject = subject_of(data, str(codes.name))
     return xr.Dataset(
         {
-            "probability": count / among.where(among > 0), "low": (count.dims, low), "high": (count.dims, high),
-            "rattling": count, "samples": among,
+            "probability": count / among.where(among > 0),
+            "low": (count.dims, low),
+            "high": (count.dims, high),
+            "rattling": count,
+            "samples": among,
         },
         attrs={KIND: "rattle probability", "output": str(codes.name), "subject": subject, "level": level},
-    )  # fmt: skip
+    )

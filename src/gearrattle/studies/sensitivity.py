@@ -176,10 +176,12 @@ def _sobol(x: Array, y: Array, method: str) -> Row:
     estimates = indices(y, d, method)
     apart = DESIGNS[method].independent(d, len(y))
     row = _ranked(x[apart], y[apart], method) | {
-        "first_order": (("value",), estimates.first), "first_order_half_width": (("value",), estimates.first_half),
-        "total_order": (("value",), estimates.total), "total_order_half_width": (("value",), estimates.total_half),
+        "first_order": (("value",), estimates.first),
+        "first_order_half_width": (("value",), estimates.first_half),
+        "total_order": (("value",), estimates.total),
+        "total_order_half_width": (("value",), estimates.total_half),
         "base_points": ((), estimates.base_points),
-    }  # fmt: skip
+    }
     del row["chance_first_order"]
     if method == PAIRS:
         over = ("value", _WITH)
@@ -192,9 +194,13 @@ def _swung(x: Array, y: Array, _method: str) -> Row:
     d = x.shape[1]
     swing, places = swings(y, d), np.arange(d)
     columns = {
-        "low": swing.low, "high": swing.high, "swing": swing.swing, "base_value": x[0],
-        "low_value": x[2 * places + 1, places], "high_value": x[2 * places + 2, places],
-    }  # fmt: skip
+        "low": swing.low,
+        "high": swing.high,
+        "swing": swing.swing,
+        "base_value": x[0],
+        "low_value": x[2 * places + 1, places],
+        "high_value": x[2 * places + 2, places],
+    }
     return {"base": ((), swing.base), **{name: (("value",), column) for name, column in columns.items()}}
 
 

@@ -43,7 +43,7 @@ from gearrattle.studies.kept import (
     marker_name,
     markers_in,
     messages_in,
-)  # fmt: skip
+)
 from gearrattle.studies.outputs import Outputs
 from gearrattle.studies.plan import SAMPLE, Plan
 from gearrattle.studies.storage import Address, File, Storage, storage_of
@@ -119,8 +119,13 @@ class Store:
             if not self._is_laid_out():
                 self._lay_out()
             return
-        about = {"owner": self._owner(), "model": plan.model.name, "cases": plan.count, "chunks": plan.chunks,
-                 "chunk_size": plan.chunk_size}  # fmt: skip
+        about = {
+            "owner": self._owner(),
+            "model": plan.model.name,
+            "cases": plan.count,
+            "chunks": plan.chunks,
+            "chunk_size": plan.chunk_size,
+        }
         try:
             storage.put(ABOUT, json.dumps(about).encode(), new=True)
         except FileExistsError:
@@ -152,9 +157,12 @@ class Store:
         function = self.outputs.function
         named = f"{function.__module__}.{getattr(function, '__qualname__', '')}" if function is not None else ""
         return {
-            "format": format_name("study"), OF: self.plan.fingerprint, "outputs": json.dumps(names), "function": named,
+            "format": format_name("study"),
+            OF: self.plan.fingerprint,
+            "outputs": json.dumps(names),
+            "function": named,
             **{name: version(name) for name in ("gearrattle", "numpy", "numba")},
-        }  # fmt: skip
+        }
 
     def _group(self) -> Any:
         return _zarr().open_group(self.storage.zarr(RESULTS), mode="r+")
@@ -335,9 +343,13 @@ class Store:
             data = np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
             dimensions, kind = [str(dim) for dim in dataset[name].dims], str if words else values.dtype
             array = group.create_array(
-                str(name), shape=values.shape, chunks=tuple(max(1, size) for size in values.shape), dtype=kind,
-                dimension_names=dimensions, overwrite=True,
-            )  # fmt: skip
+                str(name),
+                shape=values.shape,
+                chunks=tuple(max(1, size) for size in values.shape),
+                dtype=kind,
+                dimension_names=dimensions,
+                overwrite=True,
+            )
             array[...] = data if words else values
             array.attrs.update(dataset[name].attrs)
         group.attrs.update(dataset.attrs)
@@ -408,9 +420,12 @@ def _coordinate(
     data = np.array(values)
     words = data.dtype.kind in "OU"
     array = group.create_array(
-        name, shape=data.shape, chunks=(max(1, data.size),), dtype=str if words else data.dtype,
+        name,
+        shape=data.shape,
+        chunks=(max(1, data.size),),
+        dtype=str if words else data.dtype,
         dimension_names=[dimension],
-    )  # fmt: skip
+    )
     array[:] = np.array([str(value) for value in values], dtype=object) if words else data
     array.attrs.update(attributes or {})
 

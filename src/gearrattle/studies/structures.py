@@ -54,10 +54,15 @@ def _structure(model: Model) -> Any:
     regions = zip(layout.region_of_first_piece.tolist(), layout.stiffness_of_piece, strict=True)
     loose = tuple((gear.mesh, gear.loose, gear.driver) for gear in loose_gears(layout))
     return (
-        layout.inertia_names, layout.element_names, layout.clearance_names, gap_names(layout),
-        tuple((first, slopes.size) for first, slopes in regions), loose,
-        tuple(layout.orders.tolist()), tuple(orders_of(model).tolist()),
-    )  # fmt: skip
+        layout.inertia_names,
+        layout.element_names,
+        layout.clearance_names,
+        gap_names(layout),
+        tuple((first, slopes.size) for first, slopes in regions),
+        loose,
+        tuple(layout.orders.tolist()),
+        tuple(orders_of(model).tolist()),
+    )
 
 
 def _places(plan: Plan) -> Iterator[tuple[int, ...]]:

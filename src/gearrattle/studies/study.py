@@ -156,9 +156,18 @@ def study(
     """
     check_model(model)
     begin = partial(
-        prepare, model, axes, outputs, vary=vary, samples=samples, method=method, seed=seed, fixed=fixed,
-        function=function, most=most,
-    )  # fmt: skip
+        prepare,
+        model,
+        axes,
+        outputs,
+        vary=vary,
+        samples=samples,
+        method=method,
+        seed=seed,
+        fixed=fixed,
+        function=function,
+        most=most,
+    )
     return conduct(
         begin, output, scheduler=scheduler, workers=workers, progress=progress, resume=resume, retry_failed=retry_failed
     )

@@ -36,9 +36,17 @@ def with_deflection(deflection: np.ndarray, samples_per_cycle: int, clearance: i
     pieces = [np.searchsorted(c, x, side="right") for c, x in zip(layout.corners, columns.T, strict=True)]
     region = np.column_stack(pieces) + layout.region_of_first_piece
     return replace(
-        base, time=time, deflection=columns, force=forces, region=region, events=log, initial_region=region[0],
-        samples_per_cycle=samples_per_cycle, cycles=cycles, discard=0,
-    )  # fmt: skip
+        base,
+        time=time,
+        deflection=columns,
+        force=forces,
+        region=region,
+        events=log,
+        initial_region=region[0],
+        samples_per_cycle=samples_per_cycle,
+        cycles=cycles,
+        discard=0,
+    )
 
 
 def gaussian(cycles: int, samples_per_cycle: int, deviation: float, seed: int) -> np.ndarray:

@@ -23,9 +23,13 @@ def oscillator(force: float, frequency: float, mean: float = 0.0, alpha: float =
     """One grounded inertia of 1 on a two-stage spring of slope 1, half gap 1, damping 0.1 that steps by alpha too."""
     stages = [Stage(alpha, 0.1 * alpha, 1.0), Stage(1.0, 0.1, None)]
     given = inputs(
-        1, 1, cycles=np.array([1.0]), period=np.array(2 * np.pi / frequency), mean=np.array([mean]),
+        1,
+        1,
+        cycles=np.array([1.0]),
+        period=np.array(2 * np.pi / frequency),
+        mean=np.array([mean]),
         torque_sine=np.array([[force]]),
-    )  # fmt: skip
+    )
     return PiecewiseSystem(np.ones(1), np.zeros(1), np.ones((1, 1)), (staged(stages, stages),), given)
 
 
@@ -56,9 +60,12 @@ def test_all_three_branches_of_a_bent_resonance_are_kept() -> None:
 def test_a_linear_driveline_is_its_own_fixed_point() -> None:
     system = oscillator(0.6, 0.7)
     linear = PiecewiseSystem(
-        system.inertia, system.drag, system.rows, (staged([Stage(1.0, 0.1, None)], [Stage(1.0, 0.1, None)]),),
+        system.inertia,
+        system.drag,
+        system.rows,
+        (staged([Stage(1.0, 0.1, None)], [Stage(1.0, 0.1, None)]),),
         system.inputs,
-    )  # fmt: skip
+    )
     found = forecast(linear)
     assert (found.searches, found.failed, found.points[0].gain.size) == (1, 0, 0)
 

@@ -72,9 +72,19 @@ def test_condition_leaves_the_rigid_angle_out() -> None:
 
 @pytest.mark.parametrize(
     ("ratio", "name"),
-    [(1.0, "mild"), (99.0, "mild"), (999.0, "mild"), (1e3, "strong"), (9e5, "strong"), (1e6, "extreme"),
-     (9e8, "extreme"), (1e9, "pathological"), (1e20, "pathological"), (float("nan"), "rigid")],
-)  # fmt: skip
+    [
+        (1.0, "mild"),
+        (99.0, "mild"),
+        (999.0, "mild"),
+        (1e3, "strong"),
+        (9e5, "strong"),
+        (1e6, "extreme"),
+        (9e8, "extreme"),
+        (1e9, "pathological"),
+        (1e20, "pathological"),
+        (float("nan"), "rigid"),
+    ],
+)
 def test_classes_have_no_gaps(ratio: float, name: str) -> None:
     assert stiffness_class(ratio) == name
 

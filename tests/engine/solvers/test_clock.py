@@ -54,10 +54,14 @@ def one_inertia(part: float, times: list[float]) -> PiecewiseSystem:
     """Return an inertia under a constant torque whose spring to ground lacks a part now and then; period 1."""
     law = staged([Stage(400.0, 2.0, None)], [Stage(400.0, 2.0, None)])
     return PiecewiseSystem(
-        np.ones(1), np.array([0.05]), np.ones((1, 1)), (law,), inputs(1, 1, mean=np.array([3.0])),
+        np.ones(1),
+        np.array([0.05]),
+        np.ones((1, 1)),
+        (law,),
+        inputs(1, 1, mean=np.array([3.0])),
         (alternation(0, law, part, begins_lacking=False),),
         clock=Clock(np.array(times), np.zeros(len(times), dtype=np.int64), repeats=True),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("part", [0.3, 1.0])

@@ -57,9 +57,12 @@ def test_counts_are_cvode_s(name):
 
     def told(what: str) -> int:
         sundials._call(
-            "cvode", what, ctypes.c_int,
-            (ctypes.c_void_p, march.memory.memory), (ctypes.c_void_p, ctypes.addressof(value)),
-        )  # fmt: skip
+            "cvode",
+            what,
+            ctypes.c_int,
+            (ctypes.c_void_p, march.memory.memory),
+            (ctypes.c_void_p, ctypes.addressof(value)),
+        )
         return value.value
 
     assert motion.function_calls == told("CVodeGetNumRhsEvals")

@@ -80,9 +80,16 @@ def test_every_run_with_an_extreme_value_ends(case: tuple[str, int, float]) -> N
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("4500 N*s/m", 1e8), ("4500 N*s/m", 1e9), ("4500 N*s/m", 1e10), ("0.225 N*m*s/rad", 1e8), ("150 rad/s", 1e-3),
-     ("150 rad/s", 1e-6), ("1.5e-4 N*m*s/rad", 1e12)],
-)  # fmt: skip
+    [
+        ("4500 N*s/m", 1e8),
+        ("4500 N*s/m", 1e9),
+        ("4500 N*s/m", 1e10),
+        ("0.225 N*m*s/rad", 1e8),
+        ("150 rad/s", 1e-3),
+        ("150 rad/s", 1e-6),
+        ("1.5e-4 N*m*s/rad", 1e12),
+    ],
+)
 def test_modes_that_die_out_at_once_do_not_hold_a_run_up(old: str, new: float) -> None:
     run = gr.simulate(loads(TEXTS["case1"].replace(f'"{old}"', repr(new), 1)), cycles=1, discard=0)
     cost = run.trajectory.cost
@@ -93,10 +100,14 @@ def test_modes_that_die_out_at_once_do_not_hold_a_run_up(old: str, new: float) -
 
 @pytest.mark.parametrize(
     ("old", "new", "place"),
-    [("0.225 N*m*s/rad", 1e30, "coupling.clutch.damping"), ("1.5e-4 N*m*s/rad", 1e300, "inertia.flywheel.drag"),
-     ("150 rad/s", 1e300, "excitation.speed"), ("4.5e-4 kg*m^2", 1e-300, "inertia.hub.J"),
-     ("1.5e-4 N*m*s/rad", 1e25, "inertia.flywheel.drag")],
-)  # fmt: skip
+    [
+        ("0.225 N*m*s/rad", 1e30, "coupling.clutch.damping"),
+        ("1.5e-4 N*m*s/rad", 1e300, "inertia.flywheel.drag"),
+        ("150 rad/s", 1e300, "excitation.speed"),
+        ("4.5e-4 kg*m^2", 1e-300, "inertia.hub.J"),
+        ("1.5e-4 N*m*s/rad", 1e25, "inertia.flywheel.drag"),
+    ],
+)
 def test_values_beyond_double_precision_are_refused_by_name(old: str, new: float, place: str) -> None:
     with pytest.raises(ModelError) as caught:
         gr.simulate(loads(TEXTS["case1"].replace(f'"{old}"', repr(new), 1)), cycles=1, discard=0)
@@ -128,12 +139,14 @@ def test_an_alternation_too_fast_to_be_listed_is_refused(order: float) -> None:
 
 @pytest.mark.parametrize(
     ("settings", "place", "says"),
-    [({"samples_per_cycle": 10**7}, "simulation.samples_per_cycle", "from 1 to 1000000"),
-     ({"cycles": 10**9}, "simulation.cycles", "GiB of memory"),
-     ({"algorithm": "rk4", "step": 1e-300}, "simulation.step", "must not be smaller than 1e-30"),
-     ({"algorithm": "rk4", "step": 1e-12}, "simulation.step", "4.19e+10 steps of this length"),
-     ({"algorithm": "rk2", "step": 1e-29}, "simulation.step", "steps of this length")],
-)  # fmt: skip
+    [
+        ({"samples_per_cycle": 10**7}, "simulation.samples_per_cycle", "from 1 to 1000000"),
+        ({"cycles": 10**9}, "simulation.cycles", "GiB of memory"),
+        ({"algorithm": "rk4", "step": 1e-300}, "simulation.step", "must not be smaller than 1e-30"),
+        ({"algorithm": "rk4", "step": 1e-12}, "simulation.step", "4.19e+10 steps of this length"),
+        ({"algorithm": "rk2", "step": 1e-29}, "simulation.step", "steps of this length"),
+    ],
+)
 def test_work_that_is_too_large_is_refused_before_it_begins(settings: dict[str, object], place: str, says: str) -> None:
     begin = time.process_time()
     error = ends(TEXTS["case1"], **settings)

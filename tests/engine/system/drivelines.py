@@ -55,9 +55,16 @@ def random_chain(seed: int) -> PiecewiseSystem:
         rng.choice([0.0, 1e-4, 1e-1], size),
         np.array(rows),
         tuple(laws),
-        inputs(size, len(rows), cycles=cycles, period=np.array(0.1), mean=rng.normal(size=size), torque_sine=drive,
-               error_cosine=error),
-    )  # fmt: skip
+        inputs(
+            size,
+            len(rows),
+            cycles=cycles,
+            period=np.array(0.1),
+            mean=rng.normal(size=size),
+            torque_sine=drive,
+            error_cosine=error,
+        ),
+    )
 
 
 def random_pieces(system: PiecewiseSystem, seed: int) -> tuple[int, ...]:

@@ -65,9 +65,11 @@ def block_diagonalise(triangle: ComplexArray, vectors: ComplexArray, largest: fl
                 nearest > end
             ):  # the columns from `begin` on are decoupled from all earlier ones, so the swap stays inside
                 inner, rotation, _ = lapack.ztrexc(
-                    np.asfortranarray(t[begin:, begin:]), np.eye(size - begin, dtype=complex, order="F"),
-                    nearest - begin + 1, end - begin + 1,
-                )  # fmt: skip
+                    np.asfortranarray(t[begin:, begin:]),
+                    np.eye(size - begin, dtype=complex, order="F"),
+                    nearest - begin + 1,
+                    end - begin + 1,
+                )
                 t[begin:, begin:] = inner
                 v[:, begin:] = v[:, begin:] @ rotation
             end += 1
@@ -211,9 +213,12 @@ def majorant(
     constant = weight[:, inputs_only] @ _largest_of_inputs(rows[inputs_only, states:], amplitude)
     kept = ~inputs_only & np.any(weight > 0.0, axis=0)
     return Majorant(
-        rows[kept], np.stack([weight, weight * (is_fast == 0.0), weight * is_fast])[:, :, kept],
-        np.zeros((3, len(deflection), 0)), np.stack([constant, constant, np.zeros_like(constant)]), part,
-    )  # fmt: skip
+        rows[kept],
+        np.stack([weight, weight * (is_fast == 0.0), weight * is_fast])[:, :, kept],
+        np.zeros((3, len(deflection), 0)),
+        np.stack([constant, constant, np.zeros_like(constant)]),
+        part,
+    )
 
 
 def _multiplicity(blocks: list[Block]) -> Array:
@@ -260,9 +265,13 @@ def built_with_numpy(flow: Flow, pieces: Pieces) -> Region:
     deflection, rate, curvature = flow.probe_rows(pieces)
     amplitude = flow.scaling.inputs
     split = split_inputs(
-        matrix[:n, :n], matrix[:n, n:], flow.frequency,
-        amplitude=amplitude, watched=deflection[:, :n], typical=typical_size(flow),
-    )  # fmt: skip
+        matrix[:n, :n],
+        matrix[:n, n:],
+        flow.frequency,
+        amplitude=amplitude,
+        watched=deflection[:, :n],
+        typical=typical_size(flow),
+    )
     columns = np.r_[0:n, n + split.kept]
     generator, carried = matrix[np.ix_(columns, columns)], flow.carried_rows(pieces)
     forced = _forced_rows(deflection, split, n)
@@ -278,11 +287,20 @@ def built_with_numpy(flow: Flow, pieces: Pieces) -> Region:
     corners = [flow.system.laws[k].bounds(pieces[k]) for k in flow.system.clearances]
     limits = np.array(corners).reshape(-1, 2) / flow.corner_scale[:, None]
     return Region(
-        pieces, split, generator, carried[:, columns],
-        integral(flowing, flow.frequency), flowing[:, 0] * amplitude[0], increments,
-        np.stack(watched), np.stack(calm), forced,
-        replace(bound, constant=bound.constant + SLACK * fourth), limits[:, 0], limits[:, 1],
-    )  # fmt: skip
+        pieces,
+        split,
+        generator,
+        carried[:, columns],
+        integral(flowing, flow.frequency),
+        flowing[:, 0] * amplitude[0],
+        increments,
+        np.stack(watched),
+        np.stack(calm),
+        forced,
+        replace(bound, constant=bound.constant + SLACK * fourth),
+        limits[:, 0],
+        limits[:, 1],
+    )
 
 
 def _forced_rows(rows: Array, split: Split, states: int) -> Array:
@@ -301,9 +319,13 @@ def _bound(flow: Flow, matrix: Array, split: Split, *, deflection: Array, column
     if 0 not in split.kept:
         inner[:, n] = 0.0
     bound = majorant(
-        inner, n, frequency=flow.frequency[harmonics], amplitude=flow.scaling.inputs[np.r_[0, 1 + harmonics]],
-        deflection=deflection[:, reduced], horizon=2 * LONGEST,
+        inner,
+        n,
+        frequency=flow.frequency[harmonics],
+        amplitude=flow.scaling.inputs[np.r_[0, 1 + harmonics]],
+        deflection=deflection[:, reduced],
+        horizon=2 * LONGEST,
         fast=FAST_MODES * float(flow.frequency.max(initial=2 * np.pi)),
-    )  # fmt: skip
+    )
     present = np.isin(reduced, columns)
     return replace(bound, rows=bound.rows[:, present], fast=bound.fast[:, present])

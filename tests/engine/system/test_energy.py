@@ -13,8 +13,15 @@ from tests.engine.system.drivelines import clearance, random_chain
 def motion_of(seed: int, samples: int = 16):  # type: ignore[no-untyped-def]
     system = random_chain(seed)
     rng = np.random.default_rng(seed)
-    return run(task(system, list(rng.normal(size=system.size) * 0.01), list(rng.normal(size=system.size)), cycles=3,
-                    samples=samples))  # fmt: skip
+    return run(
+        task(
+            system,
+            list(rng.normal(size=system.size) * 0.01),
+            list(rng.normal(size=system.size)),
+            cycles=3,
+            samples=samples,
+        )
+    )
 
 
 @pytest.mark.parametrize("seed", range(25))

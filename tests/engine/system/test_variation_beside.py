@@ -89,9 +89,12 @@ def test_a_slider_that_slips_forgets_and_one_that_sticks_remembers():
 
 def test_a_motion_with_friction_settles_and_has_no_horizon():
     model = Driveline(
-        "x", (Body("x", "1"),), (Coupling("c", ("x", "ground"), "4", hysteresis="0.4", stick_stiffness="21"),),
-        torques=(Torque("x", "0", (Harmonic("1", "1"),)),), speed="1.1",
-    ).start(("0.5",), ("0",))  # fmt: skip
+        "x",
+        (Body("x", "1"),),
+        (Coupling("c", ("x", "ground"), "4", hysteresis="0.4", stick_stiffness="21"),),
+        torques=(Torque("x", "0", (Harmonic("1", "1"),)),),
+        speed="1.1",
+    ).start(("0.5",), ("0",))
     run = gr.simulate(gr.loads(model.toml()), cycles=60, samples_per_cycle=8, discard=30)
     assert run.predictability_horizon == float("inf")
     assert run.lyapunov_exponents[0] < -1e-3

@@ -24,9 +24,12 @@ SCALE = 200.0
 def model_of(coupling: dict[str, Any]) -> gr.Model:
     """One body before the coupling."""
     tables = {
-        "schema": 1, "units": "SI", "inertia": [{"name": "x", "J": 1.0}],
-        "coupling": [{**coupling, "between": ["x", "ground"]}], "excitation": {"speed": 1.0},
-    }  # fmt: skip
+        "schema": 1,
+        "units": "SI",
+        "inertia": [{"name": "x", "J": 1.0}],
+        "coupling": [{**coupling, "between": ["x", "ground"]}],
+        "excitation": {"speed": 1.0},
+    }
     return gr.loads(toml_text(tables))
 
 

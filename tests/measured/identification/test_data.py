@@ -33,15 +33,15 @@ def test_forms_of_a_response_file_are_the_same(derivatives: int) -> None:
         "# note\n" + csv(f"imag [{unit}/N/m],frequency [rad/s],real [{unit}/N/m]", [value.imag, OMEGA, value.real]),
         csv(
             f"frequency [rpm], magnitude [{milli}/(kN*mm)], phase [deg], error [{milli}/(kN*mm)]",
-            [OMEGA * 30 / np.pi, np.abs(value) * 1e3 / 1e3 ** derivatives, np.degrees(np.angle(value)), np.ones(7)],
+            [OMEGA * 30 / np.pi, np.abs(value) * 1e3 / 1e3**derivatives, np.degrees(np.angle(value)), np.ones(7)],
         ),
-    ]  # fmt: skip
+    ]
     for text in texts:
         found = read_samples(text, "f.csv", False)
         assert found.derivatives == derivatives
         assert found.omega == pytest.approx(OMEGA, rel=1e-12)
         assert found.value == pytest.approx(value, rel=1e-9)
-    assert found.error == pytest.approx(np.full(7, 1e-3 * 1e3 ** derivatives), rel=1e-9)  # fmt: skip
+    assert found.error == pytest.approx(np.full(7, 1e-3 * 1e3**derivatives), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -120,10 +120,13 @@ def test_friction_that_the_samples_do_not_resolve_has_the_default_stick_stiffnes
 
 def test_a_free_gap_and_a_linear_shaft_are_loops_too() -> None:
     gap = {
-        "name": "damper", "preload": 0.0,
-        "stages": [{"stiffness": 0.0, "until": 3 * DEGREE, "hysteresis": 6.0, "stick_stiffness": 4000.0},
-                   {"stiffness": 900.0, "hysteresis": 6.0}],
-    }  # fmt: skip
+        "name": "damper",
+        "preload": 0.0,
+        "stages": [
+            {"stiffness": 0.0, "until": 3 * DEGREE, "hysteresis": 6.0, "stick_stiffness": 4000.0},
+            {"stiffness": 900.0, "hysteresis": 6.0},
+        ],
+    }
     fit = gr.identification.fit_loop(sampled(gap, LOW, HIGH, noise=0.01, seed=6))
     assert fit.stages[0].stiffness < 20.0
     assert fit.stages[0].until == pytest.approx(3 * DEGREE, rel=0.02)

@@ -129,11 +129,14 @@ def test_derivatives_are_those_of_the_law() -> None:
 
 
 SIMPLE = {
-    "name": "damper", "preload": 1.0,
-    "stages": [{"stiffness": 400.0, "until": 0.09, "hysteresis": 8.0, "stick_stiffness": 3000.0},
-               {"stiffness": 900.0, "hysteresis": 18.0, "stick_stiffness": 9000.0}],
+    "name": "damper",
+    "preload": 1.0,
+    "stages": [
+        {"stiffness": 400.0, "until": 0.09, "hysteresis": 8.0, "stick_stiffness": 3000.0},
+        {"stiffness": 900.0, "hysteresis": 18.0, "stick_stiffness": 9000.0},
+    ],
     "coast_stages": [{"stiffness": 400.0, "hysteresis": 8.0, "stick_stiffness": 3000.0}],
-}  # fmt: skip
+}
 
 
 def test_densities_are_those_of_the_sums_of_squares() -> None:
@@ -144,10 +147,15 @@ def test_densities_are_those_of_the_sums_of_squares() -> None:
     known = spread(polish, found)
     centre, drive = (math.log(found.shape.reach_of(slider, np.nan)) for slider in known.sliders)
     logs, others = np.linspace(drive - 1.5, drive + 1.5, 46), np.linspace(centre - 0.5, centre + 0.5, 15)
-    raised = np.array([
-        [polish.at(found.shape.with_reach((CENTRE, 0), math.exp(b)).with_reach(("drive", 1), math.exp(a))).left
-         for b in others] for a in logs
-    ])  # fmt: skip
+    raised = np.array(
+        [
+            [
+                polish.at(found.shape.with_reach((CENTRE, 0), math.exp(b)).with_reach(("drive", 1), math.exp(a))).left
+                for b in others
+            ]
+            for a in logs
+        ]
+    )
     shares = np.cumsum(np.sum(np.exp(-0.5 * (raised - raised.min()) / known.variance), axis=1))
     low, high = np.interp([0.025, 0.975], (shares - 0.5 * shares[0]) / shares[-1], logs)
     density = densities(polish, found, known)[0][("drive", 1)]

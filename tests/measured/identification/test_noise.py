@@ -81,8 +81,12 @@ def test_errors_that_were_not_given_are_taken_from_the_residuals() -> None:
     assert any("standard errors assumed" in note for note in assumed.notes)
     doubled = {"mode": [{**row, "omega": row["omega"]} if "omega" in row else row for row in silent["mode"]]}
     scale = np.sqrt(assumed.chi_square / assumed.degrees_of_freedom)
-    plain = {"mode": [{**row, **({"relative_error": 0.01} if "omega" in row else {"shape_error": 0.02})}
-                      for row in doubled["mode"]]}  # fmt: skip
+    plain = {
+        "mode": [
+            {**row, **({"relative_error": 0.01} if "omega" in row else {"shape_error": 0.02})}
+            for row in doubled["mode"]
+        ]
+    }
     trusted = gr.identification.fit(truth, plain, MODAL, starts=1)
     for p, q in zip(assumed.parameters, trusted.parameters, strict=True):
         assert p.value == pytest.approx(q.value, rel=1e-9)

@@ -90,8 +90,10 @@ def test_a_product_is_told_as_such() -> None:
 
 def test_contact_ratio_of_the_call_is_the_default_of_the_data() -> None:
     truth = made.train()
-    rows = [{k: v for k, v in row.items() if k != "contact_ratio"}
-            for row in made.mode_rows(truth, [2, 3, 4], contact_ratio={"clutch": 0.1})]  # fmt: skip
+    rows = [
+        {k: v for k, v in row.items() if k != "contact_ratio"}
+        for row in made.mode_rows(truth, [2, 3, 4], contact_ratio={"clutch": 0.1})
+    ]
     free = ["coupling.clutch.stiffness", "coupling.spline.stiffness", "mesh.mesh.stiffness"]
     found = gr.identification.fit(
         made.off(truth, free, 1), {"mode": rows}, free, contact_ratio={"clutch": 0.1}, starts=2

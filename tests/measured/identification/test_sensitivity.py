@@ -54,13 +54,19 @@ DATA = {
         word: {
             "response": [
                 {"at": "gear", "torque_on": "hub", "quantity": word, "omega": OMEGA, "value": near("gear", power)},
-                {"at": "hub", "torque_on": "hub", "quantity": word, "omega": OMEGA, "value": near("hub", power),
-                 "rigid": ["mesh"]},
+                {
+                    "at": "hub",
+                    "torque_on": "hub",
+                    "quantity": word,
+                    "omega": OMEGA,
+                    "value": near("hub", power),
+                    "rigid": ["mesh"],
+                },
             ]
         }
         for power, word in enumerate(("angle", "velocity", "acceleration"))
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", DATA)
@@ -71,11 +77,14 @@ def test_jacobian_agrees_with_differences(kind: str) -> None:
     step = 1e-4
     differences = np.column_stack(
         [
-            (8 * (asked.residuals(x + d)[0] - asked.residuals(x - d)[0])
-             - (asked.residuals(x + 2 * d)[0] - asked.residuals(x - 2 * d)[0])) / (12 * step)
+            (
+                8 * (asked.residuals(x + d)[0] - asked.residuals(x - d)[0])
+                - (asked.residuals(x + 2 * d)[0] - asked.residuals(x - 2 * d)[0])
+            )
+            / (12 * step)
             for d in step * np.eye(asked.count)
         ]
-    )  # fmt: skip
+    )
     size = np.linalg.norm(jacobian, axis=1, keepdims=True)
     assert size.min() > 0.0
     assert np.abs(jacobian - differences).max() < 1e-6 * size.max()
@@ -94,8 +103,10 @@ def test_derivatives_of_the_eight_inertias(number: int) -> None:
     step = 1e-4
     for p in range(15):
         sides = [Spectrum(c, sign * step * np.eye(15)[p]) for sign in (1, -1)]
-        shapes = [s.shapes[:, number - 1] * np.sign(s.shapes[:, number - 1] @ J @ spectrum.shapes[:, number - 1])
-                  for s in sides]  # fmt: skip
+        shapes = [
+            s.shapes[:, number - 1] * np.sign(s.shapes[:, number - 1] @ J @ spectrum.shapes[:, number - 1])
+            for s in sides
+        ]
         slope = (shapes[0] - shapes[1]) / (2 * step)
         assert slope == pytest.approx(found[:, p], abs=1e-6 * np.abs(found).max())
         omega = (sides[0].omega[number - 1] - sides[1].omega[number - 1]) / (2 * step)

@@ -34,10 +34,14 @@ def folder(tmp_path: Path) -> Path:
     savemat(
         tmp_path / "record.mat",
         {
-            "t": T, "n": _speed(T) * 60 / TURN, "U": 2.0 + 0.5 * np.sin(TURN * 40.0 * T), "broken": broken,
-            "encoder": np.degrees(np.mod(_angle(T), TURN)), "tacho": 5.0 * np.sin(60.0 * _angle(T)),
+            "t": T,
+            "n": _speed(T) * 60 / TURN,
+            "U": 2.0 + 0.5 * np.sin(TURN * 40.0 * T),
+            "broken": broken,
+            "encoder": np.degrees(np.mod(_angle(T), TURN)),
+            "tacho": 5.0 * np.sin(60.0 * _angle(T)),
         },
-    )  # fmt: skip
+    )
     return tmp_path
 
 
@@ -182,9 +186,15 @@ def test_signals_that_do_not_agree_are_not_aligned(folder: Path) -> None:
     wavfile.write(folder / "second.wav", 8000, np.random.default_rng(1).standard_normal(16_000))
     rows = [
         {"name": "n", "quantity": "speed", "unit": "rpm"},
-        {"name": "x", "source": "1", "file": str(folder / "second.wav"), "quantity": "speed", "unit": "rpm",
-         "align": {"with": "n"}},
-    ]  # fmt: skip
+        {
+            "name": "x",
+            "source": "1",
+            "file": str(folder / "second.wav"),
+            "quantity": "speed",
+            "unit": "rpm",
+            "align": {"with": "n"},
+        },
+    ]
     with pytest.raises(ModelError, match=r"channel\.x\.align.*do not agree at any delay.*0\.5"):
         gr.read({"file": str(folder / "record.mat"), "rate": "1 kHz", "channel": rows})
 
@@ -246,12 +256,11 @@ tacho = { pulses_per_turn = 60, threshold = 1e6 }
         (ROW + 'file = "x.wav"\nalign = { with = "m" }\n', r"align.with: found \"m\"; no channel has this name"),
         (ROW + 'file = "x.wav"\nalign = { with = "n" }\n', r"must be a channel of the measurement's own file"),
         (ROW + 'file = "x.wav"\nalign = { with = "n", by = "order-phase" }\n', r"order-phase needs the frequency"),
-        (PULSES,
-         r"channel.n.tacho: found 0 pulses at the threshold 1e\+06; needs 4 pulses or more"),
+        (PULSES, r"channel.n.tacho: found 0 pulses at the threshold 1e\+06; needs 4 pulses or more"),
         ("schema = 2\n", r"not valid TOML: cannot overwrite"),
         ("[[channel]\n", r"measurement.toml:\d: not valid TOML"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_said_with_its_place(text: str, words: str, folder: Path) -> None:
     with pytest.raises(ModelError, match=words):
         _read(folder, text)

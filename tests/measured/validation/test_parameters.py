@@ -59,8 +59,10 @@ def test_exchangeable_parameters_are_named() -> None:
     assert any("cannot be told apart" in sentence for sentence in found.findings)
     tables = parameter_tables(found)
     assert [table.title for table in tables] == [
-        "Parameters, each alone", "Parameters, all together", "Which go together",
-    ]  # fmt: skip
+        "Parameters, each alone",
+        "Parameters, all together",
+        "Which go together",
+    ]
     assert tables[2].rows[0][:2] == (J, FIRST)
 
 

@@ -86,8 +86,9 @@ def test_repeats_give_an_interval_that_holds(run: gr.Run) -> None:
     found = gr.validate_run_up(run, repeats, [2.0])
     (track,) = found.tracks
     assert 0.0 <= track.outside < 0.25
-    assert track.measured == pytest.approx(np.mean([gr.validate_run_up(run, r, [2.0]).tracks[0].measured
-                                                    for r in repeats], axis=0))  # fmt: skip
+    assert track.measured == pytest.approx(
+        np.mean([gr.validate_run_up(run, r, [2.0]).tracks[0].measured for r in repeats], axis=0)
+    )
     wrong = gr.validate_run_up(run, [record(1.3, noise=1.0, seed=seed) for seed in range(5)], [2.0])
     assert wrong.tracks[0].outside > 0.6
 

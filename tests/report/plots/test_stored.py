@@ -60,8 +60,16 @@ def test_overwritten_bytes_are_refused_or_do_not_matter(kept: list, tmp_path: Pa
     assert packed_charts(found) == packed_charts(kept[:1])
 
 
-@pytest.mark.parametrize("told", [{"format": 99, "charts": []}, {"format": 1, "charts": [3]}, {"format": 1}, [], {
-    "format": 1, "charts": [{"noun": "Path", "x": 1}]}])  # fmt: skip
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"format": 99, "charts": []},
+        {"format": 1, "charts": [3]},
+        {"format": 1},
+        [],
+        {"format": 1, "charts": [{"noun": "Path", "x": 1}]},
+    ],
+)
 def test_what_is_no_chart_is_refused(told: object, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     np.savez(path, charts=np.frombuffer(json.dumps(told).encode(), np.uint8))

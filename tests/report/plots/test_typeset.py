@@ -41,41 +41,82 @@ def everything() -> Chart:
     """A chart with every kind of mark."""
     rows = np.arange(3.0)
     return Chart(
-        "everything", "Title", "Caption.",
+        "everything",
+        "Title",
+        "Caption.",
         (
             Panel(
-                "lines and a very long title that no narrow column holds", "rad/s^2", "time / T  [cycles]",
-                (Line(TIME, np.sin(TIME), "sine", DRIVE, legend=True), Line(TIME, np.cos(TIME), "cosine", COAST),
-                 Line(TIME[::40], np.sin(TIME[::40]), "dots", DRIVE, "points", 4.0, 0.5),
-                 Line(np.array([0.0, 1.0, 2.0]), np.array([0.5, np.nan, 0.2]), "broken", MUTED)),
+                "lines and a very long title that no narrow column holds",
+                "rad/s^2",
+                "time / T  [cycles]",
+                (
+                    Line(TIME, np.sin(TIME), "sine", DRIVE, legend=True),
+                    Line(TIME, np.cos(TIME), "cosine", COAST),
+                    Line(TIME[::40], np.sin(TIME[::40]), "dots", DRIVE, "points", 4.0, 0.5),
+                    Line(np.array([0.0, 1.0, 2.0]), np.array([0.5, np.nan, 0.2]), "broken", MUTED),
+                ),
                 bands=(Band(0.5, None, DRIVE), Band(1.0, 2.0, COAST, along="x")),
                 rules=(Rule(0.5, label="corner"), Rule(1.5, along="x", dashed=False, label="here")),
                 labels=(Label(4.0, 0.0, "at the end"), Label(2.0, 0.5, "first"), Label(2.0, 0.5, "second, on it")),
-                x_range=(0.0, 4.0), y_range=(-1.5, 3.5),
+                x_range=(0.0, 4.0),
+                y_range=(-1.5, 3.5),
             ),
-            Panel("bars", "impacts", "speed", bars=(
-                Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "drive", DRIVE),
-                Bars(np.array([0.0, 1.0, 3.0]), np.array([1.0, 3.0]), "coast", COAST, np.array([4.0, 2.0])))),
-            Panel("map", "Hz", "speed, rpm", heat=Heat((0.0, 4.0), (1e3, 3e3), NOISE, -2.0, 2.0, "dB"),
-                  x_range=(0.0, 4.0), y_range=(1e3, 3e3)),
-            Panel("decades", "W", "order", (Line(TIME[1:], 10.0 ** (-9.0 * TIME[1:]), "decay"),), x_log=True,
-                  y_log=True, x_range=(0.01, 4.0), y_range=(1e-36, 1.0)),
-            Panel("bars that lie", "%", "share",
-                  cells=(Cells(np.zeros(3), rows + 1.0, rows - 0.3, rows + 0.3, "c", COAST),),
-                  labels=(*(Label(-3.0, at, name) for at, name in zip(rows, NAMES, strict=True)),
-                          *(Label(3.2, at, "0 to 1") for at in rows)),
-                  x_range=(-3.0, 4.0), y_range=(-0.6, 2.6), y_ticks=((-9.0, ""),)),
+            Panel(
+                "bars",
+                "impacts",
+                "speed",
+                bars=(
+                    Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "drive", DRIVE),
+                    Bars(np.array([0.0, 1.0, 3.0]), np.array([1.0, 3.0]), "coast", COAST, np.array([4.0, 2.0])),
+                ),
+            ),
+            Panel(
+                "map",
+                "Hz",
+                "speed, rpm",
+                heat=Heat((0.0, 4.0), (1e3, 3e3), NOISE, -2.0, 2.0, "dB"),
+                x_range=(0.0, 4.0),
+                y_range=(1e3, 3e3),
+            ),
+            Panel(
+                "decades",
+                "W",
+                "order",
+                (Line(TIME[1:], 10.0 ** (-9.0 * TIME[1:]), "decay"),),
+                x_log=True,
+                y_log=True,
+                x_range=(0.01, 4.0),
+                y_range=(1e-36, 1.0),
+            ),
+            Panel(
+                "bars that lie",
+                "%",
+                "share",
+                cells=(Cells(np.zeros(3), rows + 1.0, rows - 0.3, rows + 0.3, "c", COAST),),
+                labels=(
+                    *(Label(-3.0, at, name) for at, name in zip(rows, NAMES, strict=True)),
+                    *(Label(3.2, at, "0 to 1") for at in rows),
+                ),
+                x_range=(-3.0, 4.0),
+                y_range=(-0.6, 2.6),
+                y_ticks=((-9.0, ""),),
+            ),
             Panel("nothing", note="not supplied by this algorithm"),
         ),
-        columns=2, share_x=False, legend=(Key("drive side", DRIVE), Key("coast side", COAST), Key("limits", MUTED)),
-    )  # fmt: skip
+        columns=2,
+        share_x=False,
+        legend=(Key("drive side", DRIVE), Key("coast side", COAST), Key("limits", MUTED)),
+    )
 
 
 CHARTS = [everything(), *charts(synthetic.findings("double-sided"))]
 
 
-@pytest.fixture(scope="module", params=[(chart, width) for chart in CHARTS for width in (85.0, 175.0)],
-                ids=lambda each: f"{each[0].key}-{each[1]:g}")  # fmt: skip
+@pytest.fixture(
+    scope="module",
+    params=[(chart, width) for chart in CHARTS for width in (85.0, 175.0)],
+    ids=lambda each: f"{each[0].key}-{each[1]:g}",
+)
 def drawn(request: pytest.FixtureRequest) -> tuple[Chart, Figure]:
     chart, width = request.param
     return chart, matplotlib_figure(chart, Style(width))
@@ -208,10 +249,20 @@ def test_the_same_chart_gives_the_same_bytes_whatever_the_session_has_set(kind: 
     chart = CHARTS[1]
     first = saved(matplotlib_figure(chart, Style("single")), kind, title="t", subject="s")
     theirs = {
-        "font.size": 20.0, "font.family": ["serif"], "lines.linewidth": 5.0, "axes.grid": True, "pdf.fonttype": 3,
-        "xtick.labelsize": 3.0, "savefig.dpi": 30.0, "text.color": "red", "svg.hashsalt": None,
-        "figure.facecolor": "yellow", "savefig.bbox": "tight", "axes.spines.top": True, "legend.frameon": True,
-    }  # fmt: skip
+        "font.size": 20.0,
+        "font.family": ["serif"],
+        "lines.linewidth": 5.0,
+        "axes.grid": True,
+        "pdf.fonttype": 3,
+        "xtick.labelsize": 3.0,
+        "savefig.dpi": 30.0,
+        "text.color": "red",
+        "svg.hashsalt": None,
+        "figure.facecolor": "yellow",
+        "savefig.bbox": "tight",
+        "axes.spines.top": True,
+        "legend.frameon": True,
+    }
     with mpl.rc_context(theirs):  # type: ignore[arg-type]
         before = dict(mpl.rcParams)  # type: ignore[call-overload]
         figure = matplotlib_figure(chart, Style("single"))
@@ -233,8 +284,21 @@ def test_every_colour_of_curves_has_dashes_and_of_points_a_marker() -> None:
     looks = looks_of(everything())
     assert looks.dashes[DRIVE] == (0.0, None)
     assert len({looks.dashes[colour] for colour in (DRIVE, COAST, MUTED)}) == 3
-    cuts = Chart("k", "t", "c", (Panel("p", lines=tuple(
-        Line(TIME, TIME, c, c, mark) for c in (DRIVE, COAST, "#009e73", "#cc79a7") for mark in ("line", "points"))),))  # type: ignore[arg-type]  # fmt: skip
+    cuts = Chart(
+        "k",
+        "t",
+        "c",
+        (
+            Panel(
+                "p",
+                lines=tuple(
+                    Line(TIME, TIME, c, c, mark)
+                    for c in (DRIVE, COAST, "#009e73", "#cc79a7")
+                    for mark in ("line", "points")
+                ),
+            ),
+        ),
+    )  # type: ignore[arg-type]
     assert len(set(looks_of(cuts).dashes.values())) == len(set(looks_of(cuts).markers.values())) == 4
     context = looks_of(replace(everything(), legend=()))
     assert context.dashes[MUTED] == (0.0, None)

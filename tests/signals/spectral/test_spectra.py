@@ -77,8 +77,9 @@ def test_a_file_keeps_everything(tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "s.nc", engine="h5netcdf") as kept:
         xr.testing.assert_identical(kept.drop_attrs(deep=False).load(), found.drop_attrs(deep=False))
         assert kept.cross_real.attrs == {
-            "units": "(N m)*(rad/s^2)/Hz", "long_name": "cross spectral density of T and a, real part",
-        }  # fmt: skip
+            "units": "(N m)*(rad/s^2)/Hz",
+            "long_name": "cross spectral density of T and a, real part",
+        }
         assert kept.response_phase.attrs["units"] == "rad"
         assert kept.attrs["threshold"] == pytest.approx(found.attrs["threshold"])
     assert list(found.to_dataframe().columns) == list(found.data_vars)

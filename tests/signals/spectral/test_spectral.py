@@ -71,11 +71,14 @@ def response(order: float, speeds: np.ndarray, name: str) -> np.ndarray:
     return np.array(found)[:, names.index(name)]
 
 
-@pytest.mark.parametrize(("order", "speeds", "torques", "phase"), [
-    (2.0, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0], 0.0),
-    (4.0, [700.0, 3000.0], [18.0, 25.0], np.deg2rad(35.0)),
-    (6.0, [700.0, 3000.0], [6.0, 6.0], np.deg2rad(70.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("order", "speeds", "torques", "phase"),
+    [
+        (2.0, [700.0, 1500.0, 3000.0], [50.0, 70.0, 40.0], 0.0),
+        (4.0, [700.0, 3000.0], [18.0, 25.0], np.deg2rad(35.0)),
+        (6.0, [700.0, 3000.0], [6.0, 6.0], np.deg2rad(70.0)),
+    ],
+)
 def test_orders_of_a_slow_run_up_are_the_linear_response(
     order: float, speeds: list[float], torques: list[float], phase: float
 ) -> None:
@@ -234,7 +237,7 @@ REFUSED: list[tuple[Callable[[], Any], tuple[str, ...]]] = [
     (lambda: gr.spectral.waterfall(record(), "a", speed_step="0 rpm"), ("speed_step", "greater than zero")),
     (lambda: gr.spectral.psd(run_up(), "acceleration.hubb"), ("channel", "did you mean")),
     (lambda: gr.spectral.order_map(run_up(), "acceleration.hub", speed="1500 rpm"), ("sweep", "leave speed out")),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("number", range(len(REFUSED)))

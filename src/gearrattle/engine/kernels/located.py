@@ -24,5 +24,14 @@ def _readers() -> list[Any]:
 
 
 (
-    common_at, laws_at, auxiliaries_at, region_at, free_at, modes_at, bounds_at, scratch_at, solver_at, lapack_at,
-) = _readers()  # fmt: skip
+    common_at,
+    laws_at,
+    auxiliaries_at,
+    region_at,
+    free_at,
+    modes_at,
+    bounds_at,
+    scratch_at,
+    solver_at,
+    lapack_at,
+) = _readers()

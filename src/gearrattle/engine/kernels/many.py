@@ -84,9 +84,16 @@ def _one(numbers, v):
     own = numbers.laws
     laws = Laws(own.first[v], own.stiffness[v], own.damping[v], own.offset[v], own.lower[v], own.upper[v])
     return Coefficients(
-        numbers.inertia[v], numbers.drag[v], numbers.mean[v], numbers.torque_sine[v], numbers.torque_cosine[v],
-        numbers.error_sine[v], numbers.error_cosine[v], numbers.period[v], laws,
-    )  # fmt: skip
+        numbers.inertia[v],
+        numbers.drag[v],
+        numbers.mean[v],
+        numbers.torque_sine[v],
+        numbers.torque_cosine[v],
+        numbers.error_sine[v],
+        numbers.error_cosine[v],
+        numbers.period[v],
+        laws,
+    )
 
 
 @strict

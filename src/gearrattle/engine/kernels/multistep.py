@@ -206,9 +206,20 @@ def _count(library, m):
     first = f[NEXT]
     call_code(
         library.statistics,
-        (memory, at + width * STEPS, at + width * CALLS, at, at + width * ERROR_FAILS, at, at,
-         spare, real + width * LAST, real + width * NEXT, spare),
-    )  # fmt: skip
+        (
+            memory,
+            at + width * STEPS,
+            at + width * CALLS,
+            at,
+            at + width * ERROR_FAILS,
+            at,
+            at,
+            spare,
+            real + width * LAST,
+            real + width * NEXT,
+            spare,
+        ),
+    )
     call_code(library.solve_fails, (memory, at + width * SOLVE_FAILS))
     if library.newton:
         call_code(library.jacobians, (memory, at + width * JACOBIANS))

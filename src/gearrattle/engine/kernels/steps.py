@@ -319,9 +319,15 @@ def step_on(field, method, control, stepper, samples_per_period, most_events, bu
     size, elements, y = stepper.y.size, field.rows.shape[0], stepper.y
     counts, clock, rows = stepper.counts, stepper.clock, stepper.states.shape[0]
     buffers = StepBuffers(
-        np.empty(2 * field.cycles.size), _four(elements), np.empty((max(method.b.size, 2), size)),
-        np.empty(size), np.empty(size), np.zeros((COLUMNS, size)), np.empty(size), np.zeros(COLUMNS),
-    )  # fmt: skip
+        np.empty(2 * field.cycles.size),
+        _four(elements),
+        np.empty((max(method.b.size, 2), size)),
+        np.empty(size),
+        np.empty(size),
+        np.zeros((COLUMNS, size)),
+        np.empty(size),
+        np.zeros(COLUMNS),
+    )
     old, new, here = _four(elements), _four(elements), _four(elements)
     after, slope, probe, roots = np.empty(size), np.empty(size), np.empty(size), np.empty((most_events, ROOT))
     if not counts[BEGUN]:

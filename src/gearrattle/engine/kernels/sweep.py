@@ -174,9 +174,21 @@ def _search_near(network, laws, near, band, sweep, buffers, c, low):
         reach[k] = total
         p = first[k] + piece[other]
         sweep.exit[other], sweep.upward[other], sweep.rate[other] = next_exit(
-            table, errors, error_of[k], k, other, total, laws.lower[p], laws.upper[p], band[other], side, low, end,
-            whole, gap,
-        )  # fmt: skip
+            table,
+            errors,
+            error_of[k],
+            k,
+            other,
+            total,
+            laws.lower[p],
+            laws.upper[p],
+            band[other],
+            side,
+            low,
+            end,
+            whole,
+            gap,
+        )
 
 
 @kernel
@@ -190,9 +202,19 @@ def _refresh(network, laws, band, inputs, sweep, buffers):
     wave_series(network.turn, buffers.u, buffers.waves)
     error_series(network.error_at, network.error, buffers.waves, sweep.errors)
     expand(
-        network, network.length, sweep.stiffness, sweep.damping, sweep.offset, buffers.waves, sweep.errors, sweep.table,
-        buffers.force, buffers.pull, buffers.load, sweep.reach,
-    )  # fmt: skip
+        network,
+        network.length,
+        sweep.stiffness,
+        sweep.damping,
+        sweep.offset,
+        buffers.waves,
+        sweep.errors,
+        sweep.table,
+        buffers.force,
+        buffers.pull,
+        buffers.load,
+        sweep.reach,
+    )
     counts[CORRECTED] = 0
     counts[EXPANSIONS] += 1
     clock[1] = 0.0
@@ -251,9 +273,21 @@ def _cross(network, laws, near, band, inputs, sweep, log, buffers, c):
             buffers.matrix,
         )
         correct(
-            network, near, c, sweep.stiffness, sweep.damping, s, buffers.jump, sweep.table, buffers.laws, buffers.moved,
-            buffers.turned, buffers.pull, buffers.matrix, buffers.row,
-        )  # fmt: skip
+            network,
+            near,
+            c,
+            sweep.stiffness,
+            sweep.damping,
+            s,
+            buffers.jump,
+            sweep.table,
+            buffers.laws,
+            buffers.moved,
+            buffers.turned,
+            buffers.pull,
+            buffers.matrix,
+            buffers.row,
+        )
         counts[CORRECTED] += 1
         _search_near(network, laws, near, band, sweep, buffers, c, s)
     else:

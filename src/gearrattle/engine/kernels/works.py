@@ -96,9 +96,19 @@ def _over(network, inputs, buffers, works, windows, share, abscissas, weights):
     wave_series(buffers.turn, buffers.u, buffers.waves)
     error_series(network.error_at, network.error, buffers.waves, buffers.errors)
     expand(
-        network, length, buffers.stiffness, buffers.damping, buffers.offset, buffers.waves, buffers.errors, buffers.table,
-        buffers.force, buffers.pull, buffers.load, buffers.reach,
-    )  # fmt: skip
+        network,
+        length,
+        buffers.stiffness,
+        buffers.damping,
+        buffers.offset,
+        buffers.waves,
+        buffers.errors,
+        buffers.table,
+        buffers.force,
+        buffers.pull,
+        buffers.load,
+        buffers.reach,
+    )
     for q in range(weights.size):
         _add_powers(network, buffers, works, length, abscissas[q], length * weights[q])
     move(buffers.table, 1.0, buffers.y)

@@ -247,43 +247,91 @@ def _shapes(sizes: Sizes, allocate: Callable[[tuple[int, ...], Any], Any]) -> Wo
         return allocate(shape, np.complex128)
 
     common = Common(
-        motion=floats(r, z), balance=floats(n, z), rows=floats(m, n), deflection=floats(m, z), rate=floats(m, z),
-        references=floats(references, z), seen=floats(2 * clearances, z), curvature=floats(clearances, z),
-        inertia=floats(n), pace=floats(n), corner_scale=floats(watched), frequency=floats(harmonics),
-        amplitude=floats(1 + harmonics), input_size=floats(inputs), clearances=integers(clearances),
-        cornered=integers(clearances), limits=floats(LIMITS), coarsest=integers(1), links=integers(1),
-    )  # fmt: skip
+        motion=floats(r, z),
+        balance=floats(n, z),
+        rows=floats(m, n),
+        deflection=floats(m, z),
+        rate=floats(m, z),
+        references=floats(references, z),
+        seen=floats(2 * clearances, z),
+        curvature=floats(clearances, z),
+        inertia=floats(n),
+        pace=floats(n),
+        corner_scale=floats(watched),
+        frequency=floats(harmonics),
+        amplitude=floats(1 + harmonics),
+        input_size=floats(inputs),
+        clearances=integers(clearances),
+        cornered=integers(clearances),
+        limits=floats(LIMITS),
+        coarsest=integers(1),
+        links=integers(1),
+    )
     laws = Laws(integers(members + 1), *(floats(pieces) for _ in Laws._fields[1:]))
     auxiliary = Auxiliaries(
-        element=integers(auxiliaries), state=integers(auxiliaries), scale=floats(auxiliaries),
-        by_memory=floats(pieces), moves=floats(pieces), by_deflection=floats(pieces), by_rate=floats(pieces),
+        element=integers(auxiliaries),
+        state=integers(auxiliaries),
+        scale=floats(auxiliaries),
+        by_memory=floats(pieces),
+        moves=floats(pieces),
+        by_deflection=floats(pieces),
+        by_rate=floats(pieces),
         by_itself=floats(pieces),
-    )  # fmt: skip
+    )
     region = Region(
-        pieces=integers(members), force=floats(m, z), acceleration=floats(n, z), matrix=floats(states, z),
-        carried=floats(carried, z), watched=floats(3 * watched, z), kept=integers(inputs),
-        particular=floats(states, inputs), forced=floats(4 * watched, inputs), flowing=floats(carried, inputs),
+        pieces=integers(members),
+        force=floats(m, z),
+        acceleration=floats(n, z),
+        matrix=floats(states, z),
+        carried=floats(carried, z),
+        watched=floats(3 * watched, z),
+        kept=integers(inputs),
+        particular=floats(states, inputs),
+        forced=floats(4 * watched, inputs),
+        flowing=floats(carried, inputs),
         integral=floats(carried, inputs),
-    )  # fmt: skip
+    )
     free = Free(
-        width=integers(1), chained=integers(1), column=integers(z), amplitude=floats(inputs),
-        rates=floats(carried + z, z), generator=floats(z, z), watched=floats(4 * watched, z),
-        calm=floats(4 * watched, z), fast=floats(watched, z), fine=integers(1),
-    )  # fmt: skip
+        width=integers(1),
+        chained=integers(1),
+        column=integers(z),
+        amplitude=floats(inputs),
+        rates=floats(carried + z, z),
+        generator=floats(z, z),
+        watched=floats(4 * watched, z),
+        calm=floats(4 * watched, z),
+        fast=floats(watched, z),
+        fine=integers(1),
+    )
     modes = Modes(
-        schur=waves(states, states), basis=waves(states, states), triangle=waves(z, z), left=waves(z, z),
-        right=waves(z, z), begins=integers(z + 1), simple=integers(z),
-    )  # fmt: skip
+        schur=waves(states, states),
+        basis=waves(states, states),
+        triangle=waves(z, z),
+        left=waves(z, z),
+        right=waves(z, z),
+        begins=integers(z + 1),
+        simple=integers(z),
+    )
     bounds = Bounds(
-        count=integers(1), rows=waves(z, z), weights=floats(3 * watched, z), constant=floats(3 * watched),
-        pushed=floats(3 * watched, chain), followed=floats(watched, chain),
-    )  # fmt: skip
+        count=integers(1),
+        rows=waves(z, z),
+        weights=floats(3 * watched, z),
+        constant=floats(3 * watched),
+        pushed=floats(3 * watched, chain),
+        followed=floats(watched, chain),
+    )
     return Workspace(
-        common, laws, auxiliary, region, free, modes, bounds,
+        common,
+        laws,
+        auxiliary,
+        region,
+        free,
+        modes,
+        bounds,
         Scratch(floats(rows, z), floats(rows, z), floats(rows, z), floats(rows, z), floats(ORDER + 1)),
         Solver(waves(states, states), waves(states), waves(states), waves(states), integers(states)),
         Lapack(allocate((2,), np.uint8), allocate((5,), np.int32), waves((_LAPACK + 2) * states), integers(15)),
-    )  # fmt: skip
+    )
 
 
 def _prepare_lapack(workspace: Workspace) -> None:
@@ -294,9 +342,22 @@ def _prepare_lapack(workspace: Workspace) -> None:
     size, count, length, answer = (n + 4 * i for i in range(1, 5))
     values, reals = begin + 16 * _LAPACK * states, begin + 16 * (_LAPACK + 1) * states
     arguments = (
-        letter, letter + 1, 0, n, modes.schur.ctypes.data, size, count, values, modes.basis.ctypes.data, size, begin,
-        length, reals, 0, answer,
-    )  # fmt: skip
+        letter,
+        letter + 1,
+        0,
+        n,
+        modes.schur.ctypes.data,
+        size,
+        count,
+        values,
+        modes.basis.ctypes.data,
+        size,
+        begin,
+        length,
+        reals,
+        0,
+        answer,
+    )
     integers = states, states, 0, _LAPACK * states, 0
     for array, numbers in ((lapack.letters, b"VN"), (lapack.integers, integers), (lapack.arguments, arguments)):
         for i, number in enumerate(numbers):

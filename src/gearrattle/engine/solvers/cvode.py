@@ -80,12 +80,22 @@ class MultistepMarch:
         states = np.zeros((samples, self.block.states))
         states[0] = problem.initial
         self.march = kernel.March(
-            memory.z, memory.point, counts, numbers, np.zeros(8, np.int64),
-            np.zeros(2 * len(self.block.clearances), np.int32), np.array(problem.start, dtype=np.int64),
-            np.zeros(elements), problem.sample_times, states,
-            np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG, np.int64), np.zeros((_FIRST_LOG, 2), np.int64),
-            np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG),
-        )  # fmt: skip
+            memory.z,
+            memory.point,
+            counts,
+            numbers,
+            np.zeros(8, np.int64),
+            np.zeros(2 * len(self.block.clearances), np.int32),
+            np.array(problem.start, dtype=np.int64),
+            np.zeros(elements),
+            problem.sample_times,
+            states,
+            np.zeros(_FIRST_LOG),
+            np.zeros(_FIRST_LOG, np.int64),
+            np.zeros((_FIRST_LOG, 2), np.int64),
+            np.zeros(_FIRST_LOG),
+            np.zeros(_FIRST_LOG),
+        )
         waves = 2 * self.block.field.cycles.size
         self.scratch = [
             kernel.Scratch(np.zeros(self.block.states), np.zeros(waves), *(np.zeros(elements) for _ in range(4)))

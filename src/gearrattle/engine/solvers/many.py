@@ -142,9 +142,20 @@ class _BatchState:
         """Do a slice of work, make what room it asked for; whether there is more to do."""
         many, counts = self._many, self.march.counts
         answer = many.march_many(
-            self.at, self.store.builder.words, self.cases, self.buffers, (self.inputs, self.instants), self.store.packed,
-            self.march, self.samples, self.notes, self.log, self.out, self.cursor, _SLICES,
-        )  # fmt: skip
+            self.at,
+            self.store.builder.words,
+            self.cases,
+            self.buffers,
+            (self.inputs, self.instants),
+            self.store.packed,
+            self.march,
+            self.samples,
+            self.notes,
+            self.log,
+            self.out,
+            self.cursor,
+            _SLICES,
+        )
         if answer == many.MORE_ROOM:
             self.store.grow()
         elif answer == many.MORE_LOG:
@@ -206,9 +217,14 @@ def _buffers(flow: Flow, cases: Any) -> Any:
     scales = Scales(*map(np.empty, (deflections, inertias, 1 + flow.frequency.size, clearances)))
     statics = cases.statics
     return Buffers(
-        scales, np.empty(deflections), np.empty(inertias), np.empty(statics.at.size), np.empty(statics.elastic.size),
-        np.zeros(clearances, np.int64), np.empty(clearances),
-    )  # fmt: skip
+        scales,
+        np.empty(deflections),
+        np.empty(inertias),
+        np.empty(statics.at.size),
+        np.empty(statics.elastic.size),
+        np.zeros(clearances, np.int64),
+        np.empty(clearances),
+    )
 
 
 def _march(size: Size) -> packed.March:

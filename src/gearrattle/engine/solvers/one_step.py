@@ -59,10 +59,17 @@ class StepMarch:
         self.method, self.control = _method(tableau), self._control(held)
         y, start = self.problem.initial, np.array(self.problem.start, dtype=float)
         self.stepper = Stepper(
-            y.copy(), np.array([0.0, self.step, 0.0, np.inf]), np.zeros(8, np.int64), start,
-            np.zeros((len(self.problem.sample_times), y.size)), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG, np.int64),
-            np.zeros((_FIRST_LOG, 2), np.int64), np.zeros(_FIRST_LOG), np.zeros(_FIRST_LOG),
-        )  # fmt: skip
+            y.copy(),
+            np.array([0.0, self.step, 0.0, np.inf]),
+            np.zeros(8, np.int64),
+            start,
+            np.zeros((len(self.problem.sample_times), y.size)),
+            np.zeros(_FIRST_LOG),
+            np.zeros(_FIRST_LOG, np.int64),
+            np.zeros((_FIRST_LOG, 2), np.int64),
+            np.zeros(_FIRST_LOG),
+            np.zeros(_FIRST_LOG),
+        )
 
     def _control(self, held: bool) -> object:
         from gearrattle.engine.kernels.one_step import Control

@@ -51,9 +51,19 @@ def packed_inputs(flow: Flow) -> Inputs:
     chains = np.zeros((intervals, entries // links, links + 4 * strips_for(links)))
     chains[..., :links] = flow.chains.reshape(intervals, -1, links) if entries else 0.0
     return Inputs(
-        high, low, flow.frequency, flow.scaling.inputs, steps, *knots, chains, flow.fourth_of_chains, pace, links,
-        np.cos(angle), np.sin(angle),
-    )  # fmt: skip
+        high,
+        low,
+        flow.frequency,
+        flow.scaling.inputs,
+        steps,
+        *knots,
+        chains,
+        flow.fourth_of_chains,
+        pace,
+        links,
+        np.cos(angle),
+        np.sin(angle),
+    )
 
 
 def packed_instants(flow: Flow, counts: NDArray[np.int64], end: int) -> Instants | None:

@@ -102,9 +102,12 @@ class SweepMarch:
         self.buffers = _buffers(self.plan, columns.size)
         count = task.cycles * task.samples_per_cycle + 1
         self.samples = packed.Samples(
-            task.samples_per_cycle, 0, np.zeros((count, columns.size)), np.zeros((count, len(clearances)), np.int64),
+            task.samples_per_cycle,
+            0,
+            np.zeros((count, columns.size)),
+            np.zeros((count, len(clearances)), np.int64),
             flow.waves(task.samples_per_cycle),
-        )  # fmt: skip
+        )
         self.samples.states[0], self.samples.pieces[0] = columns, self.initial
         self.sweep.counts[packed.SAMPLE] = 1
         high, low = split_cycles(inputs.cycles)
@@ -134,10 +137,18 @@ class SweepMarch:
         plan = self.plan
         outcome = Outcome(
             self._sweep_on(
-                plan.network, plan.laws, plan.near, plan.band, self.inputs, self.sweep, self.samples, self.log,
-                self.buffers, min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
+                plan.network,
+                plan.laws,
+                plan.near,
+                plan.band,
+                self.inputs,
+                self.sweep,
+                self.samples,
+                self.log,
+                self.buffers,
+                min(_BUDGET, max(10, _COLUMNS // self.sweep.table.shape[1])),
             )
-        )  # fmt: skip
+        )
         if outcome is Outcome.LOG_FULL:
             self.log = doubled(self.log)
             return Outcome.SLICE_SPENT
@@ -225,11 +236,22 @@ def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns
     stiffness, damping, offset = np.array(laws, dtype=float).reshape(-1, 3).T.copy()
     count = len(clearances)
     return Sweep(
-        plan.windows, MOST_CORRECTED, np.zeros(SIZE, np.int64), np.zeros(2), table,
-        np.zeros((packed.ORDER + 2, plan.network.erring.size)), np.zeros(len(system.laws)),
-        np.array([pieces[k] for k in clearances], dtype=np.int64), stiffness, damping, offset, side,
-        np.full(count, 2.0), np.zeros(count, np.int64), np.zeros(count),
-    )  # fmt: skip
+        plan.windows,
+        MOST_CORRECTED,
+        np.zeros(SIZE, np.int64),
+        np.zeros(2),
+        table,
+        np.zeros((packed.ORDER + 2, plan.network.erring.size)),
+        np.zeros(len(system.laws)),
+        np.array([pieces[k] for k in clearances], dtype=np.int64),
+        stiffness,
+        damping,
+        offset,
+        side,
+        np.full(count, 2.0),
+        np.zeros(count, np.int64),
+        np.zeros(count),
+    )
 
 
 def _buffers(plan: Plan, columns: int) -> Any:
@@ -240,9 +262,19 @@ def _buffers(plan: Plan, columns: int) -> Any:
     elements = int(np.diff(plan.near.element_start).max(initial=0))
     inertias = int(np.diff(plan.near.inertia_start).max(initial=0))
     lengths = {
-        "y": columns, "u": 1 + 2 * system.inputs.count, "waves": (orders + 1, 2 * system.inputs.count),
-        "force": len(system.laws), "pull": len(system.laws) + system.size, "load": plan.network.driven.size,
-        "jump": orders - 1, "matrix": (orders, orders), "laws": (2, elements), "moved": (orders, 2 * elements),
-        "turned": (orders, inertias + 1), "row": max(2 * elements, inertias + 1), "whole": orders, "gap": orders,
-    }  # fmt: skip
+        "y": columns,
+        "u": 1 + 2 * system.inputs.count,
+        "waves": (orders + 1, 2 * system.inputs.count),
+        "force": len(system.laws),
+        "pull": len(system.laws) + system.size,
+        "load": plan.network.driven.size,
+        "jump": orders - 1,
+        "matrix": (orders, orders),
+        "laws": (2, elements),
+        "moved": (orders, 2 * elements),
+        "turned": (orders, inertias + 1),
+        "row": max(2 * elements, inertias + 1),
+        "whole": orders,
+        "gap": orders,
+    }
     return SweepBuffers(**{name: np.zeros(length) for name, length in lengths.items()})

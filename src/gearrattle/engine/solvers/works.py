@@ -63,9 +63,19 @@ class SweepAuditor:
         last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
         last = min(last, len(self.path.duration))
         vectorised(integrate_works)(
-            network, laws, inputs, self.path, self.done, last, self.samples.states, self.samples.per_cycle,
-            self.windows, self.buffers, self.works, self.nodes,
-        )  # fmt: skip
+            network,
+            laws,
+            inputs,
+            self.path,
+            self.done,
+            last,
+            self.samples.states,
+            self.samples.per_cycle,
+            self.windows,
+            self.buffers,
+            self.works,
+            self.nodes,
+        )
         self.done = last
         return self.done == len(self.path.duration)
 
@@ -100,9 +110,22 @@ def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) 
     present = np.array(laws, dtype=float).reshape(-1, 3).T
     m, n, count, errors = len(system.laws), system.size, system.inputs.count, network.erring.size
     buffers = WorkBuffers(
-        np.zeros(2), np.zeros((orders, columns)), np.zeros((orders + 1, 2 * count)), np.zeros((orders + 1, errors)),
-        present[0].copy(), present[1].copy(), present[2].copy(), np.zeros(1 + 2 * count), np.zeros(columns),
-        np.zeros(2 * count), np.zeros((2, errors)), np.zeros(m + n), np.zeros(network.driven.size), np.zeros(m),
-        np.zeros(m + n), np.zeros(m), np.zeros(count),
-    )  # fmt: skip
+        np.zeros(2),
+        np.zeros((orders, columns)),
+        np.zeros((orders + 1, 2 * count)),
+        np.zeros((orders + 1, errors)),
+        present[0].copy(),
+        present[1].copy(),
+        present[2].copy(),
+        np.zeros(1 + 2 * count),
+        np.zeros(columns),
+        np.zeros(2 * count),
+        np.zeros((2, errors)),
+        np.zeros(m + n),
+        np.zeros(network.driven.size),
+        np.zeros(m),
+        np.zeros(m + n),
+        np.zeros(m),
+        np.zeros(count),
+    )
     return buffers, Works(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m))

@@ -112,8 +112,10 @@ def slider(
         if piece + law.first_label in labels:
             follow[piece] = STICK, FORWARD, BACKWARD, STICK
     return Auxiliary(
-        element, "slider",
-        stiffness=np.zeros(4), damping=np.zeros(4),
+        element,
+        "slider",
+        stiffness=np.zeros(4),
+        damping=np.zeros(4),
         memory=np.array([stiffness, 0.0, 0.0, 0.0]),
         offset=np.array([0.0, limit, -limit, 0.0]),
         moves=np.array([1.0, 0.0, 0.0, 0.0]),
@@ -125,7 +127,7 @@ def slider(
         above=np.array([FORWARD, FORWARD, STICK, OFF]),
         follow=follow,
         scale=reach,
-    )  # fmt: skip
+    )
 
 
 def limiters(element: int, law: PiecewiseLaw) -> tuple[Auxiliary, Auxiliary]:
@@ -160,9 +162,22 @@ def _limiter(element: int, law: PiecewiseLaw, way: float) -> Auxiliary:
         follow[piece] = limiting if way > 0.0 else idle  # contact begins with s c delta' > E = 0
         follow[piece, [idle, limiting]] = idle, limiting
     return Auxiliary(
-        element, "limiter", stiffness, damping, np.zeros(count), offset, np.zeros(count), np.full(count, np.nan),
-        watched, lower, upper, below, above, follow, scale=float(np.abs(law.corners).max()),
-    )  # fmt: skip
+        element,
+        "limiter",
+        stiffness,
+        damping,
+        np.zeros(count),
+        offset,
+        np.zeros(count),
+        np.full(count, np.nan),
+        watched,
+        lower,
+        upper,
+        below,
+        above,
+        follow,
+        scale=float(np.abs(law.corners).max()),
+    )
 
 
 def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacking: bool) -> Auxiliary:
@@ -178,8 +193,19 @@ def alternation(element: int, law: PiecewiseLaw, lacking: float, *, begins_lacki
     part = -lacking * np.array([1.0, 0.0] if begins_lacking else [0.0, 1.0])
     nothing = np.zeros(2 * p)
     return Auxiliary(
-        element, "alternation", np.outer(part, law.stiffness).ravel(), nothing, nothing,
-        np.outer(part, law.offset).ravel(), nothing, np.full(2 * p, np.nan), np.zeros((2 * p, 3)),
-        np.full(2 * p, -none), np.full(2 * p, none), both, (both + p) % (2 * p),
-        np.stack([np.where(both < p, q, p + q) for q in range(p)]), scale=1.0,
-    )  # fmt: skip
+        element,
+        "alternation",
+        np.outer(part, law.stiffness).ravel(),
+        nothing,
+        nothing,
+        np.outer(part, law.offset).ravel(),
+        nothing,
+        np.full(2 * p, np.nan),
+        np.zeros((2 * p, 3)),
+        np.full(2 * p, -none),
+        np.full(2 * p, none),
+        both,
+        (both + p) % (2 * p),
+        np.stack([np.where(both < p, q, p + q) for q in range(p)]),
+        scale=1.0,
+    )

@@ -311,11 +311,20 @@ def _powers(flow: Flow, regions: list[Pieces], short: Array, longest: float):  #
         leaps.add(own[0], moves[0], nodes[:NODES], LONG * FEW)
     known = np.array([flow.known(pieces) for pieces in regions])
     return Powers(
-        steps, np.array(advance), np.array(seen), np.array(generators),
-        np.array([strips(forms) for forms in rows]), pairs, known, flow.states - flow.memory.size,
-        np.ascontiguousarray(flow.chains), np.array([0, NODES, NODES + LONG_NODES]), abscissas, weights,
+        steps,
+        np.array(advance),
+        np.array(seen),
+        np.array(generators),
+        np.array([strips(forms) for forms in rows]),
+        pairs,
+        known,
+        flow.states - flow.memory.size,
+        np.ascontiguousarray(flow.chains),
+        np.array([0, NODES, NODES + LONG_NODES]),
+        abscissas,
+        weights,
         *leaps.packed(),
-    )  # fmt: skip
+    )
 
 
 def _turning(flow: Flow, matrix: Array) -> Array:

@@ -78,10 +78,7 @@ class Ramp:
         over, cut = _whole(Fraction(self.over), _CLOCK), _RATE + 2 * _CLOCK
         mask, kept = (1 << cut) - 1, cut - 64
         slope, bend, final, at_end = self._rates(order)
-        turned = (
-            (slope + bend * tick) * tick if tick <= over else final * tick + at_end
-            for tick in ticks
-        )  # fmt: skip
+        turned = ((slope + bend * tick) * tick if tick <= over else final * tick + at_end for tick in ticks)
         return np.array([(word & mask) >> kept for word in turned], dtype=np.uint64)
 
     def _rates(self, order: float) -> tuple[int, int, int, int]:

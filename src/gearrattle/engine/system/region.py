@@ -148,7 +148,17 @@ def region_in(store: Store, slot: int) -> Region:
     constant = a.constant[slot, : 3 * k].reshape(3, k).copy()
     bound = Majorant(rows, weights, pushes, constant, watched[0] - calm[0])
     return Region(
-        store.pieces[slot], Split(particular, kept), rates[1] / per_step, rates[0] / per_step,
-        integral, a.drift[slot, :c].copy(), np.array(tables), watched, calm,
-        a.forced[slot][:, :, 0].copy(), bound, a.lower[slot].copy(), a.upper[slot].copy(),
-    )  # fmt: skip
+        store.pieces[slot],
+        Split(particular, kept),
+        rates[1] / per_step,
+        rates[0] / per_step,
+        integral,
+        a.drift[slot, :c].copy(),
+        np.array(tables),
+        watched,
+        calm,
+        a.forced[slot][:, :, 0].copy(),
+        bound,
+        a.lower[slot].copy(),
+        a.upper[slot].copy(),
+    )

@@ -279,9 +279,14 @@ class Walk:
         from gearrattle.engine.kernels.extremes import Parts
 
         return Parts(
-            self.parts.duration, self.parts.region, self.start, self.backward, self.whole, self.path.samples,
+            self.parts.duration,
+            self.parts.region,
+            self.start,
+            self.backward,
+            self.whole,
+            self.path.samples,
             self.carried,
-        )  # fmt: skip
+        )
 
     def _packed(self, chosen: dict[int, Array], *, with_nodes: bool) -> tuple[compiled.Rows, Array]:
         """Rows of every region for compiled code, and room to work in."""
@@ -315,11 +320,26 @@ class Walk:
         blocks, terms, cells, nodes, points, *first = sizes
         room = np.zeros((2, max(self.path.samples.shape[1], most + 1)))
         return Compiled(
-            count=blocks, block=block, terms=terms, cells=cells, first=first[0], coefficients=numbers,
-            first_rest=first[1], rest=rests, points=points, first_look=first[3], looks=looked, moving=moving,
-            nodes=nodes, abscissas=abscissas, weights=weights, first_seen=first[2], seen=seens, known=known,
+            count=blocks,
+            block=block,
+            terms=terms,
+            cells=cells,
+            first=first[0],
+            coefficients=numbers,
+            first_rest=first[1],
+            rest=rests,
+            points=points,
+            first_look=first[3],
+            looks=looked,
+            moving=moving,
+            nodes=nodes,
+            abscissas=abscissas,
+            weights=weights,
+            first_seen=first[2],
+            seen=seens,
+            known=known,
             first_memory=next(iter(self.series.values())).first_memory,
-        ), room  # fmt: skip
+        ), room
 
     def _reference(self, chosen: dict[int, Array]) -> Array:
         """(q,) roughly the mean of every row: that of some samples."""

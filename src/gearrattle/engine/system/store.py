@@ -89,10 +89,15 @@ class Size:
             "known": (0, self.memories),
         }
         integers: dict[str, tuple[int, ...]] = {
-            "width": (0,), "kept": (0, u + self.chain), "first_table": (0,), "fine": (0,), "modes": (0,),
+            "width": (0,),
+            "kept": (0, u + self.chain),
+            "first_table": (0,),
+            "fine": (0,),
+            "modes": (0,),
             "forced_strips": (0,),
-            "piece": (0, k), "neighbour": (0, k, 2),
-        }  # fmt: skip
+            "piece": (0, k),
+            "neighbour": (0, k, 2),
+        }
         return {name: (shape, float) for name, shape in floats.items()} | {
             name: (shape, np.int64) for name, shape in integers.items()
         }

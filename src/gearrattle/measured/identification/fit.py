@@ -131,11 +131,17 @@ def _estimates(
     words = {-1: "lower", 0: "", 1: "upper"}
     table = [
         FittedParameter(
-            path, float(parameters.start[p]), float(values[p]), float(values[p] * spread[p]),
-            float(parameters.lower[p]), float(parameters.upper[p]), words[int(best.at_bound[p])], ends[p],
+            path,
+            float(parameters.start[p]),
+            float(values[p]),
+            float(values[p] * spread[p]),
+            float(parameters.lower[p]),
+            float(parameters.upper[p]),
+            words[int(best.at_bound[p])],
+            ends[p],
         )
         for p, path in enumerate(parameters.paths)
-    ]  # fmt: skip
+    ]
     open_ones = undetermined(parameters.paths, jacobian, split(problem.data_residuals, best.x, null), scale)
     return Fit(
         model=parameters.fitted(model, best.x),

@@ -154,9 +154,17 @@ def coefficients(model: Model, parameters: Parameters, state: State) -> Coeffici
     stiffness, damping = base[2].copy(), base[3].copy()
     stiffness[held] = damping[held] = 0.0
     return Coefficients(
-        base[0], base[1], stiffness, damping, base[4],
-        by_inertia, by_drag, by_stiffness, by_damping, _left_free(base[4][held], state),
-    )  # fmt: skip
+        base[0],
+        base[1],
+        stiffness,
+        damping,
+        base[4],
+        by_inertia,
+        by_drag,
+        by_stiffness,
+        by_damping,
+        _left_free(base[4][held], state),
+    )
 
 
 def unused(parameters: Parameters, states: Sequence[Coefficients]) -> list[str]:

@@ -171,10 +171,14 @@ class FitProblem:
                 Residual(f"{measured.label}: {part} at {w:.6g}", unit, float(y), float(f), float(e), float(r))
                 for part in ("real", "imag")
                 for w, y, f, e, r in zip(
-                    measured.omega, getattr(measured.value, part), getattr(value, part), measured.error,
-                    getattr(away, part), strict=True,
+                    measured.omega,
+                    getattr(measured.value, part),
+                    getattr(value, part),
+                    measured.error,
+                    getattr(away, part),
+                    strict=True,
                 )
-            ]  # fmt: skip
+            ]
 
         return (np.concatenate([away.real, away.imag]), np.vstack([change.real, change.imag])), residuals
 

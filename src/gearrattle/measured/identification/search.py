@@ -146,9 +146,16 @@ def _descend(residuals: Residuals, start: Array, box: tuple[Array, Array], toler
         return kept[0][1], kept[0][2]
 
     return least_squares(
-        lambda x: both(x)[0], start, lambda x: both(x)[1], box, "trf",
-        ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=_EVALUATIONS,
-    )  # fmt: skip
+        lambda x: both(x)[0],
+        start,
+        lambda x: both(x)[1],
+        box,
+        "trf",
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
+        max_nfev=_EVALUATIONS,
+    )
 
 
 def _weighted(residuals: Residuals, weight: Array) -> Residuals:

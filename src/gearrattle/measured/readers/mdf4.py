@@ -124,11 +124,14 @@ def write(recording: Recording, path: Path) -> None:
 
     signals = [
         Signal(
-            channel.values, recording.time, name=channel.name, unit=channel.unit,
+            channel.values,
+            recording.time,
+            name=channel.name,
+            unit=channel.unit,
             comment=f"{_MARK}{channel.quantity}, {channel.subject}",
         )
         for channel in recording.channels
-    ]  # fmt: skip
+    ]
     with mdf(version="4.10") as file:
         file.append(signals, comment=recording.source)
         saved = Path(file.save(path, overwrite=True))

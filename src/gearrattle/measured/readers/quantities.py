@@ -36,10 +36,26 @@ assert tuple(DIMENSIONS) == QUANTITIES
 
 _GUESSES = ("angle", "velocity", "acceleration", "torque", "surface acceleration", "sound pressure")
 _SPELLINGS = {
-    "Nm": "N*m", "N.m": "N*m", "kNm": "kN*m", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm", "U/min": "rpm",
-    "rev/min": "rpm", "r/min": "rpm", "RPM": "rpm", "m/s2": "m/s^2", "m/s**2": "m/s^2", "rad/s2": "rad/s^2",
-    "degree": "deg", "Deg": "deg", "Grad": "deg", "Upm": "rpm", "g": "g_n", "gn": "g_n",
-}  # fmt: skip
+    "Nm": "N*m",
+    "N.m": "N*m",
+    "kNm": "kN*m",
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "min^-1": "rpm",
+    "U/min": "rpm",
+    "rev/min": "rpm",
+    "r/min": "rpm",
+    "RPM": "rpm",
+    "m/s2": "m/s^2",
+    "m/s**2": "m/s^2",
+    "rad/s2": "rad/s^2",
+    "degree": "deg",
+    "Deg": "deg",
+    "Grad": "deg",
+    "Upm": "rpm",
+    "g": "g_n",
+    "gn": "g_n",
+}
 _NONE = ("", "-", "1", "[-]", "none", "no_units")
 
 

@@ -119,17 +119,19 @@ def with_budget(level: Level, row: int, channel: int, known: Known, stated: tupl
         _noise(level, noise, samples),
         Contribution("calibration", calibration * ratio, "as stated" if np.isfinite(calibration) else "not stated"),
         Contribution(
-            "sampling", share * float(known.between[row, channel]),
+            "sampling",
+            share * float(known.between[row, channel]),
             f"both records in the band, {_FINER} times as finely sampled",
         ),
         Contribution(
-            "output grid", share * float(known.grid[row, channel]),
+            "output grid",
+            share * float(known.grid[row, channel]),
             "the run at half as many samples: what folds back into the band",
         ),
         Contribution("alignment", 0.0, "levels of whole cycles do not depend on the clock; phases do"),
         Contribution("numerical", share * float(known.numerical[row, channel]), known.numerical_words),
         Contribution("parameters", share * float(known.parameters[row, channel]), known.parameters_words),
-    ]  # fmt: skip
+    ]
     others = [row.value for row in rows[2:] if np.isfinite(row.value)]
     relative = [np.asarray(spread[row, channel]) for spread in known.scatter]
     reach = float(factor((relative[0], relative[1]), known.freedoms)) * float(np.hypot(scatter[0], scatter[1]))

@@ -83,15 +83,33 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
     by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
     impacts = compare_impacts(run.trajectory, cycles, drawn, pairing.measured, wanted.thresholds)
     return Validation(
-        model=run.model.name or "driveline", source=recording.source, algorithm=run.cost.algorithm,
-        measured_cycles=cycles[0].count, simulated_cycles=cycles[1].count, measured_block=drawn[0].block,
-        simulated_block=drawn[1].block, rate=cycles[1].rate, band=matter.band, trend=wanted.trend, clock=clock,
-        pairs=pairs, impacts=impacts, unmatched_measured=pairing.measured_alone,
-        unmatched_simulated=pairing.simulated_alone, verdict=verdict_of(pairs),
+        model=run.model.name or "driveline",
+        source=recording.source,
+        algorithm=run.cost.algorithm,
+        measured_cycles=cycles[0].count,
+        simulated_cycles=cycles[1].count,
+        measured_block=drawn[0].block,
+        simulated_block=drawn[1].block,
+        rate=cycles[1].rate,
+        band=matter.band,
+        trend=wanted.trend,
+        clock=clock,
+        pairs=pairs,
+        impacts=impacts,
+        unmatched_measured=pairing.measured_alone,
+        unmatched_simulated=pairing.simulated_alone,
+        verdict=verdict_of(pairs),
         findings=(*findings_of(pairs, impacts, clock), *([] if by_parameters is None else sentences(by_parameters))),
-        notes=(*notes, *pairing.notes, *_notes(matter, clock, pairs), *_few(repeats, by_parameters), *recording.notes,
-               *run.notes), parameters=by_parameters,
-    )  # fmt: skip
+        notes=(
+            *notes,
+            *pairing.notes,
+            *_notes(matter, clock, pairs),
+            *_few(repeats, by_parameters),
+            *recording.notes,
+            *run.notes,
+        ),
+        parameters=by_parameters,
+    )
 
 
 def check_asked(model: Model, recording: Recording, wanted: Wanted) -> None:
@@ -241,9 +259,14 @@ def _repeated(
     wanted = matter.wanted
     together = correlations(errors, wanted.parameters)
     return repeated(
-        matter.run, errors, together, lambda run: _levels(run, matter), runs=wanted.draws, seed=wanted.seed,
+        matter.run,
+        errors,
+        together,
+        lambda run: _levels(run, matter),
+        runs=wanted.draws,
+        seed=wanted.seed,
         progress=progress,
-    )  # fmt: skip
+    )
 
 
 def _few(drawn: Drawn | None, explanation: Explained | None) -> list[str]:

@@ -27,11 +27,16 @@ def curves_of(cycles: tuple[Cycles, Cycles], spectra: tuple[Segments, Segments],
     spread = [_turned(cycle.values.std(axis=0), turn, lines=False) for cycle, turn in zip(cycles, turns, strict=True)]
     return [
         Curves(
-            means[0][:, c], means[1][:, c], spread[0][:, c], spread[1][:, c], spectra[1].frequency,
-            spectra[0].density[:, c], spectra[1].density[:, c],
+            means[0][:, c],
+            means[1][:, c],
+            spread[0][:, c],
+            spread[1][:, c],
+            spectra[1].frequency,
+            spectra[0].density[:, c],
+            spectra[1].density[:, c],
         )
         for c in range(measured.values.shape[2])
-    ]  # fmt: skip
+    ]
 
 
 def _turned(cycle: Array, turn: float, *, lines: bool = True) -> Array:

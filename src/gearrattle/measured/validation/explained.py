@@ -69,9 +69,15 @@ def explained(
         )
         parameters.append(Parameter(path, value, error, float(shift[p]), float(np.sqrt(spread[p, p])), channel_effects))
     return Explained(
-        tuple(parameters), _rows(drawn.correlation), _rows(correlation(spread)), names,
-        tuple((100.0 * d).tolist()), tuple((100.0 * left).tolist()), squares, len(drawn.logs),
-    )  # fmt: skip
+        tuple(parameters),
+        _rows(drawn.correlation),
+        _rows(correlation(spread)),
+        names,
+        tuple((100.0 * d).tolist()),
+        tuple((100.0 * left).tolist()),
+        squares,
+        len(drawn.logs),
+    )
 
 
 def effects(drawn: Drawn) -> tuple[Array, Array]:

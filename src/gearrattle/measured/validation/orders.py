@@ -129,10 +129,23 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
                 value if both else float("nan")
                 for value in (phase, *(float(np.degrees(angles[k, c])) for angles in (together, spread)))
             )
-            rows.append(Order(
-                base * (k + 1), frequency * (k + 1), a, float(errors[0][k, c]), b, float(errors[1][k, c]),
-                ratio * (a - b), ratio * (a - b - far), ratio * (a - b + far), phase, error, phase - wide, phase + wide,
-            ))  # fmt: skip
+            rows.append(
+                Order(
+                    base * (k + 1),
+                    frequency * (k + 1),
+                    a,
+                    float(errors[0][k, c]),
+                    b,
+                    float(errors[1][k, c]),
+                    ratio * (a - b),
+                    ratio * (a - b - far),
+                    ratio * (a - b + far),
+                    phase,
+                    error,
+                    phase - wide,
+                    phase + wide,
+                )
+            )
         compared.append(tuple(rows))
     return compared
 

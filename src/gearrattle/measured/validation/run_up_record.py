@@ -81,11 +81,19 @@ class Track(Record):
         """Return the numbers of a row, in JSON types."""
         (at, peak), (simulated_at, simulated_peak) = self.peaks
         content = {
-            "channel": self.channel, "partner": self.partner, "unit": self.unit, "order": self.order,
-            "measured": self.levels[0], "simulated": self.levels[1], "sigma": self.sigma,
-            "peak_speed": at, "peak": peak,
-            "simulated_peak_speed": simulated_at, "simulated_peak": simulated_peak, "outside": self.outside,
-        }  # fmt: skip
+            "channel": self.channel,
+            "partner": self.partner,
+            "unit": self.unit,
+            "order": self.order,
+            "measured": self.levels[0],
+            "simulated": self.levels[1],
+            "sigma": self.sigma,
+            "peak_speed": at,
+            "peak": peak,
+            "simulated_peak_speed": simulated_at,
+            "simulated_peak": simulated_peak,
+            "outside": self.outside,
+        }
         return {key: json_value(value) for key, value in content.items()}
 
 
@@ -143,10 +151,15 @@ class RunUp(Result, Record):
     def to_dict(self) -> dict[str, Any]:
         """Return everything in JSON types."""
         tracks = [
-            {**track.summary(), "speed": json_value(track.speed), "measured_over_speed": json_value(track.measured),
-             "simulated_over_speed": json_value(track.simulated), "standard_error": json_value(track.error)}
+            {
+                **track.summary(),
+                "speed": json_value(track.speed),
+                "measured_over_speed": json_value(track.measured),
+                "simulated_over_speed": json_value(track.simulated),
+                "standard_error": json_value(track.error),
+            }
             for track in self.tracks
-        ]  # fmt: skip
+        ]
         names = ("model", "sources", "algorithm", "turns", "units", "notes")
         return {**{name: json_value(getattr(self, name)) for name in names}, "verdict": self.verdict, "tracks": tracks}
 

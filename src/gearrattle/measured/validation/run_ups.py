@@ -92,9 +92,14 @@ def validate_run_up(
         tracks += made[0]
         notes |= dict.fromkeys(made[1])
     return RunUp(
-        run.model.name or "driveline", tuple(recording.source for recording in recordings), run.cost.algorithm, turns,
-        run.model.units, tuple(tracks), (*notes, *run.notes),
-    )  # fmt: skip
+        run.model.name or "driveline",
+        tuple(recording.source for recording in recordings),
+        run.cost.algorithm,
+        turns,
+        run.model.units,
+        tuple(tracks),
+        (*notes, *run.notes),
+    )
 
 
 def _orders(
@@ -135,17 +140,28 @@ def _tracks(
     rising = [rows for rows, _ in parts]
     speeds = [cut["speed"].values[rows] for cut, rows in zip(cuts, rising, strict=True)]
     grid = _grid(speeds, one.name)
-    read_at = np.array([
-        [np.interp(grid, at, cut["amplitude"].values[rows, k]) for k in range(cut.sizes["order"])]
-        for cut, at, rows in zip(cuts, speeds, rising, strict=True)
-    ])  # fmt: skip
+    read_at = np.array(
+        [
+            [np.interp(grid, at, cut["amplitude"].values[rows, k]) for k in range(cut.sizes["order"])]
+            for cut, at, rows in zip(cuts, speeds, rising, strict=True)
+        ]
+    )
     measured, simulated = read_at[:-1], read_at[-1]
     error, reach = _scatter(measured)
     tracks = [
-        Track(one.name, other.name, one.unit, float(order), grid, measured[:, k].mean(axis=0), simulated[k], error[k],
-              reach * error[k])
+        Track(
+            one.name,
+            other.name,
+            one.unit,
+            float(order),
+            grid,
+            measured[:, k].mean(axis=0),
+            simulated[k],
+            error[k],
+            reach * error[k],
+        )
         for k, order in enumerate(cuts[-1]["order"].values)
-    ]  # fmt: skip
+    ]
     notes = [note for _, note in parts if note]
     return tracks, [*notes, *(note for cut in cuts for note in str(cut.attrs["notes"]).splitlines())]
 

@@ -70,9 +70,20 @@ def validate(
         ConvergenceError: the simulation failed.
     """
     wanted = Wanted(
-        match or {}, start, end, band, trend, clock, clock_by, thresholds or {}, noise or {}, calibration,
-        parameters or {}, draws, seed,
-    )  # fmt: skip
+        match or {},
+        start,
+        end,
+        band,
+        trend,
+        clock,
+        clock_by,
+        thresholds or {},
+        noise or {},
+        calibration,
+        parameters or {},
+        draws,
+        seed,
+    )
     problems = list(problems_of(wanted))
     if problems:
         raise ModelError(problems)

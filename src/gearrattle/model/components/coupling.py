@@ -67,9 +67,15 @@ class Coupling(Component):
     """
 
     clearance_form: ClassVar[tuple[str, ...]] = (
-        "stiffness", "damping", "clearance", "stiffness_ratio", "damping_ratio", "hysteresis", "stick_stiffness",
+        "stiffness",
+        "damping",
+        "clearance",
+        "stiffness_ratio",
+        "damping_ratio",
+        "hysteresis",
+        "stick_stiffness",
         "contact_damping",
-    )  # fmt: skip
+    )
 
     noun: ClassVar[str] = "coupling"
     plural: ClassVar[str] = "couplings"

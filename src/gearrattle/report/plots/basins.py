@@ -63,9 +63,11 @@ def basin_map(data: xr.Dataset) -> Chart:
     if marked:
         caption += " Rings: the attractors themselves, once a period."
     panel = replace(
-        panel, lines=(*panel.lines, *marked), x_range=_reaching(panel.x_range, [line.x for line in marked]),
+        panel,
+        lines=(*panel.lines, *marked),
+        x_range=_reaching(panel.x_range, [line.x for line in marked]),
         y_range=_reaching(panel.y_range, [line.y for line in marked]),
-    )  # fmt: skip
+    )
     height = 120 if panel.y_ticks else 420
     return Chart("basins", "Basins of attraction", caption, (panel,), panel_height=height, legend=tuple(keys.values()))
 
@@ -110,9 +112,13 @@ def _frame(
     """Axes of one or two initial values, and which stands where."""
     across, up = measure_of(data, names[0]), measure_of(data, names[1]) if len(names) > 1 else None
     panel = Panel(
-        up.words if up else "", up.unit if up else "", across.title, x_range=ends[0], y_range=ends[1],
+        up.words if up else "",
+        up.unit if up else "",
+        across.title,
+        x_range=ends[0],
+        y_range=ends[1],
         y_ticks=() if up else ((-9.0, ""),),
-    )  # fmt: skip
+    )
     return panel, f"{across.words} (horizontal)" + (f" and {up.words} (vertical)" if up else "")
 
 

@@ -65,9 +65,13 @@ def diagram(data: xr.Dataset, key: str = "bifurcation", held: str = "") -> Chart
         + ("; shaded: both directions end in different motions." if bands else ".")
     )
     return Chart(
-        key, "Bifurcation diagram" + (f", {held}" if held else ""), caption, tuple(panels), panel_height=190,
+        key,
+        "Bifurcation diagram" + (f", {held}" if held else ""),
+        caption,
+        tuple(panels),
+        panel_height=190,
         legend=legend,
-    )  # fmt: skip
+    )
 
 
 def _points(data: xr.Dataset, name: str, x: Array, factor: float) -> tuple[Line, ...]:

@@ -84,13 +84,15 @@ def _panel(diagram: Campbell, title: str, orders: list[OrderLine], si: bool) -> 
         labels=(
             *(Label(diagram.model_speed * speed, 0.97 * top * hertz, "the model's speed", INK),) * inside,
             *(Label(high * speed, y, words) for y, _, words in _spread(ends, top * hertz)),
-            *(Label(x, y, words, INK, "above") for y, x, words in _spread(
-                _names(diagram, orders, top, speed, hertz, si=si), top * hertz)),
+            *(
+                Label(x, y, words, INK, "above")
+                for y, x, words in _spread(_names(diagram, orders, top, speed, hertz, si=si), top * hertz)
+            ),
         ),
         x_range=(low * speed, (high + 0.1 * (high - low)) * speed),
         y_range=(0.0, top * hertz),
         note="" if elastic.size else "every motion is rigid",
-    )  # fmt: skip
+    )
 
 
 def _level(diagram: Campbell, top: float, speed: float, hertz: float) -> list[Line]:

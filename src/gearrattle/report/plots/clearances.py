@@ -29,9 +29,15 @@ def deflections(findings: Findings) -> Chart:
     )
     panels = _deflection_panels(findings, window)
     return Chart(
-        "deflection", "Clearances", caption, panels, panel_height=128, legend=SIDES, group="clearances",
+        "deflection",
+        "Clearances",
+        caption,
+        panels,
+        panel_height=128,
+        legend=SIDES,
+        group="clearances",
         tab="Deflection",
-    )  # fmt: skip
+    )
 
 
 def overview(findings: Findings) -> Chart:
@@ -42,9 +48,15 @@ def overview(findings: Findings) -> Chart:
     )
     panels = _deflection_panels(findings, None)
     return Chart(
-        "overview", "Clearances", caption, panels, panel_height=128, legend=SIDES, group="clearances",
+        "overview",
+        "Clearances",
+        caption,
+        panels,
+        panel_height=128,
+        legend=SIDES,
+        group="clearances",
         tab="Whole run",
-    )  # fmt: skip
+    )
 
 
 def forces(findings: Findings) -> Chart:
@@ -65,9 +77,7 @@ def forces(findings: Findings) -> Chart:
         "Force in every element with a corner, elastic and damping: torque in couplings, force along the line of "
         f"action in meshes; positive on the drive side.{left_out}"
     )
-    return Chart(
-        "force", "Clearances", caption, tuple(panels), panel_height=128, group="clearances", tab="Force"
-    )  # fmt: skip
+    return Chart("force", "Clearances", caption, tuple(panels), panel_height=128, group="clearances", tab="Force")
 
 
 def _deflection_panels(findings: Findings, window: Window | None) -> tuple[Panel, ...]:

@@ -44,9 +44,16 @@ def growth_of_errors(comparison: Comparison) -> Chart:
     largest = max([1.0, *(float(np.max(line.y[np.isfinite(line.y)], initial=0.0)) for line in lines)])
     unit = next((row.error.unit for row in comparison.rows if row.error is not None), "")
     panel = Panel(
-        "Largest error", unit, "cycles, t / T", lines, rules=tuple(rules),
-        bands=(Band(0.1, None, CENTRE),), x_range=(0.0, float(end)), y_range=(1e-16, 10.0 * largest), y_log=True,
-    )  # fmt: skip
+        "Largest error",
+        unit,
+        "cycles, t / T",
+        lines,
+        rules=tuple(rules),
+        bands=(Band(0.1, None, CENTRE),),
+        x_range=(0.0, float(end)),
+        y_range=(1e-16, 10.0 * largest),
+        y_log=True,
+    )
     caption = (
         "How far each motion is from the exact one; shaded: wrong by more than a tenth. Black: the exact "
         "motion begun 1e-12 half-gaps away, which no algorithm can be expected to beat. Errors are compared within the "
@@ -92,9 +99,15 @@ def work_precision_chart(work_precision: WorkPrecision, labels: list[str]) -> Ch
         "The exact solution has nothing to choose: one point."
     )
     return Chart(
-        "work-precision", "Work and precision", caption, panels, columns=2, panel_height=320, share_x=False,
+        "work-precision",
+        "Work and precision",
+        caption,
+        panels,
+        columns=2,
+        panel_height=320,
+        share_x=False,
         legend=legend,
-    )  # fmt: skip
+    )
 
 
 def _panel(

@@ -48,10 +48,16 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
         )
         panels.append(
             Panel(
-                name or output, "", "samples", lines, x_range=(1.0, float(n[-1])), x_log=True, y_range=(0.0, 1.0),
+                name or output,
+                "",
+                "samples",
+                lines,
+                x_range=(1.0, float(n[-1])),
+                x_log=True,
+                y_range=(0.0, 1.0),
                 y_ticks=tuple((v / 4, f"{25 * v} %") for v in range(5)),
             )
-        )  # fmt: skip
+        )
     if not panels:
         return None
     caption = (
@@ -60,6 +66,11 @@ def probability_convergence(data: xr.Dataset) -> Chart | None:
     )
     shown_panels = tuple(panels[:_MOST_PANELS])
     return Chart(
-        "convergence", "How the probability settles", caption, shown_panels, columns=min(2, len(shown_panels)),
-        panel_height=170, share_x=True,
-    )  # fmt: skip
+        "convergence",
+        "How the probability settles",
+        caption,
+        shown_panels,
+        columns=min(2, len(shown_panels)),
+        panel_height=170,
+        share_x=True,
+    )

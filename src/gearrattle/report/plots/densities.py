@@ -62,9 +62,11 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
     lines = [
         _line(frequency, np.where(values[key] > 0.0, values[key], np.nan), label, colour, width)
         for key, label, colour, width in (
-            ("low", f"{words} limit", MUTED, 0.7), ("high", f"{words} limit", MUTED, 0.7), ("", "density", ACCENT, 1.4),
+            ("low", f"{words} limit", MUTED, 0.7),
+            ("high", f"{words} limit", MUTED, 0.7),
+            ("", "density", ACCENT, 1.4),
         )
-    ]  # fmt: skip
+    ]
     name = str(data.attrs[which])
     caption = (
         f"Power spectral density of {name}, {data.attrs['averages']:.3g} averages, bins of "
@@ -72,9 +74,15 @@ def density_chart(data: xr.Dataset, which: str = "channel", *, si: bool = True, 
         f"across a bin.{_marked(rules)}"
     )
     panel = Panel(
-        name, raised(str(data[f"{prefix}psd"].attrs["units"])), _axis(si), tuple(lines), rules=rules,
-        x_range=(0.0, float(frequency[-1])), y_range=_decades(values["low"], values[""], values["high"]), y_log=True,
-    )  # fmt: skip
+        name,
+        raised(str(data[f"{prefix}psd"].attrs["units"])),
+        _axis(si),
+        tuple(lines),
+        rules=rules,
+        x_range=(0.0, float(frequency[-1])),
+        y_range=_decades(values["low"], values[""], values["high"]),
+        y_log=True,
+    )
     legend = (Key("density", ACCENT), Key(f"{words} limits", MUTED))
     title = "Spectral density" if which == "channel" else "Spectral density of the reference"
     return Chart(f"{prefix}psd", title, caption, (panel,), panel_height=_HEIGHT, legend=legend)
@@ -87,16 +95,25 @@ def response_chart(data: xr.Dataset, *, si: bool = True, rules: tuple[Rule, ...]
     low, high = (np.where(bound > 0.0, bound, np.nan) for bound in (gain - radius, gain + radius))
     label = f"{words} limit"
     upper = (
-        _line(frequency, low, label, MUTED, 0.7), _line(frequency, high, label, MUTED, 0.7),
+        _line(frequency, low, label, MUTED, 0.7),
+        _line(frequency, high, label, MUTED, 0.7),
         _line(frequency, np.where(gain > 0.0, gain, np.nan), "gain", ACCENT, 1.4),
-    )  # fmt: skip
+    )
     x, x_range = _axis(si), (0.0, float(frequency[-1]))
     unit = raised(str(data["response_magnitude"].attrs["units"]))
     panels = (
-        Panel("gain", "" if unit == "(1)/(1)" else unit, x, upper, rules=rules, x_range=x_range,
-              y_range=_decades(gain, low, high), y_log=True),
+        Panel(
+            "gain",
+            "" if unit == "(1)/(1)" else unit,
+            x,
+            upper,
+            rules=rules,
+            x_range=x_range,
+            y_range=_decades(gain, low, high),
+            y_log=True,
+        ),
         _phase_panel(data, x, rules),
-    )  # fmt: skip
+    )
     caption = (
         f"Transfer function from {data.attrs['reference']} to {data.attrs['channel']}, {data.attrs['averages']:.3g} "
         f"averages; thin lines enclose it with a probability of {words}, and no phase is drawn where nothing is known "
@@ -132,13 +149,20 @@ def _phase_panel(data: xr.Dataset, x_title: str, rules: tuple[Rule, ...]) -> Pan
     phase, limit = (np.degrees(data[f"response_{key}"].values[1:]) for key in ("phase", "phase_limit"))
     phase = np.where(limit < 180.0, phase, np.nan)
     lines = (
-        _line(frequency, phase - limit, label, MUTED, 0.7), _line(frequency, phase + limit, label, MUTED, 0.7),
+        _line(frequency, phase - limit, label, MUTED, 0.7),
+        _line(frequency, phase + limit, label, MUTED, 0.7),
         _line(frequency, phase, "phase", ACCENT, 1.4),
-    )  # fmt: skip
+    )
     return Panel(
-        "phase", "°", x_title, lines, rules=rules, x_range=(0.0, float(frequency[-1])), y_range=(-190.0, 190.0),
+        "phase",
+        "°",
+        x_title,
+        lines,
+        rules=rules,
+        x_range=(0.0, float(frequency[-1])),
+        y_range=(-190.0, 190.0),
         y_ticks=tuple((v, f"{v:g}".replace("-", "−")) for v in (-180.0, -90.0, 0.0, 90.0, 180.0)),
-    )  # fmt: skip
+    )
 
 
 def _line(x: Array, y: Array, name: str, colour: str, width: float) -> Line:

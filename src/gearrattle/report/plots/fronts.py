@@ -30,8 +30,11 @@ def front_chart(data: xr.Dataset) -> Chart | None:
         return None
     values, front = data["value"].values, data["front"].values == 1
     feasible = (data["violation"].values == 0.0) & ~front
-    groups = (("misses a limit", ~feasible & ~front, _OTHER, 4.0), ("feasible", feasible, _FEASIBLE, 4.5),
-              ("front", front, ACCENT, 7.0))  # fmt: skip
+    groups = (
+        ("misses a limit", ~feasible & ~front, _OTHER, 4.0),
+        ("feasible", feasible, _FEASIBLE, 4.5),
+        ("front", front, ACCENT, 7.0),
+    )
     panels = []
     for i, j in itertools.islice(itertools.combinations(range(len(names)), 2), _MOST_PAIRS):
         lines = [
@@ -43,17 +46,32 @@ def front_chart(data: xr.Dataset) -> Chart | None:
         shown = values[feasible | front] if (feasible | front).any() else values
         panels.append(
             Panel(
-                f"{names[j]}{_unit(data, j)}", "", f"{names[i]}{_unit(data, i)}", tuple(lines),
-                x_range=_room(shown[:, i]), y_range=_room(shown[:, j]),
+                f"{names[j]}{_unit(data, j)}",
+                "",
+                f"{names[i]}{_unit(data, i)}",
+                tuple(lines),
+                x_range=_room(shown[:, i]),
+                y_range=_room(shown[:, j]),
             )
-        )  # fmt: skip
+        )
     caption = "All designs by their objectives; on the front stands what no feasible design beats in everything."
-    legend = (Key("front", ACCENT), Key("feasible", _FEASIBLE), Key("misses a limit", _OTHER),
-              Key("nearest to the ideal", COAST), Key("the model itself", INK))  # fmt: skip
+    legend = (
+        Key("front", ACCENT),
+        Key("feasible", _FEASIBLE),
+        Key("misses a limit", _OTHER),
+        Key("nearest to the ideal", COAST),
+        Key("the model itself", INK),
+    )
     return Chart(
-        "front", "The front", caption, tuple(panels), columns=min(2, len(panels)), panel_height=300, share_x=False,
+        "front",
+        "The front",
+        caption,
+        tuple(panels),
+        columns=min(2, len(panels)),
+        panel_height=300,
+        share_x=False,
         legend=legend,
-    )  # fmt: skip
+    )
 
 
 def growth_chart(data: xr.Dataset) -> Chart | None:
@@ -69,8 +87,15 @@ def growth_chart(data: xr.Dataset) -> Chart | None:
     if len(panels) > 1:
         panels.append(_stepped("hypervolume, share of the box", x, data["hypervolume"].values))
     caption = "What had been found up to every generation; flat at the end means that more of them would hardly help."
-    return Chart("growth", "How the search went on", caption, tuple(panels), columns=min(2, len(panels)),
-                 panel_height=170, share_x=True)  # fmt: skip
+    return Chart(
+        "growth",
+        "How the search went on",
+        caption,
+        tuple(panels),
+        columns=min(2, len(panels)),
+        panel_height=170,
+        share_x=True,
+    )
 
 
 def parallel_chart(data: xr.Dataset) -> Chart | None:
@@ -91,10 +116,16 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     x = np.arange(shares.shape[1], dtype=np.float64)
     rank = np.argsort(np.argsort(front_values[:, 0]))
     lines = [
-        Line(x, row, f"design {members[i]}", COLOURS[0] if rank[i] < len(members) / 2 else COLOURS[1], width=0.9,
-             opacity=0.6)
+        Line(
+            x,
+            row,
+            f"design {members[i]}",
+            COLOURS[0] if rank[i] < len(members) / 2 else COLOURS[1],
+            width=0.9,
+            opacity=0.6,
+        )
         for i, row in enumerate(shares[:_MOST_LINES])
-    ]  # fmt: skip
+    ]
     best = int(data.attrs["best"])
     lines.append(Line(x, shares[members.tolist().index(best)], "nearest to the ideal", INK, width=2.4))
     names = [*(f"{i + 1}" for i in range(len(paths))), *(f"{chr(65 + i)}" for i in range(front_values.shape[1]))]
@@ -102,16 +133,24 @@ def parallel_chart(data: xr.Dataset) -> Chart | None:
     labels += [Label(float(at), -0.09, numeral(a, 3)) for at, (_, (a, _)) in zip(x, columns, strict=True)]
     rules = tuple(Rule(float(at), "x", CENTRE, dashed=False) for at in x)
     panel = Panel(
-        "Members of the front", lines=tuple(lines), labels=tuple(labels), rules=rules,
-        x_range=(-0.2, float(x[-1]) + 0.6), y_range=(-0.16, 1.14), y_ticks=((-9.0, ""),),
+        "Members of the front",
+        lines=tuple(lines),
+        labels=tuple(labels),
+        rules=rules,
+        x_range=(-0.2, float(x[-1]) + 0.6),
+        y_range=(-0.16, 1.14),
+        y_ticks=((-9.0, ""),),
         x_ticks=tuple(zip(x.tolist(), names, strict=True)),
-    )  # fmt: skip
+    )
     objectives = [str(name) for name in data["objective"].values]
     words = [*(m.title for m in measures), *(f"{name}{_unit(data, i)}" for i, name in enumerate(objectives))]
     description = "; ".join(f"{short}: {name}" for short, name in zip(names, words, strict=True))
     caption = f"Each line a member of the front. Variables over their ranges, objectives over the front. {description}."
-    legend = (Key(f"low {objectives[0]}", COLOURS[0]), Key(f"high {objectives[0]}", COLOURS[1]),
-              Key("nearest to the ideal", INK))  # fmt: skip
+    legend = (
+        Key(f"low {objectives[0]}", COLOURS[0]),
+        Key(f"high {objectives[0]}", COLOURS[1]),
+        Key("nearest to the ideal", INK),
+    )
     return Chart("parallel", "What the front has in common", caption, (panel,), panel_height=300, legend=legend)
 
 

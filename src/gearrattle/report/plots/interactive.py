@@ -182,10 +182,17 @@ def _rule_label(rule: Rule, x_name: str, y_name: str) -> dict[str, Any]:
 def _label(label: Label, x_name: str, y_name: str) -> dict[str, Any]:
     above = label.side == "above"
     return {
-        "text": label.words, "showarrow": False, "font": {"size": 10.5, "color": label.colour}, "xref": x_name,
-        "yref": y_name, "x": label.x, "y": label.y, "xanchor": "right" if above else "left",
-        "yanchor": "bottom" if above else "middle", "xshift": -2 if above else 5,
-    }  # fmt: skip
+        "text": label.words,
+        "showarrow": False,
+        "font": {"size": 10.5, "color": label.colour},
+        "xref": x_name,
+        "yref": y_name,
+        "x": label.x,
+        "y": label.y,
+        "xanchor": "right" if above else "left",
+        "yanchor": "bottom" if above else "middle",
+        "xshift": -2 if above else 5,
+    }
 
 
 def _line(line: Line, index: int) -> dict[str, Any]:

@@ -153,9 +153,15 @@ def _chart(key: str, title: str, caption: str, panels: list[Panel], legend: tupl
     legend = tuple(key for key in legend if key is not NOTHING or key.name in drawn)
     more = f" Not drawn: {counted(left, 'part')} more." if left > 0 else ""
     return Chart(
-        key, title, caption + more, tuple(panels[:MOST_PANELS]), columns=columns, panel_height=_HEIGHT, share_x=False,
+        key,
+        title,
+        caption + more,
+        tuple(panels[:MOST_PANELS]),
+        columns=columns,
+        panel_height=_HEIGHT,
+        share_x=False,
         legend=legend,
-    )  # fmt: skip
+    )
 
 
 def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
@@ -167,10 +173,15 @@ def _strip(data: xr.Dataset, output: str, legend: tuple[Key, ...]) -> Chart:
     names = subject_names(data, output) if subject else [output]
     labels = labels_of(data, axis)
     panel = Panel(
-        "Regime", "", title_of(data, axis), cells=cells_of(codes, legend), x_range=(-0.5, codes.shape[1] - 0.5),
-        y_range=(-0.5, len(names) - 0.5), x_ticks=cell_ticks(labels, 12),
+        "Regime",
+        "",
+        title_of(data, axis),
+        cells=cells_of(codes, legend),
+        x_range=(-0.5, codes.shape[1] - 0.5),
+        y_range=(-0.5, len(names) - 0.5),
+        x_ticks=cell_ticks(labels, 12),
         y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
-    )  # fmt: skip
+    )
     caption = f"{_name(output)} of every part over {words_of_axis(data, axis)}."
     legend = legend if (codes < 0).any() else legend[:-1]
     return Chart("map", f"Map of the {output}", caption, (panel,), panel_height=_ROW * len(names) + 14, legend=legend)
@@ -207,9 +218,14 @@ def _frame(data: xr.Dataset, x: str, y: str, name: str) -> Panel:
     """A panel with axes of cells and nothing in it."""
     across, up = labels_of(data, x), labels_of(data, y)
     return Panel(
-        name, f"↑ {title_of(data, y)}", title_of(data, x), x_range=(-0.5, len(across) - 0.5),
-        y_range=(-0.5, len(up) - 0.5), x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10),
-    )  # fmt: skip
+        name,
+        f"↑ {title_of(data, y)}",
+        title_of(data, x),
+        x_range=(-0.5, len(across) - 0.5),
+        y_range=(-0.5, len(up) - 0.5),
+        x_ticks=cell_ticks(across, 6),
+        y_ticks=cell_ticks(up, 10),
+    )
 
 
 def _with(frame: Panel, cells: tuple[Cells, ...], lines: tuple[Line, ...]) -> Panel:

@@ -39,27 +39,49 @@ _KINDS = (
     _Kind("Transmissibility by engine order", "1", by_order="transmissibility at order "),
     _Kind("Peak-to-peak speed by engine order", "rad/s", by_order="peak-to-peak speed at order "),
     _Kind("Speed irregularity", "1", (("irregularity", "all orders"),)),
-    _Kind("Separation ratio", "1", (
-        ("separation ratio", "by the peak"), ("largest separation ratio of an order", "of one order"),
-    ), threshold="lifts off"),
+    _Kind(
+        "Separation ratio",
+        "1",
+        (
+            ("separation ratio", "by the peak"),
+            ("largest separation ratio of an order", "of one order"),
+        ),
+        threshold="lifts off",
+    ),
     _Kind("Restitution", "1", (("mean restitution", "mean"),), log=False),
     _Kind("Impact intensity", "N", (("mean impact intensity", "mean"),)),
     _Kind("Impact intensity of couplings", "N m", (("mean impact intensity", "mean"),)),
     _Kind("Energy lost in impacts", "W", (("impact loss rate", "by the log"), ("contact work rate", "by the audit"))),
     _Kind("Rattle level", "dB", (("rattle level", "each"), ("rattle level of all meshes", "all")), log=False),
-    _Kind("Mesh force", "N", (
-        ("force standard deviation", "deviation"), ("force exceeded 5 % of the time", "5 % exceed"),
-    )),
+    _Kind(
+        "Mesh force",
+        "N",
+        (
+            ("force standard deviation", "deviation"),
+            ("force exceeded 5 % of the time", "5 % exceed"),
+        ),
+    ),
     _Kind("Mesh force, shape", "1", (("force crest factor", "crest"), ("force kurtosis", "kurtosis"))),
-    _Kind("Acceleration of loose gears", "rad/s^2", (
-        ("rms acceleration", "rms"), ("peak acceleration", "peak"),
-        ("rms acceleration above the engine orders", "rms above"),
-        ("peak acceleration above the engine orders", "peak above"),
-    )),
-    _Kind("Impacts by change of flank", "1/cycle", (
-        ("single-sided impacts per cycle", "same flank"), ("double-sided impacts per cycle", "other flank"),
-    ), log=False),
-)  # fmt: skip
+    _Kind(
+        "Acceleration of loose gears",
+        "rad/s^2",
+        (
+            ("rms acceleration", "rms"),
+            ("peak acceleration", "peak"),
+            ("rms acceleration above the engine orders", "rms above"),
+            ("peak acceleration above the engine orders", "peak above"),
+        ),
+    ),
+    _Kind(
+        "Impacts by change of flank",
+        "1/cycle",
+        (
+            ("single-sided impacts per cycle", "same flank"),
+            ("double-sided impacts per cycle", "other flank"),
+        ),
+        log=False,
+    ),
+)
 
 
 def rattle_metrics(findings: Findings) -> Chart | None:
@@ -95,9 +117,15 @@ def metrics_chart(rows: Sequence[Row]) -> Chart | None:
     legend = [Key(subject, colour) for subject, colour in colours.items() if subject in drawn]
     sides = [Key("coast side", COAST), Key("free", CENTRE), Key("drive side", DRIVE)] if shares is not None else []
     return Chart(
-        "rattle_metrics", "Rattle metrics", caption, tuple(panels), columns=2, panel_height=150, share_x=False,
+        "rattle_metrics",
+        "Rattle metrics",
+        caption,
+        tuple(panels),
+        columns=2,
+        panel_height=150,
+        share_x=False,
         legend=(*legend, *sides),
-    )  # fmt: skip
+    )
 
 
 def _same(panel: Panel, other: Panel) -> bool:
@@ -130,10 +158,16 @@ def _panel(kind: _Kind, rows: Sequence[Row], colours: dict[str, str]) -> Panel |
     rules = (Rule(1.0, label=kind.threshold),) if kind.threshold else ()
     values = np.array([row.value for row in mine] + ([1.0] if kind.threshold else []))
     return Panel(
-        kind.title, next(iter(unit), "").replace("^2", "²"), "order" if kind.by_order else "", tuple(lines),
-        rules=rules, x_range=(-0.5, len(labels) - 0.5), y_range=_range(values, log=kind.log), y_log=kind.log,
+        kind.title,
+        next(iter(unit), "").replace("^2", "²"),
+        "order" if kind.by_order else "",
+        tuple(lines),
+        rules=rules,
+        x_range=(-0.5, len(labels) - 0.5),
+        y_range=_range(values, log=kind.log),
+        y_log=kind.log,
         x_ticks=tuple((position[quantity], label) for quantity, label in labels),
-    )  # fmt: skip
+    )
 
 
 def _range(values: np.ndarray[tuple[int], np.dtype[np.float64]], *, log: bool) -> tuple[float, float]:
@@ -159,6 +193,11 @@ def _shares(rows: Sequence[Row]) -> Panel | None:
         cells.append(Cells(left, right, heights - 0.35, heights + 0.35, quantity.removesuffix(" share"), colour))
         left = right
     return Panel(
-        "Sides of contact", "", "share of time, %", cells=tuple(cells), x_range=(0.0, 100.0),
-        y_range=(-0.5, len(names) - 0.5), y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
-    )  # fmt: skip
+        "Sides of contact",
+        "",
+        "share of time, %",
+        cells=tuple(cells),
+        x_range=(0.0, 100.0),
+        y_range=(-0.5, len(names) - 0.5),
+        y_ticks=tuple((float(i), name[:10]) for i, name in enumerate(names)),
+    )

@@ -89,8 +89,10 @@ def _body(scene: driveline.Scene, body: int, angles: Array, *, is_held: bool) ->
 
 def _shape(scene: driveline.Scene, angles: Array) -> str:
     """Draw the stems, and a line from tip to tip wherever an element runs along a shaft line."""
-    tips = {body: (*scene.at(body, -1), scene.at(body, -1)[1] - _TALLEST * float(angles[body])) for body in
-            scene.placement.bodies}  # fmt: skip
+    tips = {
+        body: (*scene.at(body, -1), scene.at(body, -1)[1] - _TALLEST * float(angles[body]))
+        for body in scene.placement.bodies
+    }
     joined = []
     for element, pair in enumerate(scene.layout.between.tolist()):
         if element in scene.placement.seats:

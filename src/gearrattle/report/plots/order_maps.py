@@ -59,9 +59,14 @@ def round_up(level: float) -> float:
 
 
 def map_panel(
-    data: xr.DataArray, title: str, *, top: float | None = None, si: bool = True,
-    orders: Sequence[float] = (), natural: Sequence[float] = (),
-) -> Panel:  # fmt: skip
+    data: xr.DataArray,
+    title: str,
+    *,
+    top: float | None = None,
+    si: bool = True,
+    orders: Sequence[float] = (),
+    natural: Sequence[float] = (),
+) -> Panel:
     """Draw one map: frequency or order on the y axis, speed on the x axis; time where there is no speed, or it comes back.
 
     Args:
@@ -125,9 +130,13 @@ def cuts_panel(amplitude: xr.DataArray, title: str, *, si: bool = True) -> Panel
     top = max(float(np.nanmax(amplitude.values)) * 1.12, 1e-300)
     unit = str(amplitude.attrs["units"])
     return Panel(
-        title, "" if unit == "1" else raised(unit), x_title, lines=tuple(lines),
-        x_range=(float(places.min()), float(places.max())), y_range=(0.0, top),
-    )  # fmt: skip
+        title,
+        "" if unit == "1" else raised(unit),
+        x_title,
+        lines=tuple(lines),
+        x_range=(float(places.min()), float(places.max())),
+        y_range=(0.0, top),
+    )
 
 
 def cuts_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
@@ -161,9 +170,13 @@ def coherence_chart(data: xr.Dataset, *, si: bool = True) -> Chart:
         f"thin lines enclose it with a probability of {words}; independent signals stay below {chance:.3g} as often."
     )
     panel = Panel(
-        f"{data.attrs['channel']} and {data.attrs['reference']}", "", "frequency, Hz" if si else "frequency",
-        lines=tuple(lines), x_range=(0.0, float(frequency[-1])), y_range=(0.0, 1.02),
-    )  # fmt: skip
+        f"{data.attrs['channel']} and {data.attrs['reference']}",
+        "",
+        "frequency, Hz" if si else "frequency",
+        lines=tuple(lines),
+        x_range=(0.0, float(frequency[-1])),
+        y_range=(0.0, 1.02),
+    )
     legend = (Key("coherence", ACCENT), Key(f"{words} limits", MUTED), Key("chance", "#d55e00"))
     return Chart("coherence", "Coherence", caption, (panel,), panel_height=_HEIGHT, legend=legend)
 

@@ -46,8 +46,17 @@ COLOURS = (
 """Curves that are told apart: six of M. Okabe and K. Ito (2008), then others for long legends."""
 
 SHADES = (
-    "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
-)  # fmt: skip
+    "#00224e",
+    "#123570",
+    "#3b496c",
+    "#575d6d",
+    "#707173",
+    "#8a8678",
+    "#a59c74",
+    "#c3b369",
+    "#e1cc55",
+    "#fee838",
+)
 """Equal steps of a map from its lowest to its highest number: cividis, whose lightness rises evenly for every form of
 colour vision (J. R. Nunez, C. R. Anderton, R. S. Renslow 2018, PLoS ONE 13, e0199239)."""
 

@@ -33,9 +33,16 @@ def run_up_charts(run_up: RunUp) -> list[Chart]:
         )
         panels = tuple(_panel(track, si=run_up.units == "SI") for track in drawn)
         charts.append(
-            Chart(f"orders_{number}", f"Orders of {channel}", caption + left, panels, columns=min(2, len(panels)),
-                  panel_height=_HEIGHT, legend=legend)
-        )  # fmt: skip
+            Chart(
+                f"orders_{number}",
+                f"Orders of {channel}",
+                caption + left,
+                panels,
+                columns=min(2, len(panels)),
+                panel_height=_HEIGHT,
+                legend=legend,
+            )
+        )
     return charts
 
 
@@ -47,10 +54,15 @@ def _panel(track: Track, *, si: bool) -> Panel:
         ends = (np.maximum(track.measured + side * track.reach, 0.0) for side in (-1.0, 1.0))
         lines += [Line(x, end, "95 % limit", MUTED, width=0.8) for end in ends]
     lines += [
-        Line(x, track.simulated, "simulated", DRIVE, width=1.6), Line(x, track.measured, "measured", INK, width=1.6),
-    ]  # fmt: skip
+        Line(x, track.simulated, "simulated", DRIVE, width=1.6),
+        Line(x, track.measured, "measured", INK, width=1.6),
+    ]
     top = max(float(np.nanmax(line.y)) for line in lines)
     return Panel(
-        f"order {track.order:g}", "" if track.unit == "1" else raised(track.unit), "speed, rpm" if si else "speed",
-        tuple(lines), x_range=(float(x[0]), float(x[-1])), y_range=(0.0, 1.08 * max(top, 1e-300)),
-    )  # fmt: skip
+        f"order {track.order:g}",
+        "" if track.unit == "1" else raised(track.unit),
+        "speed, rpm" if si else "speed",
+        tuple(lines),
+        x_range=(float(x[0]), float(x[-1])),
+        y_range=(0.0, 1.08 * max(top, 1e-300)),
+    )

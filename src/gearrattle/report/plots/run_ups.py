@@ -47,9 +47,17 @@ def run_up_spectra(findings: Findings) -> Chart | None:
         caption += f" Mind: {maps[0].attrs['notes']}."
     keys = scale_keys(top, level_unit(str(maps[0].attrs["units"])))
     return Chart(
-        "run_up_spectra", "Spectra over speed", caption, panels, columns=2 if len(panels) > 1 else 1, panel_height=230,
-        share_x=False, legend=keys, group="run_up", tab="Spectra",
-    )  # fmt: skip
+        "run_up_spectra",
+        "Spectra over speed",
+        caption,
+        panels,
+        columns=2 if len(panels) > 1 else 1,
+        panel_height=230,
+        share_x=False,
+        legend=keys,
+        group="run_up",
+        tab="Spectra",
+    )
 
 
 def run_up_orders(findings: Findings) -> Chart | None:
@@ -84,6 +92,13 @@ def run_up_orders(findings: Findings) -> Chart | None:
         caption += f", or it is beyond {_MOST}." if len(shown) == _MOST else "."
     legend = tuple(Key(f"order {order:g}", CUTS[k]) for k, order in enumerate(shown))
     return Chart(
-        "run_up_orders", "Orders over speed", caption, panels, columns=1, panel_height=116, legend=legend,
-        group="run_up", tab="Orders",
-    )  # fmt: skip
+        "run_up_orders",
+        "Orders over speed",
+        caption,
+        panels,
+        columns=1,
+        panel_height=116,
+        legend=legend,
+        group="run_up",
+        tab="Orders",
+    )

@@ -57,10 +57,15 @@ def bars_of_probability(dataset: xr.Dataset) -> Chart | None:
     bars = Cells(np.zeros(len(rows)), np.nan_to_num(share), rows - 0.3, rows + 0.3, "share", REGIMES["double-sided"])
     whiskers = interval_lines(low, high, rows, "95 % interval")
     panel = Panel(
-        "Share of samples that rattle", "", cells=(bars,), lines=(whiskers,), x_range=(0.0, 1.0),
-        y_range=(-0.6, len(rows) - 0.4), x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)),
+        "Share of samples that rattle",
+        "",
+        cells=(bars,),
+        lines=(whiskers,),
+        x_range=(0.0, 1.0),
+        y_range=(-0.6, len(rows) - 0.4),
+        x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)),
         y_ticks=tuple((float(row), name[:10]) for row, name in zip(rows, names, strict=True)),
-    )  # fmt: skip
+    )
     caption = "Share of samples in which a part rattles; the line is Wilson's 95 % interval."
     return Chart("probability", "Probability of rattle", caption, (panel,), panel_height=30 * len(names) + 10)
 
@@ -84,9 +89,14 @@ def histograms(data: xr.Dataset) -> Chart | None:
     shown = tuple(panels[:_MOST_PANELS])
     caption = f"Share of samples by value.{_not_drawn(len(panels))}"
     return Chart(
-        "histograms", "Scatter of the outputs", caption, shown, columns=min(2, len(shown)), panel_height=170,
+        "histograms",
+        "Scatter of the outputs",
+        caption,
+        shown,
+        columns=min(2, len(shown)),
+        panel_height=170,
         share_x=False,
-    )  # fmt: skip
+    )
 
 
 def tornado(data: xr.Dataset) -> Chart | None:
@@ -131,9 +141,14 @@ def tornado_chart(panels: list[Panel], values: int) -> Chart | None:
     legend = (Key("grows with it", DRIVE), Key("falls with it", COAST))
     shown = tuple(panels[:_MOST_PANELS])
     return Chart(
-        "tornado", "What the outputs follow", caption, shown, panel_height=_ROW * count + 12, share_x=False,
+        "tornado",
+        "What the outputs follow",
+        caption,
+        shown,
+        panel_height=_ROW * count + 12,
+        share_x=False,
         legend=legend,
-    )  # fmt: skip
+    )
 
 
 def _tornado(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
@@ -153,10 +168,15 @@ def _tornado(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     chance = float(dataset["chance_correlation"])
     rules = [Rule(at, "x", CENTRE, dashed=at != 0.0) for at in (-chance, 0.0, chance)]
     return Panel(
-        title, cells=tuple(cells), labels=tuple(labels), rules=tuple(rules), x_range=(-1.0 - _NAMES, 1.3),
-        y_range=(-0.6, len(rows) - 0.4), x_ticks=tuple((v / 2, numeral(v / 2)) for v in range(-2, 3)),
+        title,
+        cells=tuple(cells),
+        labels=tuple(labels),
+        rules=tuple(rules),
+        x_range=(-1.0 - _NAMES, 1.3),
+        y_range=(-0.6, len(rows) - 0.4),
+        x_ticks=tuple((v / 2, numeral(v / 2)) for v in range(-2, 3)),
         y_ticks=((-9.0, ""),),
-    )  # fmt: skip
+    )
 
 
 def _alone(data: xr.Dataset) -> bool:

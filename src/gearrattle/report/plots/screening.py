@@ -67,16 +67,28 @@ def screening_map(data: xr.Dataset, measure: Measure = "lift_ratio") -> Chart:
         lines = edge_between(margins > 0.0, np.isfinite(margins) | np.isinf(margins))
         panels.append(
             Panel(
-                str(gear), f"↑ {load}", what, x_range=(-0.5, len(across) - 0.5), y_range=(-0.5, len(up) - 0.5),
-                x_ticks=cell_ticks(across, 6), y_ticks=cell_ticks(up, 10), lines=(*lines, *_dots(data, k)),
+                str(gear),
+                f"↑ {load}",
+                what,
+                x_range=(-0.5, len(across) - 0.5),
+                y_range=(-0.5, len(up) - 0.5),
+                x_ticks=cell_ticks(across, 6),
+                y_ticks=cell_ticks(up, 10),
+                lines=(*lines, *_dots(data, k)),
                 cells=cells_of(codes, (*legend, Key("no value"))),
             )
-        )  # fmt: skip
+        )
     dots = (_DOTS,) if "regime" in data else ()
     return Chart(
-        key, title, caption, tuple(panels), columns=min(2, len(panels)), panel_height=220, share_x=False,
+        key,
+        title,
+        caption,
+        tuple(panels),
+        columns=min(2, len(panels)),
+        panel_height=220,
+        share_x=False,
         legend=(*legend, *dots),
-    )  # fmt: skip
+    )
 
 
 def bounds_of(margin: Array) -> tuple[float, ...]:

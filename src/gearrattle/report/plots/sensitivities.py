@@ -120,10 +120,16 @@ def _indices(title: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
     names = [measure_of(data, str(name)).words for name in dataset["value"].values[order]]
     labels = [Label(-0.17 - _NAMES, row, name, INK) for row, name in zip(rows.tolist(), names, strict=True)]
     return Panel(
-        title, cells=tuple(cells), lines=tuple(lines), labels=tuple(labels), rules=(Rule(0.0, "x", CENTRE),),
-        x_range=(-0.17 - _NAMES, 1.17), y_range=(-0.6, len(rows) - 0.4),
-        x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)), y_ticks=((-9.0, ""),),
-    )  # fmt: skip
+        title,
+        cells=tuple(cells),
+        lines=tuple(lines),
+        labels=tuple(labels),
+        rules=(Rule(0.0, "x", CENTRE),),
+        x_range=(-0.17 - _NAMES, 1.17),
+        y_range=(-0.6, len(rows) - 0.4),
+        x_ticks=tuple((v / 5, f"{20 * v} %") for v in range(6)),
+        y_ticks=((-9.0, ""),),
+    )
 
 
 def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Panel:
@@ -153,10 +159,16 @@ def _swings(title: str, unit: str, dataset: xr.Dataset, data: xr.Dataset) -> Pan
     labels += [Label(high + 0.03 * width, row, words) for row, words in zip(rows.tolist(), bar_labels, strict=True)]
     steps = np.linspace(low, high, 5)
     return Panel(
-        title, unit, cells=tuple(cells), labels=tuple(labels), rules=(Rule(base, "x", INK, dashed=False),),
-        x_range=(begin, high + 0.35 * width), y_range=(-0.6, len(rows) - 0.4),
-        x_ticks=tuple((float(at), numeral(float(at), 3)) for at in steps), y_ticks=((-9.0, ""),),
-    )  # fmt: skip
+        title,
+        unit,
+        cells=tuple(cells),
+        labels=tuple(labels),
+        rules=(Rule(base, "x", INK, dashed=False),),
+        x_range=(begin, high + 0.35 * width),
+        y_range=(-0.6, len(rows) - 0.4),
+        x_ticks=tuple((float(at), numeral(float(at), 3)) for at in steps),
+        y_ticks=((-9.0, ""),),
+    )
 
 
 def _alone(data: xr.Dataset) -> bool:

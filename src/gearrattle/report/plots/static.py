@@ -110,9 +110,11 @@ def _band(band: Band, x: Axis, y: Axis) -> str:
     ends = (axis.low if band.low is None else band.low, axis.high if band.high is None else band.high)
     a, b = sorted(axis.at(np.array(ends)).tolist())
     width, height = abs(x.end - x.start), abs(y.end - y.start)
-    geometry = f'x="{a:.1f}" width="{b - a:.1f}" height="{height}"' if band.along == "x" else (
-        f'y="{a:.1f}" height="{b - a:.1f}" width="{width:.1f}"'
-    )  # fmt: skip
+    geometry = (
+        f'x="{a:.1f}" width="{b - a:.1f}" height="{height}"'
+        if band.along == "x"
+        else (f'y="{a:.1f}" height="{b - a:.1f}" width="{width:.1f}"')
+    )
     return f'<rect {geometry} fill="{band.colour}" fill-opacity="{band.opacity:g}"/>'
 
 
@@ -131,9 +133,11 @@ def _rule(rule: Rule, x: Axis, y: Axis) -> str:
 def _label(label: Label, x: Axis, y: Axis) -> str:
     left, base = float(x.at(np.array(label.x))), float(y.at(np.array(label.y)))
     above = label.side == "above"
-    geometry = f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"' if above else (
-        f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"'
-    )  # fmt: skip
+    geometry = (
+        f'x="{left - 3.0:.1f}" y="{base - 4.0:.1f}" text-anchor="end"'
+        if above
+        else (f'x="{left + 5.0:.1f}" y="{base + 3.5:.1f}"')
+    )
     halo = f'stroke="{PAPER}" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
     return f'<text {geometry} font-size="10.5" fill="{label.colour}" {halo}>{escape(label.words)}</text>'
 

@@ -57,9 +57,15 @@ def output_sweep(data: xr.Dataset) -> Chart | None:
     over = " Thick: the median over the samples; thin: 5 and 95 %." if SAMPLE in data.dims else ""
     caption = f"Outputs over {words_of_axis(data, axis)}.{over}"
     return Chart(
-        "sweep", "Outputs", caption, tuple(panels), columns=min(2, len(panels)), panel_height=200, share_x=False,
+        "sweep",
+        "Outputs",
+        caption,
+        tuple(panels),
+        columns=min(2, len(panels)),
+        panel_height=200,
+        share_x=False,
         legend=tuple(legend.values()),
-    )  # fmt: skip
+    )
 
 
 def probability_sweep(data: xr.Dataset) -> Chart | None:
@@ -126,6 +132,12 @@ def _panel(data: xr.Dataset, axis: str, title: tuple[str, str], curves: list[Lin
     margin = 0.02 * (float(x[-1] - x[0]) or 1.0)
     ends = (float(x[0]) * 0.97, float(x[-1]) * 1.03) if log else (float(x[0]) - margin, float(x[-1]) + margin)
     return Panel(
-        name[:1].upper() + name[1:], unit, title_of(data, axis), tuple(lines), x_range=ends,
-        y_range=(low - room, high + room), x_log=log, x_ticks=ticks,
-    )  # fmt: skip
+        name[:1].upper() + name[1:],
+        unit,
+        title_of(data, axis),
+        tuple(lines),
+        x_range=ends,
+        y_range=(low - room, high + room),
+        x_log=log,
+        x_ticks=ticks,
+    )

@@ -47,11 +47,16 @@ def sigma_chart(validation: Validation) -> Chart:
     for colour, chosen, name in ((DRIVE, ~off, "within chance"), (COAST, off, "more than chance")):
         lines.append(Line(sigma[chosen], at[chosen], name, colour, mark="points", width=8.0))
     panel = Panel(
-        "sigma", "%", "(measured − simulated) / measured, %", tuple(lines),
+        "sigma",
+        "%",
+        "(measured − simulated) / measured, %",
+        tuple(lines),
         cells=(Cells(-grey, grey, at - 0.34, at + 0.34, "error budget", "#e6ebf0"),),
-        rules=(Rule(0.0, "x", CENTRE, dashed=False),), x_range=(-most, most), y_range=(-0.6, len(rows) - 0.4),
+        rules=(Rule(0.0, "x", CENTRE, dashed=False),),
+        x_range=(-most, most),
+        y_range=(-0.6, len(rows) - 0.4),
         y_ticks=tuple((float(k), "") for k in at),
-    )  # fmt: skip
+    )
     panel = with_names(panel, [name for name, _ in rows])
     caption = (
         "Right of zero the simulation reads low, as in the paper's Table 5. Points: sigma; lines: its 95 % interval "
@@ -76,9 +81,15 @@ def budget_chart(validation: Validation) -> Chart | None:
     ) + _left(len(chosen), len(panels))
     legend = (Key("sources", MUTED), Key("expanded, 95 %", CENTRE), Key("sigma", DRIVE), Key("remainder", COAST))
     return Chart(
-        "budget", "Error budget", caption, panels, columns=min(2, len(panels)), panel_height=21 * count + 10,
-        share_x=False, legend=legend,
-    )  # fmt: skip
+        "budget",
+        "Error budget",
+        caption,
+        panels,
+        columns=min(2, len(panels)),
+        panel_height=21 * count + 10,
+        share_x=False,
+        legend=legend,
+    )
 
 
 def _budget(pair: Pair, level: Level) -> Panel:
@@ -94,9 +105,14 @@ def _budget(pair: Pair, level: Level) -> Panel:
     )
     high = 1.05 * max(float(values.max()), 1e-9)
     panel = Panel(
-        f"{pair.name}, {level.measure}", "%", "% of the measured level", cells=cells, x_range=(0.0, high),
-        y_range=(-0.6, len(rows) - 0.4), y_ticks=tuple((float(k), "") for k in at),
-    )  # fmt: skip
+        f"{pair.name}, {level.measure}",
+        "%",
+        "% of the measured level",
+        cells=cells,
+        x_range=(0.0, high),
+        y_range=(-0.6, len(rows) - 0.4),
+        y_ticks=tuple((float(k), "") for k in at),
+    )
     return with_names(panel, [name for name, _, _ in rows])
 
 
@@ -110,24 +126,27 @@ def _remaining(level: Level) -> float:
 
 
 _CYCLES = (
-    "cycles", "Mean cycles",
+    "cycles",
+    "Mean cycles",
     "The mean cycle of both records on one clock, from the model's time zero on; thin lines: one standard deviation of "
     "the cycles about it.",
-)  # fmt: skip
+)
 _ORDERS = (
     "orders",
     "Orders",
     "Amplitudes of the strongest orders of the mean cycle, 95 % intervals; simulated ones stand a little right.",
 )
 _SPECTRA = (
-    "spectra", "Spectra",
+    "spectra",
+    "Spectra",
     "Power spectral densities of both records over the same segments of whole cycles.",
-)  # fmt: skip
+)
 _BANDS = (
-    "bands", "Power in bands",
+    "bands",
+    "Power in bands",
     "Measured over simulated power in thirds of an octave, with its 95 % limits by the F distribution. Where lines "
     "dominate, limits are wider than they need be.",
-)  # fmt: skip
+)
 
 
 def _grid(
@@ -140,9 +159,15 @@ def _grid(
     key, title, caption = words
     legend = (Key("within limits", DRIVE), Key("outside", COAST)) if key == "bands" else _BOTH
     return Chart(
-        key, title, caption + _left(len(validation.pairs), min(len(validation.pairs), MOST)), panels,
-        columns=min(2, len(panels)), panel_height=170, share_x=False, legend=legend,
-    )  # fmt: skip
+        key,
+        title,
+        caption + _left(len(validation.pairs), min(len(validation.pairs), MOST)),
+        panels,
+        columns=min(2, len(panels)),
+        panel_height=170,
+        share_x=False,
+        legend=legend,
+    )
 
 
 def _left(count: int, drawn: int) -> str:
@@ -186,9 +211,14 @@ def _orders(_found: Validation, pair: Pair) -> Panel:
     every = np.concatenate([line.y[np.isfinite(line.y)] for line in lines])
     bottom, top = 10.0 ** np.floor(np.log10(every.min() / 1.3)), 10.0 ** np.ceil(np.log10(1.3 * every.max()))
     return Panel(
-        pair.name, unit, "order", tuple(lines), y_log=True, y_range=(float(bottom), float(max(top, 10.0 * bottom))),
+        pair.name,
+        unit,
+        "order",
+        tuple(lines),
+        y_log=True,
+        y_range=(float(bottom), float(max(top, 10.0 * bottom))),
         x_range=(0.0, 1.05 * float(order[-1]) + away),
-    )  # fmt: skip
+    )
 
 
 def _spectrum(validation: Validation, pair: Pair) -> Panel:
@@ -207,10 +237,15 @@ def _spectrum(validation: Validation, pair: Pair) -> Panel:
     ends = (10.0 ** np.floor(np.log10(least)), 10.0 ** np.ceil(np.log10(largest)))
     unit = f"({pair.unit})²/Hz" if pair.unit != "1" else "1/Hz"
     return Panel(
-        pair.name, unit, "frequency, Hz", tuple(lines), x_log=True, y_log=True,
+        pair.name,
+        unit,
+        "frequency, Hz",
+        tuple(lines),
+        x_log=True,
+        y_log=True,
         x_range=(float(c.frequency[shown][0]), validation.band[1]),
         y_range=(float(ends[0]), float(max(ends[1], 10.0 * ends[0]))),
-    )  # fmt: skip
+    )
 
 
 def _bands(validation: Validation, pair: Pair) -> Panel:
@@ -228,9 +263,15 @@ def _bands(validation: Validation, pair: Pair) -> Panel:
         return Panel(pair.name)
     most = 1.1 * float(np.max(np.abs(np.concatenate([line.y[np.isfinite(line.y)] for line in lines]))))
     return Panel(
-        pair.name, "dB", "frequency, Hz", tuple(lines), rules=(Rule(0.0, "y", CENTRE, dashed=False),), x_log=True,
-        x_range=(0.8 * pair.bands[0].low, 1.1 * validation.band[1]), y_range=(-most, most),
-    )  # fmt: skip
+        pair.name,
+        "dB",
+        "frequency, Hz",
+        tuple(lines),
+        rules=(Rule(0.0, "y", CENTRE, dashed=False),),
+        x_log=True,
+        x_range=(0.8 * pair.bands[0].low, 1.1 * validation.band[1]),
+        y_range=(-most, most),
+    )
 
 
 def _vertical(low: Array, high: Array, at: Array, colour: str) -> Line:

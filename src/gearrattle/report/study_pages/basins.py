@@ -110,8 +110,16 @@ def attractor_table(data: xr.Dataset) -> Table:
             ", ".join(numeral(float(v) * measure.factor, 4) for v in orbit_of(data, n, name))
             for name, measure in zip(section, measures, strict=True)
         ]
-        rows.append((name_of(data, n), f"{int(one['cases'])}", _percent(float(one["share"])), interval,
-                     _percent(float(one["agreeing"])), *points))  # fmt: skip
+        rows.append(
+            (
+                name_of(data, n),
+                f"{int(one['cases'])}",
+                _percent(float(one["share"])),
+                interval,
+                _percent(float(one["agreeing"])),
+                *points,
+            )
+        )
     note = "Agreeing: the share of its cases whose verdict is the one named. " + (
         "Wilson's interval (1927), for independent samples; Latin hypercubes and Sobol's sequence scatter less than it."
         if SAMPLE in data["basin"].dims

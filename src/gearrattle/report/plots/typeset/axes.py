@@ -67,10 +67,15 @@ def prepare(axes: Axes, rows: Rows, *, labelled: bool, inches: float) -> Text:
             keys = {key: chosen[f"{name}tick.{which}.{key}"] for key in ("size", "width", "pad")}
             colour = chosen[f"{name}tick.color"]
             axis.set_tick_params(
-                which=which, length=keys["size"], width=keys["width"], pad=keys["pad"], color=colour,
-                labelsize=chosen[f"{name}tick.labelsize"], labelcolor=chosen[f"{name}tick.labelcolor"],
+                which=which,
+                length=keys["size"],
+                width=keys["width"],
+                pad=keys["pad"],
+                color=colour,
+                labelsize=chosen[f"{name}tick.labelsize"],
+                labelcolor=chosen[f"{name}tick.labelcolor"],
                 labelfontfamily=family,
-            )  # fmt: skip
+            )
     axes.tick_params(axis="x", labelbottom=labelled)
     if rows.wordy:
         axes.tick_params(axis="y", length=0.0)

@@ -56,9 +56,11 @@ def rows_of(panel: Panel) -> Rows:
         first = min([last - _ROOM * (last - low), *ends])
         first -= _ROOM * (last - first)
     trimmed = replace(
-        panel, x_range=(first, last), y_ticks=tuple((label.y, label.words) for label in names),
+        panel,
+        x_range=(first, last),
+        y_ticks=tuple((label.y, label.words) for label in names),
         labels=tuple(label for label in others if label not in right),
-    )  # fmt: skip
+    )
     return Rows(trimmed, tuple(label for label in right if label.words), wordy=True)
 
 

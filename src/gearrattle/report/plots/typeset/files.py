@@ -30,13 +30,29 @@ FORMATS = ("pdf", "eps", "svg", "png", "tiff")
 DPI = 300.0
 _LOWEST, _HIGHEST = 72.0, 2400.0
 _SETTINGS: dict[str, Any] = {
-    "pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "gearrattle", "pdf.compression": 6,
-    "savefig.bbox": None, "savefig.transparent": False, "savefig.facecolor": PAPER, "savefig.edgecolor": PAPER,
-    "path.simplify": True, "path.simplify_threshold": 1.0 / 9.0, "agg.path.chunksize": 0, "hatch.linewidth": 0.5,
-    "pdf.use14corefonts": False, "ps.useafm": False, "ps.usedistiller": None, "ps.papersize": "figure",
-    "image.composite_image": True, "svg.image_inline": True, "text.antialiased": True, "text.hinting": "force_autohint",
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "gearrattle",
+    "pdf.compression": 6,
+    "savefig.bbox": None,
+    "savefig.transparent": False,
+    "savefig.facecolor": PAPER,
+    "savefig.edgecolor": PAPER,
+    "path.simplify": True,
+    "path.simplify_threshold": 1.0 / 9.0,
+    "agg.path.chunksize": 0,
+    "hatch.linewidth": 0.5,
+    "pdf.use14corefonts": False,
+    "ps.useafm": False,
+    "ps.usedistiller": None,
+    "ps.papersize": "figure",
+    "image.composite_image": True,
+    "svg.image_inline": True,
+    "text.antialiased": True,
+    "text.hinting": "force_autohint",
     "pdf.inheritcolor": False,
-}  # fmt: skip
+}
 
 
 def known_formats(requested: str | Sequence[str]) -> list[str]:

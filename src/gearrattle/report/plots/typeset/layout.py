@@ -57,9 +57,11 @@ def matplotlib_figure(chart: Chart, style: Style | None = None) -> Figure:
     height = panel_height(chart, how, rows)
     with how.context():
         figure = Figure(
-            figsize=(how.millimetres / _INCH, (rows * (height + 10.0) + 12.0) / _INCH), layout="constrained", dpi=100.0,
+            figsize=(how.millimetres / _INCH, (rows * (height + 10.0) + 12.0) / _INCH),
+            layout="constrained",
+            dpi=100.0,
             label=chart.key,
-        )  # fmt: skip
+        )
         FigureCanvasAgg(figure)
         titles, words = _panels(figure, chart, rows, columns)
         looks = looks_of(chart)
@@ -113,14 +115,21 @@ def _scales(figure: Figure, chart: Chart) -> None:
     for (_, _, name), members in groups.items():
         rows = len({axes.get_subplotspec().rowspan.start for axes in members})  # type: ignore[union-attr]
         scale = figure.colorbar(
-            members[0].images[0], ax=members, label=name, aspect=30.0 if rows == 1 else 40.0, pad=0.02, format=number_label,
-            shrink=1.0 if rows == 1 else 0.6, anchor=(0.0, 1.0),
-        )  # fmt: skip
+            members[0].images[0],
+            ax=members,
+            label=name,
+            aspect=30.0 if rows == 1 else 40.0,
+            pad=0.02,
+            format=number_label,
+            shrink=1.0 if rows == 1 else 0.6,
+            anchor=(0.0, 1.0),
+        )
         scale.outline.set_visible(False)
         scale.ax.tick_params(
-            length=rcParams["ytick.major.size"], labelsize=rcParams["ytick.labelsize"],
+            length=rcParams["ytick.major.size"],
+            labelsize=rcParams["ytick.labelsize"],
             labelfontfamily=rcParams["font.family"],
-        )  # fmt: skip
+        )
 
 
 def _legend(figure: Figure, chart: Chart, looks: Looks) -> None:

@@ -108,8 +108,9 @@ def _hatched(colours: list[str]) -> dict[str, str]:
     hatches: dict[str, str] = {}
     for colour in colours:
         free = (
-            hatch for hatch in _HATCHES
+            hatch
+            for hatch in _HATCHES
             if all(abs(grey(colour) - grey(other)) >= _APART for other, own in hatches.items() if own == hatch)
-        )  # fmt: skip
+        )
         hatches[colour] = next(free, _HATCHES[-1])
     return hatches

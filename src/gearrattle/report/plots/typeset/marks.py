@@ -70,9 +70,17 @@ def heat(axes: Axes, heat_map: Heat, *, most: int) -> AxesImage:
     colours = LinearSegmentedColormap.from_list("shades", list(SHADES)).with_extremes(bad=PAPER)
     values = pooled(pooled(heat_map.values, most).T, most).T
     return axes.imshow(
-        np.ma.masked_invalid(values), cmap=colours, vmin=heat_map.low, vmax=heat_map.high, origin="lower", aspect="auto",
-        extent=(*heat_map.x_range, *heat_map.y_range), interpolation="nearest", zorder=0.2, label=heat_map.name,
-    )  # fmt: skip
+        np.ma.masked_invalid(values),
+        cmap=colours,
+        vmin=heat_map.low,
+        vmax=heat_map.high,
+        origin="lower",
+        aspect="auto",
+        extent=(*heat_map.x_range, *heat_map.y_range),
+        interpolation="nearest",
+        zorder=0.2,
+        label=heat_map.name,
+    )
 
 
 def pooled(values: Array, most: int) -> Array:
@@ -100,18 +108,31 @@ def _cells(axes: Axes, cells: Cells, looks: Looks) -> None:
     from matplotlib.collections import PolyCollection
 
     corners = np.stack(
-        [np.stack([x, y], -1) for x, y in ((cells.left, cells.low), (cells.right, cells.low),
-                                           (cells.right, cells.high), (cells.left, cells.high))], axis=1
-    )  # fmt: skip
+        [
+            np.stack([x, y], -1)
+            for x, y in (
+                (cells.left, cells.low),
+                (cells.right, cells.low),
+                (cells.right, cells.high),
+                (cells.left, cells.high),
+            )
+        ],
+        axis=1,
+    )
     hatch = looks.hatches.get(cells.colour, "")
     axes.add_collection(
         PolyCollection(
-            list(corners), facecolors=cells.colour, edgecolors=PAPER if hatch else cells.colour,
-            linewidths=0.0 if hatch else 0.2, hatch=hatch or None, label=cells.name, zorder=1.2,
+            list(corners),
+            facecolors=cells.colour,
+            edgecolors=PAPER if hatch else cells.colour,
+            linewidths=0.0 if hatch else 0.2,
+            hatch=hatch or None,
+            label=cells.name,
+            zorder=1.2,
             rasterized=len(corners) > _PIECES,
         ),
         autolim=False,
-    )  # fmt: skip
+    )
 
 
 def _rule(axes: Axes, rule: Rule) -> Annotation | None:
@@ -133,19 +154,35 @@ def _label(axes: Axes, label: Label) -> Annotation:
 
 
 def _words(
-    axes: Axes, words: str, xy: tuple[float, float], colour: str, *, shift: tuple[float, float],
-    alignment: tuple[str, str], along: str,
-) -> Annotation:  # fmt: skip
+    axes: Axes,
+    words: str,
+    xy: tuple[float, float],
+    colour: str,
+    *,
+    shift: tuple[float, float],
+    alignment: tuple[str, str],
+    along: str,
+) -> Annotation:
     """Write beside a point, with a rim of paper about the letters."""
     from matplotlib import rcParams
     from matplotlib.patheffects import withStroke
 
     where: Any = {"xaxis": axes.get_xaxis_transform(), "yaxis": axes.get_yaxis_transform(), "data": axes.transData}
     written = axes.annotate(
-        words, xy, xytext=shift, xycoords=where[along], textcoords="offset points", color=colour, ha=alignment[0],
-        va=alignment[1], fontsize=rcParams["legend.fontsize"], annotation_clip=True, zorder=4.0, parse_math=False,
+        words,
+        xy,
+        xytext=shift,
+        xycoords=where[along],
+        textcoords="offset points",
+        color=colour,
+        ha=alignment[0],
+        va=alignment[1],
+        fontsize=rcParams["legend.fontsize"],
+        annotation_clip=True,
+        zorder=4.0,
+        parse_math=False,
         path_effects=[withStroke(linewidth=1.6, foreground=PAPER)],
-    )  # fmt: skip
+    )
     written.set_in_layout(False)
     return written
 
@@ -154,27 +191,44 @@ def _bars(axes: Axes, bars: Bars, looks: Looks) -> None:
     base = np.zeros(bars.heights.size) if bars.base is None else bars.base
     hatch = looks.hatches.get(bars.colour, "")
     axes.bar(
-        bars.edges[:-1], bars.heights, np.diff(bars.edges), base, align="edge", facecolor=bars.colour, edgecolor=PAPER,
-        linewidth=0.3, hatch=hatch or None, label=bars.name, zorder=1.6,
-    )  # fmt: skip
+        bars.edges[:-1],
+        bars.heights,
+        np.diff(bars.edges),
+        base,
+        align="edge",
+        facecolor=bars.colour,
+        edgecolor=PAPER,
+        linewidth=0.3,
+        hatch=hatch or None,
+        label=bars.name,
+        zorder=1.6,
+    )
 
 
 def _line(axes: Axes, line: Line, looks: Looks, order: int, *, most: int) -> None:
     """Draw a curve or a cloud, the later above the earlier."""
     x, y = _kept(line, most)
     common: dict[str, Any] = {
-        "color": line.colour, "alpha": None if line.opacity >= 1.0 else line.opacity, "label": line.name or "_",
+        "color": line.colour,
+        "alpha": None if line.opacity >= 1.0 else line.opacity,
+        "label": line.name or "_",
         "zorder": 2.0 + 1e-3 * order,
-    }  # fmt: skip
+    }
     if line.mark == "line":
         style: Any = looks.dashes.get(line.colour, (0.0, None))
         axes.plot(x, y, linestyle=style, linewidth=stroke(line.width), solid_joinstyle="round", **common)
         return
     size = max(_SMALLEST_POINT, stroke(line.width))
     axes.plot(
-        x, y, linestyle="none", marker=looks.markers.get(line.colour, "o"), markersize=size, markeredgewidth=0.0,
-        rasterized=x.size > _PIECES, **common,
-    )  # fmt: skip
+        x,
+        y,
+        linestyle="none",
+        marker=looks.markers.get(line.colour, "o"),
+        markersize=size,
+        markeredgewidth=0.0,
+        rasterized=x.size > _PIECES,
+        **common,
+    )
 
 
 def _kept(line: Line, most: int) -> tuple[Array, Array]:

@@ -128,9 +128,10 @@ def shown_words(axis: Axis) -> list[Text]:
     if axis.get_scale() == "log":
         below, above = 1e-9 * low, 1e-9 * high
     return [
-        tick.label1 for tick in axis.get_major_ticks()
+        tick.label1
+        for tick in axis.get_major_ticks()
         if tick.label1.get_visible() and tick.label1.get_text() and low - below <= tick.get_loc() <= high + above
-    ]  # fmt: skip
+    ]
 
 
 def _name(axis: Axis) -> str:

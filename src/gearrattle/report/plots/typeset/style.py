@@ -56,8 +56,16 @@ class Style:
         Raises:
             ModelError: a width, a font, a size or a style that is none.
         """
-        problems = [problem for problem in (_width_wrong(self.width), _font_wrong(self.font), _size_wrong(self.size),
-                                        _rc_wrong(self.rc)) if problem is not None]  # fmt: skip
+        problems = [
+            problem
+            for problem in (
+                _width_wrong(self.width),
+                _font_wrong(self.font),
+                _size_wrong(self.size),
+                _rc_wrong(self.rc),
+            )
+            if problem is not None
+        ]
         if problems:
             raise ModelError(problems)
 
@@ -72,21 +80,52 @@ class Style:
         small = 0.875 * self.size
         return {
             "font.family": list(_FONTS.get(self.font, (self.font, "DejaVu Sans"))),
-            "font.size": self.size, "axes.titlesize": self.size, "axes.labelsize": self.size,
-            "xtick.labelsize": small, "ytick.labelsize": small, "legend.fontsize": small,
-            "axes.titlelocation": "left", "axes.titlepad": 3.0, "axes.labelpad": 2.5,
-            "axes.edgecolor": MUTED, "axes.labelcolor": INK, "axes.titlecolor": INK, "text.color": INK,
-            "axes.linewidth": 0.5, "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
-            "grid.color": FAINT, "grid.linewidth": 0.4,
-            "xtick.color": MUTED, "ytick.color": MUTED, "xtick.labelcolor": INK, "ytick.labelcolor": INK,
-            "xtick.major.width": 0.5, "ytick.major.width": 0.5, "xtick.major.size": 2.5, "ytick.major.size": 2.5,
-            "xtick.minor.width": 0.4, "ytick.minor.width": 0.4, "xtick.minor.size": 1.5, "ytick.minor.size": 1.5,
-            "xtick.major.pad": 2.0, "ytick.major.pad": 2.0,
-            "legend.frameon": False, "legend.handlelength": 2.2, "legend.handletextpad": 0.5,
-            "legend.columnspacing": 1.4, "legend.labelspacing": 0.3, "legend.borderpad": 0.0,
-            "legend.borderaxespad": 0.5, "hatch.linewidth": 0.5, "lines.scale_dashes": False,
-            "figure.facecolor": PAPER, "savefig.facecolor": PAPER, "axes.facecolor": PAPER,
-        }  # fmt: skip
+            "font.size": self.size,
+            "axes.titlesize": self.size,
+            "axes.labelsize": self.size,
+            "xtick.labelsize": small,
+            "ytick.labelsize": small,
+            "legend.fontsize": small,
+            "axes.titlelocation": "left",
+            "axes.titlepad": 3.0,
+            "axes.labelpad": 2.5,
+            "axes.edgecolor": MUTED,
+            "axes.labelcolor": INK,
+            "axes.titlecolor": INK,
+            "text.color": INK,
+            "axes.linewidth": 0.5,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.axisbelow": True,
+            "grid.color": FAINT,
+            "grid.linewidth": 0.4,
+            "xtick.color": MUTED,
+            "ytick.color": MUTED,
+            "xtick.labelcolor": INK,
+            "ytick.labelcolor": INK,
+            "xtick.major.width": 0.5,
+            "ytick.major.width": 0.5,
+            "xtick.major.size": 2.5,
+            "ytick.major.size": 2.5,
+            "xtick.minor.width": 0.4,
+            "ytick.minor.width": 0.4,
+            "xtick.minor.size": 1.5,
+            "ytick.minor.size": 1.5,
+            "xtick.major.pad": 2.0,
+            "ytick.major.pad": 2.0,
+            "legend.frameon": False,
+            "legend.handlelength": 2.2,
+            "legend.handletextpad": 0.5,
+            "legend.columnspacing": 1.4,
+            "legend.labelspacing": 0.3,
+            "legend.borderpad": 0.0,
+            "legend.borderaxespad": 0.5,
+            "hatch.linewidth": 0.5,
+            "lines.scale_dashes": False,
+            "figure.facecolor": PAPER,
+            "savefig.facecolor": PAPER,
+            "axes.facecolor": PAPER,
+        }
 
     @contextmanager
     def context(self) -> Iterator[None]:
