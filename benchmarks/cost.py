@@ -25,7 +25,9 @@ from gearrattle.outcome import Outcome
 HERE = Path(__file__).resolve().parents[1]
 PAGE = HERE / "docs" / "reference" / "cost.md"
 CASES = ("case1_loaded", "case2_loaded", "case3_loaded", "case1", "case2", "case3")
-CYCLES, ROUNDS, STEP = 127, 15, 0.001 / 150.0
+CYCLES = 127
+ROUNDS = 15
+STEP = 0.001 / 150.0
 
 HEAD = """\
 # What a step and a crossing cost
@@ -87,8 +89,12 @@ def flops(run: ExactMarch) -> tuple[int, int]:
     """Floating-point operations of a step and of a crossing, by the sizes of the products."""
     size, regions = run.slots.size, run.slots.packed
     width, modes = int(regions.width.max()), int(regions.modes.max())
-    k, u, order = size.clearances, size.inputs, packed.ORDER + 1
-    seen, bound, made = 4 * k, 4 * -(-3 * k // 4), 4 * size.made(width)
+    k = size.clearances
+    u = size.inputs
+    order = packed.ORDER + 1
+    seen = 4 * k
+    bound = 4 * -(-3 * k // 4)
+    made = 4 * size.made(width)
     bounds = 2 * width * 8 * -(-modes // 4) + 2 * bound * modes
     step = 2 * seen * u + 4 * seen * width + bounds // 3 + 2 * made * width + 6 * (u - 1) // 2 + 60 * k
     window = 2 * order * width + 2 * 8 * u + 14 * order * 4

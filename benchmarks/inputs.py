@@ -21,7 +21,10 @@ from benchmarks.machine import machine
 HERE = Path(__file__).resolve().parents[1]
 PAGE = HERE / "docs" / "reference" / "inputs.md"
 EXAMPLES = HERE / "examples"
-ROUNDS, CYCLES, OVER, SPEEDS = 5, 200, 10.0, 6
+ROUNDS = 5
+CYCLES = 200
+OVER = 10.0
+SPEEDS = 6
 RUN_UP = (800.0, 3000.0)
 FOUR = 4.0  # a run with may cost so many times the run without
 

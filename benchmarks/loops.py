@@ -86,7 +86,9 @@ class Law:
     """
 
     def __init__(self, loop: Loop, regression: Regression, stages: tuple[int, int], parted: bool) -> None:
-        self.regression, self.parted, self.drive = regression, parted, stages[0] - 1
+        self.regression = regression
+        self.parted = parted
+        self.drive = stages[0] - 1
         self.low, self.high = loop.ends
         self.span, self.widths = self.high - self.low, sum(stages) - 2
         shape = self.shape(np.full(self.widths, 0.1 * self.span), np.empty(0))

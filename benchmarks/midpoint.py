@@ -57,7 +57,9 @@ def _slopes(x, v, wave, q):  # type: ignore[no-untyped-def]
     b3 = q[5][2] + twice * b4 - q[5][4]
     b2 = q[5][1] + twice * b3 - b4
     applied = wave[0] * (q[5][0] + twice * b2 - b3)
-    inverse, drag, mean = q[3], q[4], q[7]
+    inverse = q[3]
+    drag = q[4]
+    mean = q[7]
     return (
         applied + mean[0] - drag[0] * v[0] - clutch * inverse[0],
         mean[1] - drag[1] * v[1] + (clutch - spline) * inverse[1],
@@ -127,7 +129,9 @@ def _mean_of_four(a, b, c, d):  # type: ignore[no-untyped-def]
 def march(y, h, steps, p):  # type: ignore[no-untyped-def]
     """March y (8,), four angles and four velocities, over so many steps h, in place."""
     x, v = (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6], y[7])
-    q, half, by = _constants(p), 0.5 * h, _phases(0.5 * h, p)
+    q = _constants(p)
+    half = 0.5 * h
+    by = _phases(0.5 * h, p)
     amplitude, rate = p.error[0], p.error[0] * p.error[1] * p.omega
     phase = _phases(0.0, p)
     for n in range(steps):
@@ -147,7 +151,9 @@ def march(y, h, steps, p):  # type: ignore[no-untyped-def]
 def march_4(y, h, steps, p):  # type: ignore[no-untyped-def]
     """The same by the classical fourth order."""
     x, v = (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6], y[7])
-    q, half, by = _constants(p), 0.5 * h, _phases(0.5 * h, p)
+    q = _constants(p)
+    half = 0.5 * h
+    by = _phases(0.5 * h, p)
     amplitude, rate = p.error[0], p.error[0] * p.error[1] * p.omega
     phase = _phases(0.0, p)
     for n in range(steps):

@@ -32,7 +32,9 @@ from gearrattle.studies.study import prepare
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reference" / "scaling.md"
 NAMES = ("threads", "local", "cluster")
-SECONDS, REPEATS, EMPTY = 24.0, 2, 512  # of one worker, of a study whose growth is measured; chunks of next to nothing
+SECONDS = 24.0
+REPEATS = 2
+EMPTY = 512  # of one worker, of a study whose growth is measured; chunks of next to nothing
 _FEW, _WEAK = 4, 5.0  # cases of a chunk of next to nothing; seconds a worker, of studies that grow with them
 
 

@@ -80,7 +80,9 @@ def march_alone(model: gr.Model) -> tuple[float, int]:
     """Return the fastest march [s] with all regions built, and its crossings."""
     system = assemble(model).system
     task = Task(system, gr.equilibrium(model).angle, np.zeros(system.size), CYCLES, 1, None, None, audit=False)
-    slots, fastest, crossings = fresh_slots(system), np.inf, 0
+    slots = fresh_slots(system)
+    fastest = np.inf
+    crossings = 0
     for _ in range(ROUNDS + 1):  # the first builds the regions
         run = ExactMarch(task, slots)
         begin = thread_time()
@@ -93,7 +95,9 @@ def march_alone(model: gr.Model) -> tuple[float, int]:
 def python_share(model: gr.Model, axis: dict[str, Any]) -> tuple[float, float]:
     """Return the processor time [s] of a variant in one thread, and what of it is Python."""
     found = prepare(model, axis)
-    plan, loop, least = Plan(found.plan.model, found.plan.axes, None, found.plan.count // 4), many.march_many, np.inf
+    plan = Plan(found.plan.model, found.plan.axes, None, found.plan.count // 4)
+    loop = many.march_many
+    least = np.inf
     inside = [0.0]
 
     def timed(*arguments: Any) -> Any:

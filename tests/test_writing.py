@@ -112,7 +112,9 @@ class Operations:
     NAMES = ("rename", "replace", "fsync", "mkdir", "rmdir", "unlink", "link")
 
     def __init__(self, patch: pytest.MonkeyPatch, failing: int, failure: BaseException) -> None:
-        self.count, self._failing, self._failure = 0, failing, failure
+        self.count = 0
+        self._failing = failing
+        self._failure = failure
         for name in self.NAMES:
             patch.setattr(os, name, self._counted(getattr(os, name)))
 

@@ -19,7 +19,9 @@ import gearrattle as gr
 from benchmarks.forecast.models import KINDS, SEEDS, model
 from gearrattle.model import Model
 
-CYCLES, DISCARD, SAMPLES = 300, 100, 256
+CYCLES = 300
+DISCARD = 100
+SAMPLES = 256
 WITHIN = 0.1
 QUANTITIES = {"mean_slope": "mean-slope", "gain": "describing"}
 

@@ -90,7 +90,9 @@ def gearbox(n: int, clearances: int, cycles: int = 100) -> gr.Model:
         if i:
             parts.append(_SHAFT.format(i=i, before=i - 1))
     for i in range(loose):
-        inertia, torque, radius = 5e-4 * unlike(i), 0.08 * unlike(i + loose), 40.0 * unlike(2 * i)
+        inertia = 5e-4 * unlike(i)
+        torque = 0.08 * unlike(i + loose)
+        radius = 40.0 * unlike(2 * i)
         parts.append(_INERTIA.format(name=f"loose{i}", inertia=inertia, drag=1e-4, drag_torque=torque))
         parts.append(_MESH.format(i=i, on=i * on_shaft // loose, radius=radius, backlash=0.1 * unlike(3 * i)))
         mean += torque * 36.0 / radius

@@ -23,7 +23,9 @@ from benchmarks.peers.plant import Plant
 from benchmarks.peers.smooth import LENGTH, SIZE, M, Regions, jacobian, slopes
 
 METHODS = {"Adams": 1, "BDF": 2}
-TO_THE_END, STOPPED, ROOT = 1, 1, 2
+TO_THE_END = 1
+STOPPED = 1
+ROOT = 2
 ROOTS = 2 * M
 
 
@@ -78,7 +80,9 @@ class _Integrator:
 
     def __init__(self, method: str, tolerance: float, flat: Any) -> None:
         field, roots, matrix = _callbacks()
-        self.state, self.time, self.met = np.zeros(SIZE), c_double(0.0), np.zeros(ROOTS, dtype=np.int32)
+        self.state = np.zeros(SIZE)
+        self.time = c_double(0.0)
+        self.met = np.zeros(ROOTS, dtype=np.int32)
         context = c_void_p()
         _function("core", "SUNContext_Create", c_int, c_int, c_void_p)(0, ctypes.byref(context))
         make = _function("nvecserial", "N_VMake_Serial", c_void_p, c_int, c_void_p, c_void_p)

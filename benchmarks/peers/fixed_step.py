@@ -16,7 +16,9 @@ def build(plant: Plant, order: int, step: float) -> Prepared:
     model = load(plant.name)
     transmission, system = midpoint.transmission(model), assemble(model).system
     start = np.concatenate([gr.equilibrium(model).angle, np.zeros(4)])
-    clear, gap, omega = list(plant.clearances), half_gaps(system), model.excitation.omega
+    clear = list(plant.clearances)
+    gap = half_gaps(system)
+    omega = model.excitation.omega
     march = midpoint.march if order == 2 else midpoint.march_4
 
     def run(cycles: float) -> Outcome:

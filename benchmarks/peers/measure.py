@@ -27,7 +27,9 @@ ENOUGH = 1e-9
 ROUNDS, SLOW_ROUNDS = 7, 2
 TURN = 0.15
 """Length of a turn [s]."""
-SLOW, PATIENCE, SHORT = 1.5, 1.5, 12
+SLOW = 1.5
+PATIENCE = 1.5
+SHORT = 12
 """A run of 127 cycles above SLOW [s] is extrapolated from one of about PATIENCE [s], of 2 to SHORT cycles."""
 COOLDOWN_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12)
 

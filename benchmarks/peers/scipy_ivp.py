@@ -47,7 +47,10 @@ def build(plant: Plant, method: str, tolerance: float) -> Prepared:
 
     def run(cycles: float) -> Outcome:
         regions.reset()
-        first, time, end, y = None, 0.0, 2.0 * np.pi * cycles, plant.start.copy()
+        first = None
+        time = 0.0
+        end = 2.0 * np.pi * cycles
+        y = plant.start.copy()
         while True:
             more = {}
             if method == "Radau":
@@ -63,7 +66,9 @@ def build(plant: Plant, method: str, tolerance: float) -> Prepared:
                 if first < SHORTEST:
                     raise ArithmeticError(f"stalls on a corner at {time}")
                 continue
-            first, time, y = None, piece.t[-1], piece.y[:, -1]
+            first = None
+            time = piece.t[-1]
+            y = piece.y[:, -1]
             if piece.status == 0:
                 return Outcome(y[list(plant.clearances)], regions.crossings)
             for (k, step), times in zip(ways, piece.t_events, strict=True):

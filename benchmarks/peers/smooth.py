@@ -15,7 +15,9 @@ import numpy as np
 
 from benchmarks.peers.plant import Plant
 
-N, M, H = 4, 3, 6
+N = 4
+M = 3
+H = 6
 """Inertias, elements, harmonics of the paper's transmission."""
 SIZE = M + N
 LAW, GAIN, SHARE, DRAG, MEAN, ORDER, TORQUE, ERROR = (int(x) for x in np.cumsum([0, 5 * M, M * N, N * M, N, N, H, H]))

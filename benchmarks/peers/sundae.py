@@ -42,7 +42,9 @@ def build(plant: Plant, method: str, tolerance: float) -> Prepared:
     def run(cycles: float) -> Outcome:
         regions.reset()
         solver = CVODE(field, method=method, rtol=tolerance, atol=tolerance, **options)
-        time, end, y = 0.0, 2.0 * np.pi * cycles, plant.start
+        time = 0.0
+        end = 2.0 * np.pi * cycles
+        y = plant.start
         while True:
             solver.init_step(time, y)
             piece = solver.step(end, tstop=end)

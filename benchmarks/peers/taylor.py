@@ -66,7 +66,9 @@ class _Crossings:
     """Region of every element, rewritten by the events' callbacks."""
 
     def __init__(self, plant: Plant) -> None:
-        self.plant, self.region, self.count = plant, list(plant.first), 0
+        self.plant = plant
+        self.region = list(plant.first)
+        self.count = 0
         self.parameters: Any = None
         self.initial = np.concatenate([plant.region[k][plant.first[k], :3] for k in plant.clearances])
 
@@ -78,7 +80,10 @@ class _Crossings:
 
     def callback(self, place: int, element: int) -> Callable[[Any, int], bool]:
         """Return what happens at u^2 = 1 of an element: a plain function, since heyoka copies objects."""
-        laws, region, a, b = self.plant.region[element][:, :3], self.region, 3 * place, 3 * place + 3
+        laws = self.plant.region[element][:, :3]
+        region = self.region
+        a = 3 * place
+        b = 3 * place + 3
 
         def crossed(integrator: Any, sign: int) -> bool:
             outer = 2 if integrator.state[element] > 0.0 else 0

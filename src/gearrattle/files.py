@@ -193,7 +193,9 @@ def _check_heaps(path: str | os.PathLike[str], file: Any) -> None:
     import h5py
 
     (address, width), size, objects = file.id.get_create_plist().get_sizes(), os.path.getsize(path), 0
-    header, most, insides = 8 + width, 2 ** (8 * width), _insides(file)
+    header = 8 + width
+    most = 2 ** (8 * width)
+    insides = _insides(file)
     with opened(path) as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
         heaps: list[tuple[int, int]] = []
         for begin in _places(content, _HEAP, insides):

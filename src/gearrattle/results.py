@@ -165,7 +165,9 @@ class Run(Result):
         """How a small perturbation grows along this motion (see ``Variation``); from the log of crossings."""
         t = self.trajectory
         flow = flow_of(assemble(self.model).system)
-        first, log, auxiliaries = t.layout.region_of_first_piece, t.events, t.auxiliaries
+        first = t.layout.region_of_first_piece
+        log = t.events
+        auxiliaries = t.auxiliaries
         pieces = dict(zip(flow.system.places, t.initial_region - first, strict=False))
         start = t.first_cycle * t.layout.period
         if auxiliaries is None:

@@ -39,7 +39,11 @@ from gearrattle.files import Refused
 
 PREFIX = ".gearrattle-"
 """How the names of hidden files and folders begin that are removed once what they hold is in place."""
-_OWNER, _CONTENT, _NEW, _OLD, _PART = "lock", "content", "new", "old", ".part"
+_OWNER = "lock"
+_CONTENT = "content"
+_NEW = "new"
+_OLD = "old"
+_PART = ".part"
 _ATTEMPTS = 5
 _FLUSHING = 8  # threads: the disk takes several requests at once
 
@@ -189,7 +193,9 @@ class Staging:
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Remove the hidden folder, also if somebody is still writing there."""
-        hidden, self._hidden, self._path = self._hidden, None, None
+        hidden = self._hidden
+        self._hidden = None
+        self._path = None
         if hidden is not None:
             _discard(hidden, self._owner)
 
@@ -282,7 +288,9 @@ def _discard(hidden: Path, handle: int) -> None:
 
 def _move_in(hidden: Path) -> None:
     """Move what is in ``new`` into the folder around a hidden one; who begins it may be killed, and another go on."""
-    new, old, destination = hidden / _NEW, hidden / _OLD, hidden.parent
+    new = hidden / _NEW
+    old = hidden / _OLD
+    destination = hidden.parent
     _flush_folder(hidden)
     old.mkdir(exist_ok=True)
     for name in sorted(os.listdir(new)):
@@ -295,7 +303,9 @@ def _move_in(hidden: Path) -> None:
 
 def _move_back(hidden: Path, names: list[str]) -> None:
     """Undo ``_move_in`` of files and folders of these names."""
-    new, old, destination = hidden / _NEW, hidden / _OLD, hidden.parent
+    new = hidden / _NEW
+    old = hidden / _OLD
+    destination = hidden.parent
     for name in reversed(names):
         if not os.path.lexists(new / name):
             os.rename(destination / name, new / name)

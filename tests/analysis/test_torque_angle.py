@@ -33,7 +33,9 @@ def test_a_clutch_of_three_stages_follows_every_loop() -> None:
     """Against a path of 9000 small steps on either branch, away from the instants of letting go."""
     loop = gr.torque_angle(of(CLUTCH), "damper", -0.3, 0.6)
     legs = [np.linspace(a, b, 9001) for a, b in ((0, 0.6), (0.6, -0.3), (-0.3, 0.6), (0.6, -0.3))]
-    path, up, down = np.concatenate(legs), slice(18002, 27003), slice(27003, 36004)
+    path = np.concatenate(legs)
+    up = slice(18002, 27003)
+    down = slice(27003, 36004)
     torque, turn = returned(path), loop.turn
     away = np.min(np.abs(path[:, None] - np.array([-0.15, 0.0, 0.1, 0.4])), axis=1) > 1e-4
     for branch, points in ((up, slice(0, turn + 1)), (down, slice(turn, None))):

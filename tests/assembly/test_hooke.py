@@ -13,7 +13,9 @@ from gearrattle.assembly import assemble
 from gearrattle.assembly.ripple import load_ripples
 from gearrattle.model import Harmonic
 
-OMEGA, STIFFNESS, LOAD = 60.0, 4000.0, 30.0
+OMEGA = 60.0
+STIFFNESS = 4000.0
+LOAD = 30.0
 J_IN, J_OUT = 0.05, 0.08
 
 

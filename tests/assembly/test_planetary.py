@@ -65,8 +65,12 @@ def test_rigid_rotation_with_the_carrier_deflects_no_mesh() -> None:
 def test_three_equal_planets_have_the_modes_of_kahraman() -> None:
     """Two planet modes of equal frequency, in which sun, ring and carrier rest; the others with planets in step."""
     model = gr.Model.from_tables(tables())
-    sun, planet, ring = 0.03, 0.02, 0.07
-    k_s, k_r, J_p = 1e8, 1.5e8, 4e-4
+    sun = 0.03
+    planet = 0.02
+    ring = 0.07
+    k_s = 1e8
+    k_r = 1.5e8
+    J_p = 4e-4
     modes = gr.modes(model)
     planets = planet * np.sqrt((k_s + k_r) / J_p)
     alike = np.isclose(modes.frequencies, planets, rtol=1e-10)

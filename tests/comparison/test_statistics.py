@@ -22,7 +22,9 @@ EQUAL = "equal"
 def drawn(seed, *, gain=1.0, colour=0.0, rate=0.5, push=1.0, cycles=CYCLES, wander=0.0):
     """Noise for accelerations and deflection, impacts with this probability a half-cycle, normal impulses."""
     rng = np.random.default_rng(seed)
-    regions, times, integral = [0], [], [0.0]
+    regions = [0]
+    times = []
+    integral = [0.0]
     for half in range(2 * cycles):
         if rng.random() < rate:
             times += [0.5 * half + 0.1 + 0.1 * rng.random(), 0.5 * half + 0.3]
@@ -254,7 +256,9 @@ def test_exact_motions_are_told_from_wrong_ones_and_from_no_right_one():
 
 
 def test_portraits_end_with_the_budget():
-    model, grid, shares = case("case1_loaded"), {"cycles": 4, "discard": 1, "samples_per_cycle": 32}, []
+    model = case("case1_loaded")
+    grid = {"cycles": 4, "discard": 1, "samples_per_cycle": 32}
+    shares = []
     motion = gr.simulate(model, **grid).trajectory
     assert len(exact_portraits(model, motion, grid, None, budget=0.0, progress=shares.append)) == 1
     assert shares == [1 / MANY]

@@ -51,7 +51,9 @@ def law_of(element: Element) -> Law:
     """Lay the sides of an element together; the elastic force is continuous and equals the preload at zero."""
     sides = []
     for stages, sign in ((element.drive, 1.0), (element.coast, -1.0)):
-        rows, force, inner = [], element.preload, 0.0
+        rows = []
+        force = element.preload
+        inner = 0.0
         for k, c, until in stages:
             end = sign * until if until is not None else np.nan
             rows.append((end, k, c, force - k * inner))

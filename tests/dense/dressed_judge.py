@@ -43,7 +43,10 @@ class DressedJudge:
     """A case, its motion, and the regions met; ``verdict`` is what came out."""
 
     def __init__(self, case: Dressed, motion: Motion) -> None:
-        self.case, self.motion, self.verdict, self.place = case, motion, Verdict(), layout_of(case)
+        self.case = case
+        self.motion = motion
+        self.verdict = Verdict()
+        self.place = layout_of(case)
         self.auxiliaries = motion.auxiliaries or no_auxiliaries(motion)
         self.clear, self.known = list(case.clearances), {}
         self.time = np.arange(len(motion.angle)) * (case.period / case.samples)
@@ -107,7 +110,9 @@ class DressedJudge:
         if signals is None:
             return np.zeros(0), np.zeros(0)
         g = int(np.clip(np.searchsorted(signals.knots, time, side="right") - 1, 0, len(signals.knots) - 2))
-        order, unit, x = signals.degree + 1, unit_of(self.case), time - signals.knots[g]
+        order = signals.degree + 1
+        unit = unit_of(self.case)
+        x = time - signals.knots[g]
         a = signals.coefficients[g]
         move = np.array(
             [[comb(i, j) * x ** max(i - j, 0) * unit**j if i >= j else 0.0 for i in range(order)] for j in range(order)]
@@ -129,7 +134,9 @@ class DressedJudge:
 
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
         """State and its squared rounding as stored at sample j; linear elements' deflections from the angles."""
-        case, place, (z, q) = self.case, self.place, self.state(j)
+        case = self.case
+        place = self.place
+        (z, q) = self.state(j)
         delta = z[: place.m]
         noise = self.sums.from_angles(case.rows, q, delta, given=j == 0)
         if j:
@@ -267,7 +274,9 @@ class DressedJudge:
     def _crossing(self, e, z, spread, passed):
         """Judge entry e of the log, z being the state there, and step into what follows."""
         log, here = self.auxiliaries.passages, self.now()
-        i, upward, region = int(log.watch[e]), int(log.upward[e]), self.now().region
+        i = int(log.watch[e])
+        upward = int(log.upward[e])
+        region = self.now().region
         kind, what = self._named(i)
         self.verdict.crossings += kind != "pairs"
         then, new = after(self.case, self.modes, i, upward)
@@ -285,7 +294,9 @@ class DressedJudge:
             if i < len(self.clear):
                 self.verdict.hold("velocity", abs(rate - log.velocity[e]), speed, where)
             self.verdict.hold("direction", max(0.0, (1 - 2 * upward) * rate), speed, where)
-        before, behind, spread = region.matrix @ z, z.copy(), spread.copy()
+        before = region.matrix @ z
+        behind = z.copy()
+        spread = spread.copy()
         self.modes = then
         for s, value in new.items():
             at = self.place.stretches + s
@@ -315,7 +326,10 @@ class DressedJudge:
 
     def _stored(self, j, z, spread) -> None:
         """Modes, forces and accelerations stored at sample j, against its state."""
-        motion, case, place, told = self.motion, self.case, self.place, self.modes
+        motion = self.motion
+        case = self.case
+        place = self.place
+        told = self.modes
         try:
             said = read(case, motion.piece[j], self.auxiliaries.piece[j])
         except Impossible as wrong:

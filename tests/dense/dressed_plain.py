@@ -146,7 +146,9 @@ def probes(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.ndarr
     place = layout_of(case)
     a, minus = (float, -1.0) if signs else (abs, 1.0)
     rates, unit = rate_rows(case, place, signs=signs), np.eye(place.width)
-    rows, lower, upper = [], [], []
+    rows = []
+    lower = []
+    upper = []
 
     def watch(row: np.ndarray, low: float = -np.inf, high: float = np.inf) -> None:
         rows.append(row)
@@ -157,7 +159,9 @@ def probes(case: Dressed, modes: Modes, *, signs: bool = True) -> tuple[np.ndarr
         corners = [-np.inf, *case.laws[k].corners, np.inf]
         watch(unit[k], *corners[modes.pieces[k] : modes.pieces[k] + 2])
     for k, limits in zip(case.clipped, modes.limits, strict=True):
-        law, p, side = case.laws[k], modes.pieces[k], contact(case, k, modes.pieces[k])
+        law = case.laws[k]
+        p = modes.pieces[k]
+        side = contact(case, k, modes.pieces[k])
         for sign, limited in ((minus, limits[0]), (1.0, limits[1])):
             if not side:
                 watch(0.0 * unit[k])

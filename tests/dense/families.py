@@ -117,7 +117,9 @@ def element_of(rng: random.Random, family: Family, k: float, c: float, gap: floa
 
 
 def _stages(rng: random.Random, k: float, c: float, gap: float) -> Stages:
-    count, until, stages = rng.randint(1, 4), 0.0, []
+    count = rng.randint(1, 4)
+    until = 0.0
+    stages = []
     for i in range(count):
         until += gap * between(rng, 0.2, 2.0)
         slope = k if i == count - 1 else k * rng.choice([0.0, between(rng, 0.01, 3.0)])
@@ -241,7 +243,9 @@ def _elements(rng, switches: Family, J, links, *, gap: float, rate: float):
         width = gap * size[0] * between(rng, 0.1, 1.0)
         if e == stiff_one:
             factor = between(rng, 1e4, 1e8)
-            k, c, width = k * factor, c * factor**0.5, width * between(rng, 10.0, 300.0) / factor**0.5
+            k = k * factor
+            c = c * factor**0.5
+            width = width * between(rng, 10.0, 300.0) / factor**0.5
         linear = Element(((k, c, None),), ((k, c, None),))
         elements.append(element_of(rng, switches, k, c, width) if e in chosen else linear)
     if switches.symmetric:

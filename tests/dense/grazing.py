@@ -37,7 +37,9 @@ def _led_to(case: Case, rng: random.Random) -> Case | None:
     """The case started where its linear motion comes to rest on a corner; None if that is no maximum."""
     k = rng.choice(case.clearances)
     corner, part = rng.choice(list(case.laws[k].corners)), rng.choice(PARTS) * rng.choice([-1, 1])
-    row, q, v = case.rows[k], case.angle.copy(), case.velocity.copy()
+    row = case.rows[k]
+    q = case.angle.copy()
+    v = case.velocity.copy()
     turn = 2 * np.pi * np.array([share(rng) for _ in case.cycles])  # of the inputs at the graze
     u = np.concatenate([[1.0], np.stack([np.cos(turn), np.sin(turn)], axis=1).ravel()])
     omega = 2 * np.pi * case.cycles / case.period

@@ -63,7 +63,10 @@ class Judge:
     """A case, its motion, and the regions met; ``verdict`` is what came out, ``segments`` the motion if kept."""
 
     def __init__(self, case: Case, motion: Motion, keep: bool = False) -> None:
-        self.case, self.motion, self.keep, self.verdict = case, motion, keep, Verdict()
+        self.case = case
+        self.motion = motion
+        self.keep = keep
+        self.verdict = Verdict()
         self.clear = list(case.clearances)
         self.m, self.n = case.rows.shape
         self.regions: dict[tuple[int, ...], Region] = {}
@@ -104,7 +107,9 @@ class Judge:
     def anchor(self, j: int) -> tuple[np.ndarray, np.ndarray]:
         """State and its squared rounding as stored at sample j; linear elements' deflections from the angles."""
         case, (z, q) = self.case, self.state(j)
-        delta, v, u = z[: self.m], z[self.m : self.m + self.n], z[self.m + self.n :]
+        delta = z[: self.m]
+        v = z[self.m : self.m + self.n]
+        u = z[self.m + self.n :]
         noise = self.sums.from_angles(case.rows, q, delta, given=j == 0)
         if j:
             stored = self.motion.deflection[j]
@@ -166,7 +171,9 @@ class Judge:
     def _crossing(self, e, z, spread, passed) -> bool:
         """Judge logged crossing e, z being the state there, and step into the region beyond."""
         log, case = self.motion.crossings, self.case
-        i, before, after = int(log.clearance[e]), int(log.from_piece[e]), int(log.to_piece[e])
+        i = int(log.clearance[e])
+        before = int(log.from_piece[e])
+        after = int(log.to_piece[e])
         k = self.clear[i]
         law, where = case.laws[k], f"crossing {e} of element {k}, {before} -> {after}, t = {log.time[e]:.17g}"
         self.verdict.crossings += 1

@@ -16,7 +16,10 @@ import numpy as np
 
 from tests.dense.dressed import Dressed
 
-STICKS, FORWARD, BACKWARD, OFF = "sticks", "slips forward", "slips backward", "off"
+STICKS = "sticks"
+FORWARD = "slips forward"
+BACKWARD = "slips backward"
+OFF = "off"
 _OF_SLIDERS = (STICKS, FORWARD, BACKWARD, OFF)
 
 
@@ -57,7 +60,9 @@ def at_start(case: Dressed, pieces: tuple[int, ...], delta: np.ndarray, rate: np
     """The modes in which a run begins, springs unstretched; (m,) deflections and their rates."""
     limits = []
     for k in case.clipped:
-        law, piece, side = case.laws[k], pieces[k], contact(case, k, pieces[k])
+        law = case.laws[k]
+        piece = pieces[k]
+        side = contact(case, k, pieces[k])
         elastic = side * (law.stiffness[piece] * delta[k] + law.offset[piece])
         damper = side * law.damping[piece] * rate[k]
         limits.append((bool(side and damper > elastic), bool(side and damper < -elastic)))

@@ -84,7 +84,9 @@ def _rounding(region, states, spread, *, count, partial, sums, size):
     both = np.array([np.diag(own**2) * ((count + 1) * width), spread])
     start = spread
     if count:
-        power, left, i = np.eye(width), count, 0
+        power = np.eye(width)
+        left = count
+        i = 0
         while left:
             stride = region.stride(i)
             if left & 1:

@@ -136,7 +136,9 @@ def off(signals: Signals, ramp: Ramp, sounds: Sequence[Sound], until: float) -> 
 
 def sounding(tone: Tone, ramp: Ramp, time):
     """a(Omega) sin(n phi + p) in many digits."""
-    begin, end, over = mpf(ramp.begin), mpf(ramp.end), mpf(ramp.over)
+    begin = mpf(ramp.begin)
+    end = mpf(ramp.end)
+    over = mpf(ramp.over)
     rate, ramped = (end - begin) / over, min(time, over)
     speed = begin + rate * ramped
     angle = begin * ramped + rate * ramped**2 / 2 + end * (time - ramped)

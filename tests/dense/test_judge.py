@@ -146,7 +146,9 @@ def test_a_wrong_velocity_piece_or_clearance_is_reported(family):
     for case, motion in cases(family):
         log = motion.crossings
         e = int(np.argmax(np.abs(log.velocity)))
-        velocity, after, clearance = log.velocity.copy(), log.to_piece.copy(), log.clearance.copy()
+        velocity = log.velocity.copy()
+        after = log.to_piece.copy()
+        clearance = log.clearance.copy()
         velocity[e] *= 1 + 1e-8
         after[e] = log.from_piece[e]
         assert kinds(case, replace(motion, crossings=log._replace(velocity=velocity))) == {"velocity"}

@@ -93,7 +93,10 @@ def _guided(attack: Attack, count: int, seed: int, before: Any) -> None:
 
 def campaign(name: str, count: int, seed: int, seconds: float, keep: Path, *, guided: bool) -> dict[str, Any]:
     """Attack one target in processes of their own until all inputs are tried or the time is up."""
-    shared, begun, refused, finds = multiprocessing.Value("q", 0), time.monotonic(), 0, dict[str, bytes]()
+    shared = multiprocessing.Value("q", 0)
+    begun = time.monotonic()
+    refused = 0
+    finds = dict[str, bytes]()
     while shared.value < count and time.monotonic() - begun < seconds:
         with tempfile.TemporaryDirectory(prefix="fuzz-", dir=_fast()) as held:
             folder, first = Path(held), shared.value

@@ -20,7 +20,9 @@ Array = np.ndarray
 
 INERTIA = (0.04, 0.01)
 SPRING, SPRING_DAMPING = 250.0, 0.05
-STIFFNESS, DAMPING, CLEARANCE = 900.0, 0.02, 0.004
+STIFFNESS = 900.0
+DAMPING = 0.02
+CLEARANCE = 0.004
 DRAG = 0.002
 STEP = 1e-4
 """[s]; the fastest mode turns by 0.04 rad in it. A lighter touch than that may be missed."""
@@ -172,8 +174,12 @@ def integrated(run_up: RunUp, end: float, nudge: float = 0.0) -> tuple[Array, Ar
 
     leaving = {-1: [(-1, 1)], 0: [(1, 1), (-1, -1)], 1: [(1, -1)]}
     size = np.array([CLEARANCE, -0.7 * CLEARANCE, 1.0, 0.4])
-    t, y, piece = 0.0, np.array([*ANGLE, *VELOCITY]) + nudge * size, 1 if ANGLE[0] - ANGLE[1] > CLEARANCE else 0
-    times, pieces, crossed = [], [], (0.0, 0)  # the last crossing's time and direction
+    t = 0.0
+    y = np.array([*ANGLE, *VELOCITY]) + nudge * size
+    piece = 1 if ANGLE[0] - ANGLE[1] > CLEARANCE else 0
+    times = []
+    pieces = []
+    crossed = (0.0, 0)  # the last crossing's time and direction
     for stop in [*(b for b in run_up.breaks if 0.0 < b < end), end]:
         while t < stop:
             ways = leaving[piece]

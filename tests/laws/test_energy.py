@@ -16,7 +16,9 @@ def potential(element, delta: np.ndarray) -> np.ndarray:
     """Energy stored by a law, stage by stage from the centre."""
     energy = float(Fraction(element.preload)) * delta
     for sign, stages in zip((1, -1), element.sides, strict=True):
-        reach, force, inner = np.maximum(sign * delta, 0.0), 0.0, 0.0
+        reach = np.maximum(sign * delta, 0.0)
+        force = 0.0
+        inner = 0.0
         for stage in stages:
             k = float(Fraction(stage.stiffness))
             outer = np.inf if stage.until is None else float(Fraction(stage.until))
@@ -130,7 +132,9 @@ def test_energy_lost_is_what_the_damping_took():
         speed="1",
     ).start(("0.0",), ("1.0",))
     run = simulate(model, 2, 4_000)
-    t, x, v = run.data.time.values, run.data["angle"].values[:, 0], run.data["velocity"].values[:, 0]
+    t = run.data.time.values
+    x = run.data["angle"].values[:, 0]
+    v = run.data["velocity"].values[:, 0]
     energy = 0.5 * v**2 + 0.5 * np.where(x > 0, 4.0, 9.0) * x**2
     coefficient = np.where(run.data["region"].values[:, 0] == 0, 0.1, 0.3)
     at = np.searchsorted(t, run.events["time"])  # each crossing closes one stretch and opens the next

@@ -22,7 +22,9 @@ def half_swing(amplitude: float, limit: float, stick: float) -> tuple[float, flo
 
     The slider's spring is stretched by r = H / s at the start, by -r when it slips.
     """
-    fast, slow, reach = sqrt(4.0 + stick), 2.0, limit / stick
+    fast = sqrt(4.0 + stick)
+    slow = 2.0
+    reach = limit / stick
     centre = (stick * amplitude - limit) / (4.0 + stick)
     swing = amplitude - centre
     until_slip = acos((amplitude - 2 * reach - centre) / swing) / fast
@@ -145,7 +147,9 @@ def test_friction_begins_unloaded_at_its_break_and_is_let_go_there():
     model = Driveline("two stages", (Body("x", "1"),), (Coupling("c", ("x", "ground"), stages=stages),), speed="1")
     run = simulate(model.start(("0",), ("1.2",)), 1, 20000)
     out, back = run.events["time"].to_numpy()[:2]
-    t, torque, delta = run.data.time.values, run.data.element_torque.values[:, 0], run.data.deflection.values[:, 0]
+    t = run.data.time.values
+    torque = run.data.element_torque.values[:, 0]
+    delta = run.data.deflection.values[:, 0]
     slider = run.data.slider_force.values[:, run.trajectory.layout.auxiliary_names.index("c.drive.1")]
     assert np.all(slider[(t < out) | ((t > back) & (t < run.events["time"][2]))] == 0.0)
     inside = (t > out) & (t < back)
@@ -180,7 +184,9 @@ def test_sides_mirrored_give_a_mirrored_motion(side):
 
 def test_forced_motion_that_only_sticks_is_the_linear_response():
     """Amplitude F / (K + s - J w^2), and a swing about where the slider was engaged."""
-    stick, speed, force = 21.0, 3.0, 0.5
+    stick = 21.0
+    speed = 3.0
+    force = 0.5
     size = force / (25.0 - speed**2)
     drive = Torque("x", "0", (Harmonic("1", str(force), str(pi / 2)),))
     model = oscillator("100", str(stick), repr(size), drive, speed=str(speed))

@@ -24,7 +24,9 @@ NOTHING = 1e-11
 
 def deflections(model: Driveline, run: gr.Run, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Deflection and rate of element k at all samples, from angles and velocities, transmission errors by hand."""
-    element, names, t = model.elements[k], [b.name for b in model.bodies], run.data.time.values
+    element = model.elements[k]
+    names = [b.name for b in model.bodies]
+    t = run.data.time.values
     delta, rate = np.zeros(len(t)), np.zeros(len(t))
     for end, radius, sign in zip(element.between, element.radii, (1, -1), strict=True):
         if end != "ground":
@@ -39,7 +41,9 @@ def deflections(model: Driveline, run: gr.Run, k: int) -> tuple[np.ndarray, np.n
 
 def hold_sliders(model: Driveline, run: gr.Run) -> int:
     """Check every slider; return how many there are."""
-    data, words, count = run.data, run.data.slider.attrs["flag_meanings"].split(", "), 0
+    data = run.data
+    words = run.data.slider.attrs["flag_meanings"].split(", ")
+    count = 0
     times = run.trajectory.auxiliaries.passages.time
     passed = np.searchsorted(times, data.time.values)
     for k, element in enumerate(model.elements):
@@ -48,7 +52,9 @@ def hold_sliders(model: Driveline, run: gr.Run) -> int:
         for friction in frictions(element):
             of = data.sel(auxiliary=friction.name)
             limit, reach = to_float(friction.limit), to_float(friction.reach)
-            state, force, stretch = of.slider.values, of.slider_force.values, of.slider_stretch.values
+            state = of.slider.values
+            force = of.slider_force.values
+            stretch = of.slider_stretch.values
             forward, backward, sticks, off = (
                 state == words.index(w) for w in ("slips forward", "slips backward", "sticks", "let go")
             )

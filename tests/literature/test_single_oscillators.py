@@ -23,7 +23,9 @@ def regions(run: gr.Run) -> list[tuple[int, int]]:
 
 def test_v1_gap_oscillator_keeps_time_for_hundreds_of_periods():
     run = simulate(systems.gap_oscillator(), 300, 2)
-    w, b, A = 2.0, 0.5, 1.25
+    w = 2.0
+    b = 0.5
+    A = 1.25
     contact, flight = pi / w, 2 * b / (w * (A - b))
     count = len(run.events)
     i = np.arange(count)
@@ -36,7 +38,10 @@ def test_v1_gap_oscillator_keeps_time_for_hundreds_of_periods():
 
 
 def test_v2_trilinear_period_and_amplitude():
-    ki, ko, b, v0 = 0.64, 9.0, 0.2, 0.7
+    ki = 0.64
+    ko = 9.0
+    b = 0.2
+    v0 = 0.7
     vb, y0 = sqrt(v0**2 - ki * b**2), ki * b / ko
     period = 4 * (asin(b * sqrt(ki) / v0) / sqrt(ki) + atan2(vb, sqrt(ko) * y0) / sqrt(ko))
     assert period == pytest.approx(3.16407419339278037, rel=1e-15)

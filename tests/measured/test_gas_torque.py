@@ -80,7 +80,9 @@ def test_gas_lines_are_those_of_quadrature() -> None:
 
 def test_orders_of_the_oscillating_masses() -> None:
     """Known series of the torque, m r^2 Omega^2 times (lambda/4, -1/2, -3 lambda/4, -lambda^2/4), less by lambda^3."""
-    omega, mass, radius = 157.0, 2.521, 0.0685
+    omega = 157.0
+    mass = 2.521
+    radius = 0.0685
     flat = {"angle": np.linspace(0.0, 4.0 * np.pi, 10).tolist(), "value": [1e5] * 10}
     for share in (0.05, 0.1, 0.2):
         given = {**engine(1), "rod": radius / share, "pressure": flat}

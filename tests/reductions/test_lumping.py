@@ -108,7 +108,9 @@ def test_the_model_written_is_the_system_in_its_subspace(seed: int) -> None:
     assert less.inputs.torque_sine == pytest.approx(basis.T @ full.inputs.torque_sine, rel=1e-12, abs=1e-13)
     where = {e.name: k for k, e in enumerate(model.elements)}
     for k, element in enumerate(small.model.elements):
-        row, law, old = less.rows[k], less.laws[k], full.laws[where[element.name]]
+        row = less.rows[k]
+        law = less.laws[k]
+        old = full.laws[where[element.name]]
         full_row = full.rows[where[element.name]] @ basis
         unit = row[np.argmax(np.abs(row))] / full_row[np.argmax(np.abs(row))]  # delta' = unit x delta
         assert row == pytest.approx(unit * full_row, rel=1e-12, abs=1e-13)

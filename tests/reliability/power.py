@@ -86,7 +86,9 @@ class Trace:
 
 def traced(root: Path, write: Callable[[Path], object]) -> Trace:
     """Write into a folder, and return the trace of it."""
-    trace, lock, names = Trace(root), threading.RLock(), dict[int, str]()
+    trace = Trace(root)
+    lock = threading.RLock()
+    names = dict[int, str]()
 
     def noting(operation: Any) -> Any:
         def noted(*arguments: Any, **options: Any) -> Any:

@@ -110,7 +110,9 @@ def study_over(*dims: str, failed: int = 0) -> xr.Dataset:
     outcome = np.ones(shape, dtype=np.int8)
     lost = [tuple(map(int, np.unravel_index(case, shape))) for case in range(failed)]
     for case in lost:
-        codes[case], numbers[case], outcome[case] = -1, np.nan, CASE_FAILED
+        codes[case] = -1
+        numbers[case] = np.nan
+        outcome[case] = CASE_FAILED
     coordinates: dict[str, Any] = {dim: np.geomspace(0.1, 10.0, SIZES[dim]) for dim in dims if dim != "sample"}
     if "sample" in dims:
         drawn = np.random.default_rng(4).random(SIZES["sample"])

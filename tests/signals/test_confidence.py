@@ -59,7 +59,9 @@ def test_distribution_of_coherence_is_the_published_finite_sum(count: int, truth
 
 
 def test_distribution_for_a_broken_number_of_averages_is_its_series() -> None:
-    count, truth, x = 7.4, 0.6, 0.7
+    count = 7.4
+    truth = 0.6
+    x = 0.7
     k = np.arange(400)
     weights = np.concatenate([[1.0], np.cumprod((count + k[:-1]) / (k[:-1] + 1.0) * truth)]) * (1.0 - truth) ** count
     assert weights.sum() == pytest.approx(1.0, rel=1e-12)
@@ -96,8 +98,12 @@ def test_missing_coherences_stay_missing_and_one_average_tells_nothing() -> None
 
 
 def test_limits_of_a_density_enclose_white_noise_as_often_as_stated() -> None:
-    rng, hits, trials = np.random.default_rng(20261122), 0, 0
-    rate, level, deviation = 2000.0, 0.9, 1.7
+    rng = np.random.default_rng(20261122)
+    hits = 0
+    trials = 0
+    rate = 2000.0
+    level = 0.9
+    deviation = 1.7
     for _ in range(60):
         segments = cut(4096, 256, 0.5, "hann")
         _, density = power_density(deviation * rng.standard_normal(4096), rate, segments)
@@ -119,7 +125,9 @@ def mixed(rng: np.random.Generator, truth: float, gain: float, count: int) -> tu
 
 @pytest.mark.parametrize(("truth", "overlap"), [(0.3, 0.0), (0.8, 0.0), (0.8, 0.5)])
 def test_limits_of_coherence_and_response_enclose_a_known_mixture(truth: float, overlap: float) -> None:
-    rng, level, gain = np.random.default_rng(7), 0.9, 2.5
+    rng = np.random.default_rng(7)
+    level = 0.9
+    gain = 2.5
     values, responses = [], []
     for _ in range(60):
         x, y = mixed(rng, truth, gain, 2560)

@@ -32,7 +32,9 @@ CYCLES = 12
 
 def at_random(plate: Layout, seed: int, crossings: int = 60) -> Trajectory:
     """A motion of twelve cycles whose every clearance wanders through its regions."""
-    rng, rows, initial = np.random.default_rng(seed), list[Row](), []
+    rng = np.random.default_rng(seed)
+    rows = list[Row]()
+    initial = []
     for k, corners in enumerate(plate.corners):
         first = int(plate.region_of_first_piece[k])
         region = int(rng.integers(first, first + corners.size + 1))

@@ -10,7 +10,10 @@ import gearrattle as gr
 from tests.architecture.places import EXAMPLES
 
 AMPLITUDE = "torque.0.harmonics.0.amplitude"
-DRAG, STIFFNESS, GAP, MEAN = 0.6, 200.0, 0.6, 4.0 * pi * 0.6
+DRAG = 0.6
+STIFFNESS = 200.0
+GAP = 0.6
+MEAN = 4.0 * pi * 0.6
 RESPONSE = 1.0 / (STIFFNESS - 4.0 * pi**2 + 2.0j * pi * DRAG)  # of x to exp(2 pi i t) in contact
 LIMIT = MEAN / (STIFFNESS * abs(RESPONSE))
 """Largest amplitude under which the flanks stay together: the spring's force never changes sign."""

@@ -19,7 +19,9 @@ from gearrattle.studies.probability import running, samples_needed, wilson
 from gearrattle.studies.study import prepare
 from tests.studies.drivelines import model
 
-STIFFNESS, ENGINE, WHEEL = "coupling.joint.stiffness", "inertia.engine.J", "inertia.wheel.J"
+STIFFNESS = "coupling.joint.stiffness"
+ENGINE = "inertia.engine.J"
+WHEEL = "inertia.wheel.J"
 RANGES = {STIFFNESS: (600.0, 1000.0), WHEEL: (0.012, 0.03), ENGINE: (0.1, 0.3)}  # not in order of the alphabet
 VARY = {path: {"distribution": "uniform", "from": low, "to": high} for path, (low, high) in RANGES.items()}
 SHORT = {"simulation.cycles": 2, "simulation.discard": 1, "simulation.samples_per_cycle": 8}
@@ -41,7 +43,9 @@ def exact_indices() -> tuple[dict[str, float], dict[str, float]]:
     (u, u2), (v, v2) = ([moments(*RANGES[path], p) for p in (-1, -2)] for path in (WHEEL, ENGINE))
     s, s2 = u + v, u2 + 2.0 * u * v + v2
     total = k2 * s2 - (k * s) ** 2
-    of_k, of_u, of_v = k2 - k * k, u2 - u * u, v2 - v * v
+    of_k = k2 - k * k
+    of_u = u2 - u * u
+    of_v = v2 - v * v
     first = {STIFFNESS: of_k * s * s, WHEEL: k * k * of_u, ENGINE: k * k * of_v}
     whole = {STIFFNESS: of_k * s2, WHEEL: k2 * of_u, ENGINE: k2 * of_v}
     return ({p: x / total for p, x in first.items()}, {p: x / total for p, x in whole.items()})
@@ -79,11 +83,15 @@ def test_indices_of_a_natural_frequency(saltelli: Any) -> None:
 @pytest.mark.parametrize("method", ["saltelli", "saltelli-pairs"])
 def test_indices_of_ishigamis_function(method: str, seed: int) -> None:
     """Closed form (Ishigami, Homma 1990), a = 7, b = 0.1, total and second order as well."""
-    a, b, n = 7.0, 0.1, 4096
+    a = 7.0
+    b = 0.1
+    n = 4096
     x = np.pi * (2.0 * DESIGNS[method].shares(3, n, seed) - 1.0)
     assert len(x) == DESIGNS[method].cases(3, n)
     y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
-    one, two, both = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2, a * a / 8.0, 8.0 * b * b * np.pi**8 / 225.0
+    one = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2
+    two = a * a / 8.0
+    both = 8.0 * b * b * np.pi**8 / 225.0
     variance = one + two + both
     found = indices(y, 3, method)
     np.testing.assert_allclose(found.first, np.array([one, two, 0.0]) / variance, atol=0.03)

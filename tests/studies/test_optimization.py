@@ -20,7 +20,9 @@ from gearrattle.studies.evolution import Evolution, front_of, hypervolume
 from gearrattle.studies.optimization import prepare
 from tests.studies.drivelines import TOML, model
 
-STIFFNESS, WHEEL, ENGINE = "coupling.joint.stiffness", "inertia.wheel.J", "inertia.engine.J"
+STIFFNESS = "coupling.joint.stiffness"
+WHEEL = "inertia.wheel.J"
+ENGINE = "inertia.engine.J"
 RANGES = {STIFFNESS: (500.0, 1000.0), WHEEL: (0.01, 0.03), ENGINE: (0.1, 0.3)}
 SHORT = {"simulation.cycles": 2, "simulation.discard": 1, "simulation.samples_per_cycle": 8}
 SMALL: dict[str, Any] = {"population": 8, "generations": 3, "fixed": SHORT, "seed": 3}
@@ -166,7 +168,9 @@ def test_the_drag_that_just_holds_a_loose_gear(tmp_path: Path) -> None:
     """
     toml = TOML.replace("drag = 0.05", "drag = 0.0").replace("amplitude = 6.0", "amplitude = 4.0")
     driveline = gr.loads(toml, "two.toml").with_({"coupling.joint.stiffness": 4e4, "coupling.joint.damping": 8.0})
-    engine, torque, drag = 0.2, 4.0, 0.4
+    engine = 0.2
+    torque = 4.0
+    drag = 0.4
     exact = engine * drag / (torque - drag)  # J_w T / (J_e + J_w) = T_drag
     best = gr.optimize(
         driveline,

@@ -63,7 +63,9 @@ def test_the_remaining_time_is_true_within_a_factor_of_two_after_a_tenth(
     clock: Clock, workers: int, expected: float, told: bool
 ) -> None:
     """Chunks of 2 s, expected within a factor of 1.5 as estimates are; all workers in step, which is the worst case."""
-    chunks, length, start = 64, 2.0, clock.now
+    chunks = 64
+    length = 2.0
+    start = clock.now
     found = Pace(chunks, workers, expected)
     total = length * rounds(chunks, workers)
     checked = 0

@@ -9,8 +9,12 @@ import pytest
 
 import gearrattle as gr
 
-OMEGA, AMPLITUDE, DRAG = 80.0, 2.0, 0.5
-DRIVER, LOOSE, RATIO = 0.02, 1e-3, 0.05 / 0.04
+OMEGA = 80.0
+AMPLITUDE = 2.0
+DRAG = 0.5
+DRIVER = 0.02
+LOOSE = 1e-3
+RATIO = 0.05 / 0.04
 PAIR = f"""
 schema = 1
 name = "a driven shaft and a loose gear"

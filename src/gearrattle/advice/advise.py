@@ -91,7 +91,9 @@ def advise(
     if up_to is not None:
         band_end(model, up_to)
     driveline = assemble(model)
-    system, layout, rest = driveline.system, driveline.layout, named_equilibrium(driveline)[1]
+    system = driveline.system
+    layout = driveline.layout
+    rest = named_equilibrium(driveline)[1]
     pilot, response = run_pilot(planned, planned.simulation.cycles or 1, stage(0)), excursions(system, rest)
     pilot.run.variation.follow(stage(1))
     lumping, quiet = lumping_line(planned, pilot, up_to, stage(2)), response.inside and not system.auxiliaries

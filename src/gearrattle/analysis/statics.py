@@ -150,7 +150,9 @@ def equilibrium(model: Model) -> Equilibrium:
 
 def named_equilibrium(driveline: Driveline) -> tuple[Equilibrium, statics.Equilibrium]:
     """The same with names, and as the mathematics has it."""
-    model, system, names = driveline.model, driveline.system, driveline.layout.element_names
+    model = driveline.model
+    system = driveline.system
+    names = driveline.layout.element_names
     try:
         rest = statics.equilibrium(system)
     except statics.Runaway as runaway:

@@ -31,7 +31,9 @@ def drive_torque(model: Model, trajectory: Trajectory) -> Array:
         trajectory: of all inertias.
     """
     out = np.empty((len(trajectory.time), len(model.motions)))
-    layout, inertia, ripples = trajectory.layout, inertia_of(model), load_ripples(model)
+    layout = trajectory.layout
+    inertia = inertia_of(model)
+    ripples = load_ripples(model)
     for p, i in enumerate(places(model)):
         body = model.inertias[i]
         out[:, p] = inertia[i] * trajectory.acceleration[:, i] + body.drag * trajectory.velocity[:, i]

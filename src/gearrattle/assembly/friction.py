@@ -40,7 +40,9 @@ def switches(system: PiecewiseSystem, motion: Trajectory) -> Iterator[tuple[floa
     auxiliaries, layout = motion.auxiliaries, motion.layout
     if auxiliaries is None:
         return
-    pieces, first, count = [0] * (len(system.laws) + len(system.auxiliaries)), len(layout.clearance), len(system.laws)
+    pieces = [0] * (len(system.laws) + len(system.auxiliaries))
+    first = len(layout.clearance)
+    count = len(system.laws)
     for position, piece in zip(
         system.places, (*(motion.initial_region - layout.region_of_first_piece), *auxiliaries.initial), strict=True
     ):

@@ -79,7 +79,9 @@ def restored(trajectory: Trajectory, layout: Layout, scales: Scales) -> Trajecto
         layout: names and constants of the SI model.
         scales: what counted as one.
     """
-    unit, log, cost = scales.units(), trajectory.events, trajectory.cost
+    unit = scales.units()
+    log = trajectory.events
+    cost = trajectory.cost
     is_mesh = layout.is_mesh[layout.clearance]
     deflection = np.where(is_mesh, unit["length"], unit["angle"])
     force = np.where(is_mesh, unit["force"], unit["torque"])

@@ -140,19 +140,29 @@ def exact_between(model: Model, trajectory: Trajectory) -> Trajectory:
 
 def _path(model: Model, flow: Flow, trajectory: Trajectory) -> SampledMotion:
     """The motion in the coordinates of the flow."""
-    t, first, period = trajectory, trajectory.layout.region_of_first_piece, trajectory.layout.period
-    free, auxiliaries, log = free_of(model), trajectory.auxiliaries, trajectory.events
+    t = trajectory
+    first = trajectory.layout.region_of_first_piece
+    period = trajectory.layout.period
+    free = free_of(model)
+    auxiliaries = trajectory.auxiliaries
+    log = trajectory.events
     pieces = dict(zip(flow.system.places, (t.initial_region - first).tolist(), strict=False))
     window = slice(t.discard * t.samples_per_cycle, None)
     memories = np.zeros((len(t.time), 0))
-    time, watch, upward = log.time, log.clearance, (log.to_region > log.from_region).astype(np.int64)
+    time = log.time
+    watch = log.clearance
+    upward = (log.to_region > log.from_region).astype(np.int64)
     if auxiliaries is not None:
         pieces |= dict(zip(flow.system.places[len(first) :], auxiliaries.initial.tolist(), strict=True))
         passages = auxiliaries.passages
-        time, watch, upward = passages.time, passages.watch, passages.upward
+        time = passages.time
+        watch = passages.watch
+        upward = passages.upward
         memories = auxiliaries.memory[:, list(flow.system.memories)] * flow.memory
     count = len(flow.system.laws) + len(flow.system.auxiliaries)
-    angle, velocity, memory = t.angle[window], t.velocity[window], memories[window]
+    angle = t.angle[window]
+    velocity = t.velocity[window]
+    memory = memories[window]
     samples = np.empty((len(angle), flow.width))
     deflections, moving = len(flow.coordinates.basis), flow.states - flow.memory.size
     from_angle = flow.coordinates.basis.T * flow.scaling.deflection

@@ -35,7 +35,9 @@ from gearrattle.model.over_speed import AtSpeed
 Array = NDArray[np.float64]
 Number = float | Array
 
-_POSITIVE, _NOT_NEGATIVE, _FINITE = "positive", "non-negative", "finite"
+_POSITIVE = "positive"
+_NOT_NEGATIVE = "non-negative"
+_FINITE = "finite"
 _ZERO = "zero"  # a gap that is closed: an open one has more pieces
 _BOUNDS = {
     "inertia": {"J": _POSITIVE, "drag": _NOT_NEGATIVE, "drag_torque": _NOT_NEGATIVE},
@@ -250,7 +252,9 @@ def _write_laws(columns: Columns, out: Coefficients) -> None:
 def _write_offsets(columns: Columns, out: Coefficients, element: Element, span: tuple[int, int, int]) -> None:
     first, centre, count = span
     pieces = slice(first, first + count)
-    stiffness, offset, corners = out.laws.stiffness[:, pieces], out.laws.offset[:, pieces], out.laws.upper[:, pieces]
+    stiffness = out.laws.stiffness[:, pieces]
+    offset = out.laws.offset[:, pieces]
+    corners = out.laws.upper[:, pieces]
     offset[:, centre] = columns.of(f"{element.path}.preload", element.preload)
     outward = [(piece, piece - 1, piece - 1) for piece in range(centre + 1, count)]
     for piece, inner, corner in [*outward, *((piece, piece + 1, piece) for piece in range(centre - 1, -1, -1))]:

@@ -54,7 +54,9 @@ class Watch:
 
     def enter(self, phase: str) -> None:
         """Begin another phase, named in a word or two."""
-        self.phase, self._since, self._expected = phase, None, None
+        self.phase = phase
+        self._since = None
+        self._expected = None
         self(0.0)
 
     def expect(self, seconds: float) -> None:
@@ -88,7 +90,9 @@ def watched(work: Callable[[Watch], T], grace: float = _GRACE) -> T:
     Raises:
         KeyboardInterrupt: on Ctrl-C or SIGTERM, once the work has stopped or the grace is over, whatever it is doing.
     """
-    watch, result, failure = Watch(), [], []
+    watch = Watch()
+    result = []
+    failure = []
 
     def body() -> None:
         try:

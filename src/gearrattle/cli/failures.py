@@ -19,7 +19,11 @@ from collections.abc import Callable, Iterator
 
 from gearrattle.errors import Cancelled, GearRattleError, ModelError
 
-DONE, FAILED, MISUSED, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+DONE = 0
+FAILED = 1
+MISUSED = 2
+INTERRUPTED = 130
+TERMINATED = 143
 WORKER = "gearrattle-worker"
 """Name of the thread that computes."""
 _AGAIN = 0.01  # seconds until a lost interruption is raised again

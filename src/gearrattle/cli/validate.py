@@ -72,7 +72,9 @@ def _listed(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else [value]
 
 
-_HOW, _OVER_SPEED, _SETTINGS = Comparison(), OverSpeed(), Settings()
+_HOW = Comparison()
+_OVER_SPEED = OverSpeed()
+_SETTINGS = Settings()
 
 
 def validate(

@@ -172,7 +172,10 @@ class _Share:
     """Deals one progress out to several runs."""
 
     def __init__(self, progress: Progress | None, runs: int) -> None:
-        self.progress, self.runs, self.begun, self.reached = progress, runs, 0, 0.0
+        self.progress = progress
+        self.runs = runs
+        self.begun = 0
+        self.reached = 0.0
 
     def next(self) -> Progress:
         """The progress of the next run; a run that is timed again does not go back."""

@@ -153,7 +153,9 @@ class _Events:
 def _events(kind: Kind, trajectory: Trajectory) -> _Events:
     log = trajectory.events
     rows = np.arange(len(log)) if kind == "crossing" else find_impacts(trajectory).row
-    which, origin, to = log.clearance[rows], log.from_region[rows], log.to_region[rows]
+    which = log.clearance[rows]
+    origin = log.from_region[rows]
+    to = log.to_region[rows]
     corner = np.minimum(origin, to) - trajectory.layout.region_of_first_piece[which]
     return _Events(log.time[rows], np.stack([which, corner, np.sign(to - origin)], axis=1))
 

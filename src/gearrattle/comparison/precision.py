@@ -117,7 +117,9 @@ def _must(result: Result) -> Run:
 
 def _curve(model: Model, name: str, grid: dict[str, Any], truth: tuple[Run, float], budget: float) -> Curve:
     """One algorithm, until its settings or its budget are used up."""
-    points, status, (exact, window) = [], "done", truth
+    points = []
+    status = "done"
+    (exact, window) = truth
     step = fixed_step_of(model, name, exact)
     key, settings = ("tolerance", TOLERANCES) if step is None else ("step", tuple(step * share for share in SHARES))
     for setting in settings:

@@ -127,7 +127,9 @@ def compare_statistics(
     )
     ones, shaking = ["1"] * len(inertias), ["rad/s^2"] * len(inertias)
     if units != "SI":
-        rad, impulse, shaking = ["1"] * len(metres), ["1"] * len(metres), ones
+        rad = ["1"] * len(metres)
+        impulse = ["1"] * len(metres)
+        shaking = ones
     moved = NEGLIGIBLE * np.max([motion.largest_deflection for motion in exact], axis=0)
     shaken = NEGLIGIBLE * np.max([motion.largest_acceleration for motion in exact], axis=0)
     tr_rms, tr_peak = _referred(shaken, exact, layout.reference)

@@ -46,7 +46,10 @@ class RecordError(ValueError):
 
     def __init__(self, place: str, value: str, rule: str, remedy: str = "") -> None:
         super().__init__(rule)
-        self.place, self.value, self.rule, self.remedy = place, value, rule, remedy
+        self.place = place
+        self.value = value
+        self.rule = rule
+        self.remedy = remedy
 
 
 class Head(NamedTuple):

@@ -144,7 +144,9 @@ class Table(BaseModel):
     @classmethod
     def _restate(cls, entry: dict[str, Any]) -> InitErrorDetails:
         """Put one pydantic error in the words of this project."""
-        kind, location, value = entry["type"], entry["loc"], entry["input"]
+        kind = entry["type"]
+        location = entry["loc"]
+        value = entry["input"]
         context = entry.get("ctx", {})
         remedy = ""
         if kind == BREACH:

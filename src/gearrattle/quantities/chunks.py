@@ -30,7 +30,9 @@ def add_chunks(
         ModelError: chunks that do not follow each other, or none of which a cycle is not discarded.
     """
     sums: Sums | None = None
-    end, last, engine = None, None, np.zeros(0)
+    end = None
+    last = None
+    engine = np.zeros(0)
     for last in chunks:
         chunk = last.trajectory
         if end not in (None, chunk.first_cycle):

@@ -88,14 +88,18 @@ class ContactSides(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return shares and rates of every gap proper."""
-        layout, deflections, rows = inputs.plate, inputs.of("deflection"), list[Row]()
+        layout = inputs.plate
+        deflections = inputs.of("deflection")
+        rows = list[Row]()
         cycles = inputs.duration / (inputs.period or math.nan)
         unknown = "" if math.isfinite(cycles) else "; no speed tells what a cycle is"
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k) or name not in deflections:
                 continue
             sides = inputs.sides(k) if inputs.has_log else _of_samples(layout, k, np.asarray(deflections[name]))
-            shares, single, double = sides.shares, sides.single, sides.double
+            shares = sides.shares
+            single = sides.single
+            double = sides.double
             inner = centre(layout, k)
             drive = sum(share for region, share in shares.items() if region > max(inner))
             coast = sum(share for region, share in shares.items() if region < min(inner))

@@ -93,7 +93,9 @@ class ImpactStatistics(CrossingQuantity):
             clearance = layout.clearance_names.index(name)
             if what not in _SEVERITY:
                 per = "time" if quantity == "impacts per second" else "cycles"
-                unit, formula, note = ("1/s" if per == "time" else None), f"{self.formula} / {per}", ""
+                unit = "1/s" if per == "time" else None
+                formula = f"{self.formula} / {per}"
+                note = ""
             elif name not in hit:
                 continue
             else:

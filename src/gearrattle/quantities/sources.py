@@ -216,7 +216,9 @@ def inputs_of_recording(
     if omega is None and speed is not None:
         omega = float(np.mean(speed.values))
     orders = np.unique(np.asarray(engine_orders, dtype=np.float64))
-    kept, words, notes = time.size, "the whole recording", (*recording.notes, *noted)
+    kept = time.size
+    words = "the whole recording"
+    notes = (*recording.notes, *noted)
     period = _period(layout, omega, orders) if omega else None
     if period is not None:
         kept, words, remarks = _whole_periods(time, interval, period)

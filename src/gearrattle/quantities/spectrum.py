@@ -143,7 +143,9 @@ def add_spectra(trajectory: Trajectory, before: State | None) -> State:
     gram, moments: see ``order_sums``; density (f, n), segments: sum over segments; rest (samples, n): begin of the
     segments that wait for more; last (samples, n): as many last cycles as the longest chunk has.
     """
-    window, layout, per_cycle = steady(trajectory), trajectory.layout, trajectory.samples_per_cycle
+    window = steady(trajectory)
+    layout = trajectory.layout
+    per_cycle = trajectory.samples_per_cycle
     signal, time = window.periodic(trajectory.acceleration), window.periodic(trajectory.time)
     shown = layout.orders[_shown(layout, per_cycle)]
     gram, moments = order_sums(signal, time, layout.omega, shown, periods=window.cycles)
@@ -187,7 +189,9 @@ def density_of(state: State, scope: Scope) -> Spectrum:
     Raises:
         ModelError: if the steady part holds fewer than four samples.
     """
-    period, per_cycle, segments = scope.layout.period, scope.samples_per_cycle, int(state["segments"])
+    period = scope.layout.period
+    per_cycle = scope.samples_per_cycle
+    segments = int(state["segments"])
     if segments == 0:
         return psd(state["rest"], period, per_cycle)
     frequency = np.fft.rfftfreq(CYCLES_PER_SEGMENT * per_cycle, period / per_cycle).astype(np.float64)

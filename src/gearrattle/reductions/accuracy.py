@@ -186,7 +186,9 @@ def _response_errors(
 
 def _refined(errors: Callable[[Array], tuple[Array, Array, Array]], omega: Array) -> tuple[float, float]:
     """Largest error of level and of amplitude over the peak, closing in on both from a grid."""
-    level, share, tops = 0.0, 0.0, np.zeros(1)
+    level = 0.0
+    share = 0.0
+    tops = np.zeros(1)
     for _ in range(_ROUNDS):
         levels, differences, amplitudes = errors(omega)
         tops = np.maximum(tops, amplitudes.max(axis=0))

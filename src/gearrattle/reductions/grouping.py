@@ -72,7 +72,9 @@ def grouped(rows: Array, merged: tuple[int, ...]) -> Grouping | None:
             if abs(ratio[b] - step * ratio[a]) > SAME * abs(ratio[b]):
                 return None
             continue
-        scale, absorbed, into = step * ratio[a] / ratio[b], owner[b], owner[a]
+        scale = step * ratio[a] / ratio[b]
+        absorbed = owner[b]
+        into = owner[a]
         for i, o in enumerate(owner):
             if o == absorbed:
                 owner[i], ratio[i] = into, ratio[i] * scale

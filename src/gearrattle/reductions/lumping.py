@@ -202,7 +202,9 @@ def lump(
         elif 0.5 * np.max(used + shares[:, k], initial=0.0) > _PREDICTED * limit:
             reasons[k] = "strain"
         else:
-            merged, used, reasons[k] = (*merged, k), used + shares[:, k], "stiff"
+            merged = (*merged, k)
+            used = used + shares[:, k]
+            reasons[k] = "stiff"
     grouping = rules.grouping(merged)
     error: Worst | None = None
     while merged[len(forced) :] and (error := error_within(request, grouping.basis, limit)) is None:

@@ -116,7 +116,9 @@ def requested(
     merge: Sequence[str] = (),
 ) -> Request:
     """Say by index what is asked by name; ``up_to`` in rad/s; ``merge`` releases elements kept by default."""
-    model, system, names = driveline.model, driveline.system, driveline.layout.element_names
+    model = driveline.model
+    system = driveline.system
+    names = driveline.layout.element_names
     own = sorted({*system.clearances, *(auxiliary.element for auxiliary in system.auxiliaries)})
     kept = [names[k] for k in own if names[k] not in merge] if keep is None else keep
     moved = np.any((system.inputs.torque_sine != 0.0) | (system.inputs.torque_cosine != 0.0), axis=1)

@@ -117,7 +117,9 @@ def truth_table(comparison: Comparison) -> Table:
 def _truth(row: Row, period: float) -> tuple[str, ...]:
     if row.error is None or row.crossings is None or row.impacts is None or row.cost is None:
         return (row.label, *["–"] * 9)
-    crossings, impacts, wrong = row.crossings.total, row.impacts.total, float(row.error.passed[-1])
+    crossings = row.crossings.total
+    impacts = row.impacts.total
+    wrong = float(row.error.passed[-1])
     differ = "–"
     if row.statistics is not None and row.statistics.decided:
         differ = f"{row.statistics.different} of {row.statistics.decided} (chance: {_chance(row)})"

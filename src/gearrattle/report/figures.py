@@ -74,7 +74,9 @@ class Figures(Mapping[str, "Figure"]):
         """
         from gearrattle.writing import Staging
 
-        kinds, resolution, names = known_formats(formats), checked_dpi(dpi), self.named(only)
+        kinds = known_formats(formats)
+        resolution = checked_dpi(dpi)
+        names = self.named(only)
         with Staging(folder) as staging:
             files = [Path(f"{name}.{kind}") for name in names for kind in kinds]
             for file in files:

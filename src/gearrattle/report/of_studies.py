@@ -77,7 +77,9 @@ class SensitivitiesPage(_OfStudy):
         return tuple(output_tables(self.result, self._measured()))
 
     def charts(self) -> list[Chart]:
-        data, measured, count = self.result, self._measured(), self.result.sizes["value"]
+        data = self.result
+        measured = self._measured()
+        count = self.result.sizes["value"]
         if self._measure() == "total_order":
             chart = sobol_chart(sobol_panels(data, measured), count)
         elif self._measure() == "swing":

@@ -109,7 +109,9 @@ class OrderCutsPage(_Along):
 
     def _orders(self) -> list[dict[str, float]]:
         """Say of some orders how large they become, and where."""
-        data, amplitude, rows = self.result, self._values(), []
+        data = self.result
+        amplitude = self._values()
+        rows = []
         for k in self._chosen():
             at = int(amplitude.values[:, k].argmax())
             row = {"order": float(data["order"][k]), "amplitude": float(amplitude[at, k])}

@@ -19,7 +19,10 @@ from gearrattle.result import KIND
 from gearrattle.wording import listed
 from gearrattle.writing import Staging, is_left, sweep
 
-PAGE, SUMMARY, NUMBERS, FIGURES = "report.html", "summary.json", "results.nc", "figures"
+PAGE = "report.html"
+SUMMARY = "summary.json"
+NUMBERS = "results.nc"
+FIGURES = "figures"
 """Names of what stands in a folder of a result."""
 _OTHERS = (".html", ".json", ".jpg", ".txt", ".xlsx", ".h5", ".hdf5", ".npz", ".mat", ".toml", ".zarr", ".wav")
 _FILE_ENDINGS = (*NUMBER_ENDINGS, *FIGURE_ENDINGS, *_OTHERS)

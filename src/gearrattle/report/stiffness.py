@@ -59,7 +59,9 @@ class StiffnessPage(Presentation[Stiffness]):
             notes: on these.
         """
         super().__init__(result)
-        self.over, self.regions, self.limits = over, regions, limits
+        self.over = over
+        self.regions = regions
+        self.limits = limits
         self.more_notes = tuple(notes)
         self.si = result.model.units == "SI"
 

@@ -79,7 +79,10 @@ class StudyReport(Presentation["xr.Dataset"]):
         super().__init__(result.assign_attrs(lists))
         self.messages = messages_of(lists.get("failures", ())) if messages is None else messages
         self.study = page_of(result)
-        self.cost, self.facts, self.remarks, self._title = cost, facts or {}, tuple(remarks), title
+        self.cost = cost
+        self.facts = facts or {}
+        self.remarks = tuple(remarks)
+        self._title = title
 
     @property
     def title(self) -> str:

@@ -43,7 +43,9 @@ class TorqueAnglePage(Presentation[TorqueAngle]):
         return summary, *figure_sections([chart]), points
 
     def answer(self) -> tuple[Table, ...]:
-        loop, angle, torque = self.result, self._unit("rad"), self._unit("N m")
+        loop = self.result
+        angle = self._unit("rad")
+        torque = self._unit("N m")
         points = zip(loop.deflection.tolist(), loop.torque.tolist(), loop.elastic.tolist(), strict=True)
         rows = tuple((numeral(d, 6), numeral(t, 6), numeral(e, 6)) for d, t, e in points)
         heads = ("deflection", angle), ("torque", torque), ("without friction", torque)

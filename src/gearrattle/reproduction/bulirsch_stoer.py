@@ -99,7 +99,9 @@ def _incompatible(measurements: Measurements) -> Row:
     """
     parts: list[str] = []
     figures: dict[str, float] = {}
-    wrong, right, others = False, False, []
+    wrong = False
+    right = False
+    others = []
     for case in (2, 3):
         setup = setup_of(measurements.scope, case, LOOSE, loaded=True)
         setups = {

@@ -117,7 +117,9 @@ def _trials_fail(measurements: Measurements, case: int, kind: str) -> Row:
 
 def _trial_steps(measurements: Measurements) -> Row:
     """Sec. 9: variable methods show a larger (initial average) trial step."""
-    parts, larger, total = [], 0, 0
+    parts = []
+    larger = 0
+    total = 0
     for _, case, _ in TABLES:
         for kind, loaded in KINDS.items():
             for name in ("rkf", "rkv", "bulirsch-stoer"):

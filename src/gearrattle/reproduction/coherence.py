@@ -18,7 +18,9 @@ from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.record import DIFFERS, NOISE, REPRODUCED, UNAVAILABLE, UNDECIDED, Row, Section, row
 from gearrattle.signals.coherence import ENSEMBLES, HARMONICS, by_chance
 
-CASE, CYCLES, SAMPLES = 2, 135, 512
+CASE = 2
+CYCLES = 135
+SAMPLES = 512
 BODIES = ("flywheel", "hub", "input_gear", "output_gear")
 CHANCE = by_chance(ENSEMBLES, HARMONICS)
 KINDS = {"rattling": False, "loaded": True}
@@ -175,7 +177,9 @@ def _hardest(coherences: Found) -> Row:
     for filtered in (True, False):
         every = [v for key, v in coherences.items() if v is not None and key.filtered == filtered and key.label != AWAY]
         lowest = [BODIES[min(range(4), key=lambda i: v[i])] for v in every if min(v) < _HIGH]
-        hub, total, name = lowest.count("hub"), len(lowest), "filtered" if filtered else "aliased"
+        hub = lowest.count("hub")
+        total = len(lowest)
+        name = "filtered" if filtered else "aliased"
         parts.append(f"{name} {hub} of {total}")
         most.append(2 * hub > total)
         figures |= {f"{name}_hub": float(hub), f"{name}_of": float(total)}

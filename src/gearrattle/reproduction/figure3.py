@@ -127,7 +127,9 @@ def _threshold(case: Sequence[Stop], cycles: int, tick: Tick) -> Row:
     kept = [stop.load for stop in case if stop.regime == "quiet"]
     if smooth.regime != "quiet" or not lost:
         return row(item, "named as causes", "contact is never kept, or never lost", DIFFERS, "the sweep is too narrow")
-    limit, last, first = threshold(smooth, cycles), max(lost), min(kept)
+    limit = threshold(smooth, cycles)
+    last = max(lost)
+    first = min(kept)
     summary = (
         f"case 1: lost up to D = {last:.3f}, kept from {first:.3f} N m; the smooth motion says D* = {limit:.3f} N m"
     )

@@ -30,7 +30,9 @@ from gearrattle.signals import Spectrum, last_cycles, psd, steady
 HIGH_ORDER = 50.0
 """Above it lie neither torques nor the mesh order nor its first overtone: impacts and their ringing only."""
 SHOWN, BLOCK = 8, 12
-_SMOOTHING, _SLIGHT, _SLOW = 0.05, 0.1, 2.0
+_SMOOTHING = 0.05
+_SLIGHT = 0.1
+_SLOW = 2.0
 
 
 def setup_of(scope: Scope, algorithm: str, *, loaded: bool) -> Setup:

@@ -103,7 +103,9 @@ class Clearances:
         return "; ".join([*parts, f"transmission error {self.error:g}"])
 
 
-_LINEAR, _LASH, _BACKLASH = (1.0, 1.0, float("inf")), (0.0, 0.0, 58.67), (0.0, 0.0, 1.0)
+_LINEAR = (1.0, 1.0, float("inf"))
+_LASH = (0.0, 0.0, 58.67)
+_BACKLASH = (0.0, 0.0, 1.0)
 TABLE_2 = {
     1: Clearances((0.10, 0.25, 160.0), _LINEAR, _BACKLASH, 0.0),
     2: Clearances((0.01, 0.025, 160.0), _LASH, _BACKLASH, 0.1),

@@ -24,7 +24,9 @@ from gearrattle.reproduction.measurements import Measurements, Scope, Setup
 from gearrattle.reproduction.record import DIFFERS, Row, Section, row
 from gearrattle.results import Run
 
-CYCLES, SETTLED, SAMPLES = 127, 20, 128
+CYCLES = 127
+SETTLED = 20
+SAMPLES = 128
 _DIGITS = 1e-9
 
 
@@ -86,14 +88,18 @@ def separations(run: Run) -> int:
 def _row(measurements: Measurements, case: int) -> Row:
     item = f"Sec. 9, RK4 gives compatible solutions, loaded case {case}"
     runs = {name: measurements.run(setup_of(measurements.scope, case, name)) for name in ("exact", "rk4", "rk2")}
-    exact, rk4, rk2 = runs["exact"], runs["rk4"], runs["rk2"]
+    exact = runs["exact"]
+    rk4 = runs["rk4"]
+    rk2 = runs["rk2"]
     if exact is None or rk4 is None or rk2 is None:
         return row(item, "compatible", "a run did not come to an end", DIFFERS, "a run did not come to an end")
     t = rk4.trajectory
     gear = t.layout.clearance_names.index("gear")
     share = float(np.mean(t.region[t.time > SETTLED * t.layout.period, gear] != 0))
     reach = np.max(np.abs(t.deflection[:, gear])) / HALF_GAP
-    none, some, fine = separations(exact), separations(rk4), separations(rk2)
+    none = separations(exact)
+    some = separations(rk4)
+    fine = separations(rk2)
     summary = (
         f"RK4: {several(some, 'crossing')} in the mesh, |delta_3| up to {reach:.2f} half-gaps, in contact "
         f"{100 * share:.0f} % of the time; exact: {counted(none)}; RK2 at h = 0.001: {counted(fine)}"

@@ -50,7 +50,9 @@ class Moments:
         away = values - mean
         square = away**2
         second, third, fourth = (np.asarray(np.trapezoid(p, axis=0)) for p in (square, square * away, square**2))
-        low, high, miss = values.min(axis=0), values.max(axis=0), np.maximum(*extremes_missed(values))
+        low = values.min(axis=0)
+        high = values.max(axis=0)
+        miss = np.maximum(*extremes_missed(values))
         return cls(weight, mean, second, third, fourth, low, high, miss, values[0], values[-1])
 
     def corrected(self, columns: Sequence[int], exact: Statistics) -> Moments:

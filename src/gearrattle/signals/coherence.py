@@ -25,7 +25,9 @@ from gearrattle.trajectory import Array
 from gearrattle.wording import counted
 
 Taper = Literal["hann", "none"]
-ENSEMBLES, POINTS, HARMONICS = 4, 128, 5  # Padmanabhan et al. 1995, sec. 8
+ENSEMBLES = 4
+POINTS = 128
+HARMONICS = 5  # Padmanabhan et al. 1995, sec. 8
 USABLE = 0.8  # share of half the sampling rate that the anti-aliasing filter leaves as it is
 _CELLS = 1000  # of the grid on which densities are folded
 

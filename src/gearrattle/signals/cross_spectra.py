@@ -180,7 +180,9 @@ def cross_spectra(x: Array, y: Array, rate: float, segments: Segments) -> CrossS
         segments: from ``cut``.
     """
     shape = segments.length // 2 + 1
-    power_x, power_y, cross = np.zeros(shape), np.zeros(shape), np.zeros(shape, np.complex128)
+    power_x = np.zeros(shape)
+    power_y = np.zeros(shape)
+    cross = np.zeros(shape, np.complex128)
     for one, other in zip(groups(x, segments), groups(y, segments), strict=True):
         first, second = transformed(one, segments), transformed(other, segments)
         power_x += np.sum(_squared(first), axis=0)

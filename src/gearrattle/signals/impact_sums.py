@@ -74,7 +74,9 @@ def measure_impacts(sums: Sums, layout: Layout, clearance: int) -> Severity:
     """
     mine = corners_of(layout, clearance)
     of = {name: sums[name][..., clearance] for name in _OF_CLEARANCES}
-    pending, largest, change = np.zeros(np.shape(of["count"])), of["top_push"], of["top_change"]
+    pending = np.zeros(np.shape(of["count"]))
+    largest = of["top_push"]
+    change = of["top_change"]
     for corner in range(mine.start, mine.stop):
         is_open = sums["open"][..., corner] > 0.0
         gathered = np.abs(of["final"] - sums["begun"][..., corner])

@@ -47,7 +47,9 @@ def delay_by_correlation(first: Array, second: Array, interval: float, bounds: t
     from scipy.signal import fftconvolve
 
     x, y = first - first.mean(), second - second.mean()
-    flipped, n, m = y[::-1], x.size, y.size
+    flipped = y[::-1]
+    n = x.size
+    m = y.size
     lags = np.arange(-(m - 1), n)  # second moved by lag samples
     product = fftconvolve(x, flipped)
     own = fftconvolve(x**2, np.ones(m))

@@ -144,8 +144,12 @@ class Stream:
         progress: Callable[[float], None] | None,
         store: Store | None,
     ) -> None:
-        self.model, self.cycles, self.done = plan.model, plan.task.cycles, 0
-        self._plan, self._march, self._chunk = plan, march, chunk
+        self.model = plan.model
+        self.cycles = plan.task.cycles
+        self.done = 0
+        self._plan = plan
+        self._march = march
+        self._chunk = chunk
         self._progress, self._store = progress, store
         self._sums: Sums | None = None
         self._ready = True  # the march has room for the next chunk
@@ -192,7 +196,9 @@ class Stream:
         sums = add(run.trajectory, self._sums)
         if self._store is not None:
             self._store.keep(run, self._march.snapshot(), sums.packed(), self.done + cycles)
-        self._sums, self._ready, self.done = sums, False, self.done + cycles
+        self._sums = sums
+        self._ready = False
+        self.done = self.done + cycles
         return run
 
     def close(self) -> int:

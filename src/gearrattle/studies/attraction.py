@@ -40,7 +40,9 @@ from gearrattle.studies.study import CASES, MOST, first_run
 if TYPE_CHECKING:
     import xarray as xr
 
-SAME, TOLERANCE, MOST_PERIOD = 1e-3, 1e-6, 16
+SAME = 1e-3
+TOLERANCE = 1e-6
+MOST_PERIOD = 16
 DEFAULT = ("verdict", "regime")
 
 

@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 ATTRACTOR = "attractor"
-CHAOS, UNSETTLED, NOTHING = 0, -1, -2
+CHAOS = 0
+UNSETTLED = -1
+NOTHING = -2
 MOST = 300  # groups whose distances are looked at
 FAR = 1e300
 """``between`` where there is one attractor, or none."""

@@ -166,7 +166,9 @@ def _keep(
 ) -> None:
     """Write the values of the cases that are judged."""
     chosen, judged = places
-    tally, at, duration = picked(tallies, judged), chosen[judged], (alike.window[:, 1] - alike.window[:, 0])[judged]
+    tally = picked(tallies, judged)
+    at = chosen[judged]
+    duration = (alike.window[:, 1] - alike.window[:, 0])[judged]
     mass = reduced_inertias(alike.layout, alike.layout.clearance.tolist(), alike.numbers.inertia[judged])
     sums, gaps = {**tally._asdict(), "mass": mass}, gap_names(alike.layout)
     by_criterion: dict[str, Mapping[tuple[str, str], Array]] = {}

@@ -27,7 +27,9 @@ from gearrattle.model.table import shown
 
 Array = NDArray[np.float64]
 
-SALTELLI, PAIRS, ONE_AT_A_TIME = "saltelli", "saltelli-pairs", "one-at-a-time"
+SALTELLI = "saltelli"
+PAIRS = "saltelli-pairs"
+ONE_AT_A_TIME = "one-at-a-time"
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,9 @@ DIRECTION = "direction"
 WAYS: Mapping[str, tuple[str, ...]] = {"both": ("up", "down"), "up": ("up",), "down": ("down",)}
 DIRECTIONS = Choice(tuple(WAYS))
 DEFAULT = ("verdict", "regime")
-TOLERANCE, MOST_PERIOD, MOST_POINTS = 1e-6, 16, 128
+TOLERANCE = 1e-6
+MOST_PERIOD = 16
+MOST_POINTS = 128
 _KEEP_EVERY = 1.0  # seconds
 
 

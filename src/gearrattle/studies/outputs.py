@@ -203,7 +203,9 @@ def _called(function: Function, run: Run) -> Mapping[str, float]:
 
 def _outputs_in(said: Sequence[Row], occasional: Sequence[Row], runs: Sequence[Run]) -> dict[str, Output]:
     """Return an output for every quantity that is said of some runs, or that another motion of theirs may have."""
-    names, by_name, outputs = _names(runs), dict[str, dict[str, Row]](), dict[str, Output]()
+    names = _names(runs)
+    by_name = dict[str, dict[str, Row]]()
+    outputs = dict[str, Output]()
     for entry in (*said, *occasional):
         by_name.setdefault(entry.quantity, {}).setdefault(entry.subject, entry)
     absent = {entry.quantity: entry for entry in occasional}

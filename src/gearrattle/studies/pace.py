@@ -175,7 +175,9 @@ class Pace:
             workers: that compute at once.
             seconds: that a chunk is expected to take.
         """
-        self.chunks, self.workers, self._expected = chunks, max(1, min(workers, chunks)), seconds
+        self.chunks = chunks
+        self.workers = max(1, min(workers, chunks))
+        self._expected = seconds
         self._begun = time.monotonic()
         self._freed: deque[float] = deque([self._begun] * self.workers)
         self._taken: list[float] = []

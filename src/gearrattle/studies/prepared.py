@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[float], None]
-CHUNK_SECONDS, SHORTEST_CHUNK, MOST_IN_CHUNK = 5.0, 2.0, 10_000
+CHUNK_SECONDS = 5.0
+SHORTEST_CHUNK = 2.0
+MOST_IN_CHUNK = 10_000
 _CHUNKS, _FEWEST_CHUNKS = 64, 8  # of a study: enough to share among many workers; those of a study that is soon over
 _STARTING = 5.0  # seconds until a fresh process is warm
 

@@ -41,7 +41,9 @@ from gearrattle.trajectory import Array, Layout
 if TYPE_CHECKING:
     import xarray as xr
 
-SPEED, LOAD, GEAR = "speed", "load", "gear"
+SPEED = "speed"
+LOAD = "load"
+GEAR = "gear"
 _PATH = "excitation.speed"
 _SHARE = 0.02  # of the work, that thresholds are where cases are simulated
 BY_FACTOR, BY_PATH = "factor on the amplitudes of the torques", "number of the load"
@@ -188,7 +190,9 @@ def _threshold(model: Model, gears: Sequence[LooseGear]) -> tuple[Array, Array, 
 
 def _lift(system: PiecewiseSystem, rest: Equilibrium, reach: tuple[Array, Array], mesh: int) -> float:
     """How far a mesh swings towards its gap, over its depth in contact; infinite at rest within its gap."""
-    law, piece, at = system.laws[mesh], rest.pieces[mesh], float(rest.deflection[mesh])
+    law = system.laws[mesh]
+    piece = rest.pieces[mesh]
+    at = float(rest.deflection[mesh])
     if not law.corners.size:
         return 0.0
     if law.stiffness[piece] == 0.0:

@@ -75,7 +75,10 @@ class Store:
     """
 
     def __init__(self, storage: Storage, plan: Plan, outputs: Outputs, work: Work = case_by_case) -> None:
-        self.storage, self.plan, self.outputs, self.work = storage, plan, outputs, work
+        self.storage = storage
+        self.plan = plan
+        self.outputs = outputs
+        self.work = work
         self._opened: dict[str, Any] = {}
         self._claim: Claim | None = None
 
@@ -206,7 +209,9 @@ class Store:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 _coordinate(group, path, SAMPLE, column.tolist(), self._described(path))
         for output in self.outputs.all:
-            dimensions, shape, chunks = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
+            dimensions = list(plan.dimensions)
+            shape = list(plan.shape)
+            chunks = list(plan.chunk_shape)
             if output.dimension:
                 if output.dimension not in group:
                     _coordinate(group, output.dimension, output.dimension, output.subjects)
@@ -277,7 +282,9 @@ class Store:
 
     def keep(self, chunk: int, computed: Computed) -> None:
         """Write a chunk's results, then its marker."""
-        box, written, sums = self.plan.box(chunk), {**computed.values, OUTCOME: computed.outcome}, {}
+        box = self.plan.box(chunk)
+        written = {**computed.values, OUTCOME: computed.outcome}
+        sums = {}
         if not self._opened.keys() >= written.keys():
             group = self._group()
             self._opened = {name: group[name] for name in written}

@@ -10,7 +10,9 @@ from gearrattle.analysis.contact_ratios.base import elastic, law_of
 from gearrattle.trajectory import EventLog, Trajectory
 from tests import synthetic
 
-CLUTCH, SPLINE, GEAR = 0, 1, 2
+CLUTCH = 0
+SPLINE = 1
+GEAR = 2
 
 
 def with_deflection(deflection: np.ndarray, samples_per_cycle: int, clearance: int = GEAR) -> Trajectory:

@@ -108,7 +108,9 @@ def test_gaussian_motion_has_one_ratio_the_error_function(alpha: float, deviatio
 
 @pytest.mark.parametrize("seed", range(10))
 def test_gaussian_against_quadrature(seed: int) -> None:
-    law, mean, deviation = random_law(seed), 0.2, 0.9
+    law = random_law(seed)
+    mean = 0.2
+    deviation = 0.9
     nodes, weights = np.polynomial.legendre.leggauss(60)
     total = np.zeros(2)
     for low, high in pairwise([mean - 12.0, *law.corners, mean + 12.0]):

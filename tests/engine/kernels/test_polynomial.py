@@ -58,7 +58,9 @@ def test_a_gap_of_zero_that_closes_is_an_exit_at_once() -> None:
 @pytest.mark.parametrize("seed", range(200))
 def test_the_minorant_check_agrees_with_a_dense_scan(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    gap, rate, curvature = abs(rng.normal()), rng.normal(), rng.normal() * 3
+    gap = abs(rng.normal())
+    rate = rng.normal()
+    curvature = rng.normal() * 3
     third, h = abs(rng.normal()) * 5, rng.random() * 2
     x = np.linspace(0, h, 20001)
     lowest = np.min(gap + rate * x + curvature * x**2 / 2 - third * x**3 / 6)

@@ -20,7 +20,9 @@ def test_a_move_within_a_finest_step_is_the_exponential(seed: int, x: float) -> 
     system = random_chain(seed)
     store = Store(flow_of(system))
     store.add(random_pieces(system, seed))
-    region, a, size = region_in(store, 0), store.packed, store.size
+    region = region_in(store, 0)
+    a = store.packed
+    size = store.size
     width, count = len(region.generator), len(region.carried)
     rng = np.random.default_rng(seed)
     y, carried = aligned(4 * strips_for(size.longest)), aligned(4 * strips_for(size.carried))

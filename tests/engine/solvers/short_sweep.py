@@ -118,7 +118,10 @@ def integrated(model: Model, end: float) -> tuple[np.ndarray, np.ndarray, np.nda
         return gap
 
     start = model.simulation.initial
-    t, y, times, elements = 0.0, np.array([*start.angle, *start.velocity]), [], []
+    t = 0.0
+    y = np.array([*start.angle, *start.velocity])
+    times = []
+    elements = []
     pieces = [law.piece_at(float(d)) for law, d in zip(system.laws, system.rows @ y[:n] - errors(0.0)[0], strict=True)]
     while t < end:
         bounds = [(k, *law.bounds(p)) for k, (law, p) in enumerate(zip(system.laws, pieces, strict=True))]

@@ -73,7 +73,9 @@ def test_a_failure_of_what_keeps_is_raised() -> None:
 
 def test_few_variants_are_in_flight_and_none_reaches_the_shelf() -> None:
     given = task(oscillator(clearance(4.0, 0.2, 0.5), force=3.0), [0.9], [0.0], cycles=2)
-    drawn, systems, before = 0, [], list(slots._KEPT)
+    drawn = 0
+    systems = []
+    before = list(slots._KEPT)
 
     def endless() -> Iterator[Task]:
         nonlocal drawn

@@ -68,10 +68,14 @@ def one_inertia(part: float, times: list[float]) -> PiecewiseSystem:
 def test_matrix_exponentials_over_every_instant(part: float) -> None:
     times = [0.13, 0.41, 0.63, 1.0]
     motion = run(task(one_inertia(part, times), [0.1], [0.2], cycles=3, samples=7))
-    y, now, lacks = np.array([0.1, 0.2, 1.0]), 0.0, 0.0
+    y = np.array([0.1, 0.2, 1.0])
+    now = 0.0
+    lacks = 0.0
     for instant in [*np.add.outer(np.arange(3), times).ravel()]:
         matrix = np.array([[0.0, 1.0, 0.0], [-400.0 * (1.0 - part * lacks), -2.05, 3.0], [0.0, 0.0, 0.0]])
-        y, now, lacks = expm(matrix * (instant - now)) @ y, instant, 1.0 - lacks
+        y = expm(matrix * (instant - now)) @ y
+        now = instant
+        lacks = 1.0 - lacks
     assert motion.angle[-1, 0] == pytest.approx(y[0], rel=1e-12)
     assert motion.velocity[-1, 0] == pytest.approx(y[1], rel=1e-12)
     assert motion.energy is not None
@@ -92,12 +96,16 @@ def test_chunks_go_on_with_the_clock() -> None:
 def rattling_pair(run_: gr.Run, turns: object, until: float) -> tuple[np.ndarray, int]:
     """Return the last deflection and its rate of the pair, restarted at every instant and corner; crossings."""
     system, t = assemble(run_.model).system, run_.trajectory
-    law, row, j = system.laws[0], system.rows[0], system.inertia
+    law = system.laws[0]
+    row = system.rows[0]
+    j = system.inertia
     given = run_.model.meshes[0].alternation
     assert given is not None
     instants = sorted({until, *(x for n in range(400) for x in (turns(n), turns(n + given.share)) if 0.0 < x < until)})
     signals, inputs_ = system.signals, system.inputs
-    y, now, crossings = np.concatenate([[row @ t.angle[0]], t.velocity[0]]), 0.0, 0
+    y = np.concatenate([[row @ t.angle[0]], t.velocity[0]])
+    now = 0.0
+    crossings = 0
     for end in instants:
         while True:
             middle = 0.5 * (now + end)

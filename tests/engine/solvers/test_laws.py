@@ -59,7 +59,9 @@ def test_inertias_without_any_element_turn_by_themselves(name: str) -> None:
     step = 1e-3 if name in FIXED else None
     tolerance = None if name in FIXED else TOLERANCE
     run = gr.simulate(gr.loads(text), name, cycles=5, samples_per_cycle=16, step=step, tolerance=tolerance)
-    t, v, rate = run.trajectory.time, run.trajectory.velocity, 0.25
+    t = run.trajectory.time
+    v = run.trajectory.velocity
+    rate = 0.25
     want = (rate * np.sin(8.0 * t) - 8.0 * np.cos(8.0 * t) + 8.0 * np.exp(-rate * t)) / (2.0 * (rate**2 + 64.0))
     assert np.abs(v[:, 0] - want).max() <= ALLOWED.get(name, SMOOTH)
     assert not np.any(v[:, 1])

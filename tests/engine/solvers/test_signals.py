@@ -127,7 +127,9 @@ def test_more_knots_change_nothing() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_a_constant_signal_is_a_mean(seed: int) -> None:
     system = random_chain(seed)
-    n, m, period = system.size, len(system.laws), system.inputs.period
+    n = system.size
+    m = len(system.laws)
+    period = system.inputs.period
     constant = Signals(np.array([0.0, 3.3 * period]), np.ones((1, 1, 1)), system.inputs.mean[:, None], np.zeros((m, 1)))
     moved = replace(system, inputs=replace(system.inputs, mean=np.zeros(n)), signals=constant)
     start = np.random.default_rng(seed).normal(size=n) * 1e-3

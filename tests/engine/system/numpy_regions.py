@@ -191,7 +191,10 @@ def majorant(
     """
     triangle, vectors = triangular_form(generator, states, frequency)
     blocks = block_diagonalise(triangle, vectors, ELIMINATION)
-    fourth, weights, swift, part = [], [], [], np.zeros(deflection.shape)
+    fourth = []
+    weights = []
+    swift = []
+    part = np.zeros(deflection.shape)
     for block in blocks:
         shape, size = deflection @ block.right, block.left.shape[0]
         if size == 1:
@@ -261,7 +264,9 @@ def _largest_of_inputs(rows: ComplexArray, amplitude: Array) -> Array:
 
 def built_with_numpy(flow: Flow, pieces: Pieces) -> Region:
     """Tables, rows and bounds of the region in which every element is in the piece given."""
-    n, matrix, oscillators = flow.states, flow.generator(pieces), oscillation(flow.frequency)
+    n = flow.states
+    matrix = flow.generator(pieces)
+    oscillators = oscillation(flow.frequency)
     deflection, rate, curvature = flow.probe_rows(pieces)
     amplitude = flow.scaling.inputs
     split = split_inputs(

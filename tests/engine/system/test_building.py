@@ -44,7 +44,9 @@ def check(system: PiecewiseSystem, pieces: tuple[int, ...], seed: int = 0) -> Re
     """Compare every number; bounds through what they say of states, for their rows have any order and phase."""
     flow = flow_of(system)
     made, want = build_region(flow, pieces), built_with_numpy(flow, pieces)
-    n, particular, worst = flow.states, np.abs(want.split.particular), 1e-12
+    n = flow.states
+    particular = np.abs(want.split.particular)
+    worst = 1e-12
     assert np.array_equal(made.split.kept, want.split.kept)
     assert made.fine == want.fine
     assert apart(made.generator, want.generator) <= 1e-14
@@ -132,7 +134,9 @@ def test_a_particular_solution_is_right_to_its_last_digits(seed: int) -> None:
     flow = flow_of(system)
     builder = RegionBuilder(flow)
     builder.work_out(random_pieces(system, seed))
-    n, count, region = flow.states, flow.frequency.size, builder.workspace.region
+    n = flow.states
+    count = flow.frequency.size
+    region = builder.workspace.region
     matrix, particular = region.matrix, region.particular
     for j in range(1, 1 + count):
         if region.kept[j]:
@@ -174,7 +178,9 @@ def test_a_schur_form_of_other_orders_of_the_states(refusals: int, monkeypatch: 
     """A = basis schur basis^H in whatever order of the states it is found; where there is none, that is said."""
     system = random_chain(5)
     builder = RegionBuilder(flow_of(system))
-    pieces, count, integers = random_pieces(system, 5), 0, builder.workspace.lapack.integers
+    pieces = random_pieces(system, 5)
+    count = 0
+    integers = builder.workspace.lapack.integers
     kind = ctypes.CFUNCTYPE(None, *15 * [ctypes.c_void_p])
     zgees = kind(lapack_address("zgees"))
 

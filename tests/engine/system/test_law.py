@@ -12,7 +12,9 @@ def test_a_linear_element_has_one_piece_and_no_corner() -> None:
 
 
 def test_the_clearance_law_is_equation_9_of_the_paper() -> None:
-    alpha, b, stiffness = 0.25, 0.5, 8.0
+    alpha = 0.25
+    b = 0.5
+    stiffness = 8.0
     law = clearance(stiffness, 1.0, b, alpha)
     for delta in (-2.0, -0.5, -0.1, 0.0, 0.3, 0.5, 4.0):
         outside = abs(delta) > b

@@ -126,7 +126,9 @@ def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray, until: fl
     """Return the largest |row . y(s)| for each row, on a dense grid over the longest step, or a shorter time."""
     count, fastest = 4000, np.abs(np.linalg.eigvals(matrix)).max()
     step = min(until / count, 0.2 / fastest)
-    move, largest, state = expm(matrix * step), np.zeros(len(rows)), y
+    move = expm(matrix * step)
+    largest = np.zeros(len(rows))
+    state = y
     for _ in range(count):
         largest = np.maximum(largest, np.abs(rows @ state))
         state = move @ state
@@ -136,7 +138,9 @@ def largest_along(rows: np.ndarray, matrix: np.ndarray, y: np.ndarray, until: fl
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_majorant_bounds_the_fourth_derivative_and_the_fast_modes_all_along_the_longest_step(seed: int) -> None:
     flow, region = case(seed)
-    z, n, matrix = random_state(flow, seed), flow.states, flow.generator(region.pieces)
+    z = random_state(flow, seed)
+    n = flow.states
+    matrix = flow.generator(region.pieces)
     free = np.concatenate([z[:n] - region.split.particular @ z[n:], z[n:][region.split.kept]])
     fourth, calm, fast = region.bound.bound(free, np.zeros(0))
     powered = np.linalg.matrix_power(matrix, 4)
@@ -157,7 +161,9 @@ def test_the_majorant_bounds_the_fourth_derivative_and_the_fast_modes_all_along_
 
 def with_signals(system: PiecewiseSystem, seed: int) -> PiecewiseSystem:
     """Return a system pushed by two polynomials in every interval, at paces from a tenth to ten times each other's."""
-    rng, period, order = np.random.default_rng(seed), system.inputs.period, np.arange(10)
+    rng = np.random.default_rng(seed)
+    period = system.inputs.period
+    order = np.arange(10)
     knots = period * np.cumsum([0.0, *10.0 ** rng.uniform(-3, -1, 6)])
     turning = 10.0 ** rng.uniform(-0.5, 0.5, (6, 2, 1)) / np.diff(knots)[:, None, None]
     size = np.array([3.0, 1e-3])[:, None] / np.array([float(factorial(j)) for j in order])

@@ -39,7 +39,10 @@ def damper(seed: int) -> tuple[dict[str, Any], float, float]:
     inner, parted = random.uniform(5, 10), random.random() < 0.5
     sides: list[list[dict[str, float]]] = []
     for side in range(2):
-        slope, loop, end, stages = (random.uniform(1.4, 1.8) if parted and side else 1.0), inner, 0.0, []
+        slope = random.uniform(1.4, 1.8) if parted and side else 1.0
+        loop = inner
+        end = 0.0
+        stages = []
         for i in range(int(random.integers(2, 5))):
             if i:
                 slope, loop = slope * random.uniform(1.6, 2.4), loop + random.uniform(4, 8)

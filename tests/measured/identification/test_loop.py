@@ -199,7 +199,9 @@ def test_draws_that_are_none_are_refused() -> None:
 
 def test_a_first_loading_cycles_of_unlike_ends_and_a_shaky_angle_are_borne() -> None:
     """As from a rig: it starts at rest, its turns differ by some tenths of a degree, and the angle is noisy."""
-    random, legs, law = np.random.default_rng(8), [], model_of(LAW)
+    random = np.random.default_rng(8)
+    legs = []
+    law = model_of(LAW)
     for low, high in ((LOW, HIGH), (LOW + 0.002, HIGH - 0.003), (LOW + 0.001, HIGH)):
         drawn = gr.torque_angle(law, "damper", low, high)
         up, down = slice(0, drawn.turn + 1), slice(drawn.turn, None)

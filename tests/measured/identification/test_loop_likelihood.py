@@ -110,7 +110,9 @@ def test_derivatives_are_those_of_the_law() -> None:
     table, low, high = damper(4)
     loop = read_loop(sampled(table, low, high, noise=0.0, seed=0, cycles=1))
     polish, found = law_of(table, loop)
-    sliders, regression, step = polish.free(found), Regression(loop, 0, 1e-3), 1e-7
+    sliders = polish.free(found)
+    regression = Regression(loop, 0, 1e-3)
+    step = 1e-7
     moved = [
         [found.shape.with_break(side, i, value + way * step) for way in (1.0, -1.0)]
         for side in ("drive", "coast")
@@ -188,7 +190,9 @@ def test_errors_are_those_of_the_bound() -> None:
 
     The bound is that at the truth; a stated error is that at the estimate, so single ones differ by a quarter.
     """
-    pulls, inside, stated = [], [], []
+    pulls = []
+    inside = []
+    stated = []
     for seed, fit, truth in fits((12, 26, 34), 1000):
         lowest = bound(*damper(seed))
         for name, value in truth.items():

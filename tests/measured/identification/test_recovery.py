@@ -104,7 +104,9 @@ def test_contact_ratio_of_the_call_is_the_default_of_the_data() -> None:
 
 def test_other_units_of_the_same_driveline() -> None:
     """Inertia times a, time times b: stiffness times a / b^2; the fit must be the same in the new units."""
-    truth, a, b = made.train(), 50.0, 1e3
+    truth = made.train()
+    a = 50.0
+    b = 1e3
     power = {"J": a, "stiffness": a / b**2, "damping": a / b, "drag": a / b}
     data = {"mode": [*made.mode_rows(truth, [2, 3, 4]), *shapes(truth)[:2]]}
     data["mode"][0]["omega"] *= 1.01  # not exact: the best fit is a compromise

@@ -55,7 +55,9 @@ def test_sigmas_interval_where_cycles_resemble_their_neighbours() -> None:
 
 
 def test_an_orders_interval_holds_its_amplitude_and_phase() -> None:
-    generator, amplitude, phase = np.random.default_rng(9), 0, 0
+    generator = np.random.default_rng(9)
+    amplitude = 0
+    phase = 0
     at = np.arange(32) / 32.0
     for _ in range(REPEATS):
         one = cycles(1.1 * np.cos(2 * np.pi * at + 0.3) + generator.standard_normal((50, 32)))
@@ -71,7 +73,9 @@ def test_an_orders_interval_holds_its_amplitude_and_phase() -> None:
 
 
 def test_f_limits_hold_the_ratio_of_white_spectra() -> None:
-    generator, held, bands = np.random.default_rng(10), 0, 0
+    generator = np.random.default_rng(10)
+    held = 0
+    bands = 0
     for _ in range(REPEATS):
         one = cycles(1.5 * generator.standard_normal((64, 32)))
         other = cycles(generator.standard_normal((40, 32)))
@@ -84,7 +88,10 @@ def test_f_limits_hold_the_ratio_of_white_spectra() -> None:
 
 def test_f_limits_hold_where_bursts_raise_a_band_for_cycles() -> None:
     """Noise whose size wanders with a correlation of 0.7 a cycle: Gaussian limits would be far too narrow."""
-    generator, held, gaussian, bands = np.random.default_rng(12), 0, 0, 0
+    generator = np.random.default_rng(12)
+    held = 0
+    gaussian = 0
+    bands = 0
     for _ in range(REPEATS // 2):
         pair = []
         for count in (96, 96):
@@ -107,7 +114,10 @@ def test_f_limits_hold_where_bursts_raise_a_band_for_cycles() -> None:
 
 def test_equivalent_averages_are_the_variance_of_a_bands_power() -> None:
     """For white noise the power of a band has the relative variance 1 / n."""
-    generator, powers, told, seen = np.random.default_rng(11), [], [], []
+    generator = np.random.default_rng(11)
+    powers = []
+    told = []
+    seen = []
     for _ in range(1500):
         record = cycles(generator.standard_normal((64, 16)))
         spectrum, _ = densities.densities(record, record)

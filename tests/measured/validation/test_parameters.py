@@ -13,7 +13,9 @@ from gearrattle.measured.validation.parameters import Drawn
 from gearrattle.report.validation_tables import parameter_tables
 from tests.measured.validation import made
 
-J, FIRST, THIRD = "inertia.wheel.J", "torque.0.harmonics.0.amplitude", "torque.0.harmonics.1.amplitude"
+J = "inertia.wheel.J"
+FIRST = "torque.0.harmonics.0.amplitude"
+THIRD = "torque.0.harmonics.1.amplitude"
 ERRORS = {J: 0.02, FIRST: 0.1, THIRD: 0.04}
 """One per cent each."""
 SLOPES = {J: -1.0, FIRST: 100.0 / 116.0, THIRD: 16.0 / 116.0}
@@ -93,7 +95,9 @@ def test_errors_of_effects_hold_what_scatter_makes_of_them() -> None:
     from scipy.stats import t
 
     rng = np.random.default_rng(8)
-    truth, count, inside = np.array([0.5, -0.2]), 16, []
+    truth = np.array([0.5, -0.2])
+    count = 16
+    inside = []
     for _ in range(300):
         z = rng.standard_normal((count, 2))
         logs = (1.0 + z @ truth + 0.3 * rng.standard_normal(count))[:, None, None]

@@ -24,7 +24,9 @@ from tests.report.plots.test_typeset import words_of
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SHORT = {"simulation.cycles": 12, "simulation.discard": 6, "simulation.samples_per_cycle": 32}
 PATH = re.compile(r"\b(inertia|coupling|mesh|torque|excitation|simulation|deflection|rate)\.[A-Za-z0-9_]+")
-GAP, SPEED, INERTIA = "mesh.gear.backlash", "excitation.speed", "inertia.output_gear.J"
+GAP = "mesh.gear.backlash"
+SPEED = "excitation.speed"
+INERTIA = "inertia.output_gear.J"
 
 
 def _studies() -> dict[str, xr.Dataset]:

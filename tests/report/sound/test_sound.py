@@ -63,7 +63,9 @@ def test_impulses_may_lie_anywhere_and_none_is_no_sound() -> None:
 
 
 def test_a_mode_rings_as_its_closed_form() -> None:
-    frequency, damping, gain = 1000.0, 0.02, 3.0
+    frequency = 1000.0
+    damping = 0.02
+    gain = 3.0
     path = modal_path([(frequency, damping, gain)], RATE, "one")
     omega = 2.0 * np.pi * frequency
     t = (np.arange(path.response.size) - path.lead) / RATE

@@ -59,7 +59,9 @@ class Averages:
 
     def means(self, oscillation: Array) -> Array:
         """Return (m,) mean deflections of all elements, about oscillations (m, S) of mean zero."""
-        load, combination, y = self.load, self.combination, self.begin
+        load = self.load
+        combination = self.combination
+        y = self.begin
         waves = oscillation[self.elements]
         stiffest = combination.T @ (self.largest[:, None] * combination)
         floor = 1e-9 * np.diag(np.diag(stiffest))
@@ -70,7 +72,10 @@ class Averages:
             if np.abs(residual).max(initial=0.0) <= 1e-12 * size:
                 break
             step = np.linalg.solve(matrix + floor, residual)
-            low, high, share, before = 0.0, 1.0, 1.0, abs(residual @ step)
+            low = 0.0
+            high = 1.0
+            share = 1.0
+            before = abs(residual @ step)
             for _ in range(_MOST_HALVINGS):  # the sum is convex: its slope along the line changes sign once
                 there = self._pull(y + share * step, waves)
                 now = float(there[0] @ step)

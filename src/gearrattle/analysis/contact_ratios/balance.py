@@ -35,13 +35,20 @@ from gearrattle.engine.system.piecewise import PiecewiseSystem
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-FEWEST, MOST, ABOVE = 64, 512, 1.5
+FEWEST = 64
+MOST = 512
+ABOVE = 1.5
 """Orders kept: so many times the order of the fastest mode in contact, within bounds."""
 SETTLED = 1e-6  # change of every clearance's oscillation, as a share of it
 MARGIN = 1e-3  # a multiplier may lie so far beyond one and still be the rigid body's, in rounding and interpolation
 _SAMPLES = 4  # a harmonic
-_DAMPED, _MOST_DAMPED, _RUNAWAY = 0.5, 200, 1e3
-_MOST_NEWTON, _KRYLOV, _FORCING, _STEP = 25, 60, 1e-2, 1e-6
+_DAMPED = 0.5
+_MOST_DAMPED = 200
+_RUNAWAY = 1e3
+_MOST_NEWTON = 25
+_KRYLOV = 60
+_FORCING = 1e-2
+_STEP = 1e-6
 _PATIENCE = 10  # Newton steps in which the residual must halve
 _HALVED = tuple(0.5**i for i in range(9))
 
@@ -77,7 +84,10 @@ class Overtones:
     """
 
     def __init__(self, system: PiecewiseSystem, slope: Array, damping: Array, means: Callable[[Array], Array]) -> None:
-        self.system, self.slope, self.damping, self.means = system, slope, damping, means
+        self.system = system
+        self.slope = slope
+        self.damping = damping
+        self.means = means
         inputs, rows = system.inputs, system.rows
         contact = np.array([law.stiffness.max() for law in system.laws])
         root = np.sqrt(system.inertia)

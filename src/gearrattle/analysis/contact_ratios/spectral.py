@@ -81,7 +81,9 @@ def gain(deflection: Array, force: Array, rate: float, segments: int, taper: Tap
     d, f = d - d.mean(), f - f.mean()
     parts = Segments(window(_WINDOW[taper], length), length, segments, centred=False)
     densities = cross_spectra(d, f, rate, parts)
-    power_d, power_f, across = densities.power_x, densities.power_y, densities.cross
+    power_d = densities.power_x
+    power_f = densities.power_y
+    across = densities.cross
     coherence = densities.coherence
     there = np.where(np.isfinite(coherence), 1.0, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -56,7 +56,9 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
     """Modes with the slope (m,) and damping (m,) of every element given [SI]."""
     size, root = system.size, np.sqrt(system.inertia)
     tied = relative_coordinates(system, np.flatnonzero(stiffness > 0.0).tolist())
-    omega, normal, strain = np.zeros(size), np.zeros((size, size)), np.full((stiffness.size, size), np.nan)
+    omega = np.zeros(size)
+    normal = np.zeros((size, size))
+    strain = np.full((stiffness.size, size), np.nan)
     first = 0
     for bodies in _trains(system.rows[stiffness > 0.0]):
         column = slice(first, first + bodies.size)
@@ -70,7 +72,9 @@ def modes(system: PiecewiseSystem, stiffness: Array, damping: Array) -> ModalDat
         strain[held, first + own.size : column.stop] = stored**2
         first = column.stop
     order = np.argsort(omega, kind="stable")
-    omega, normal, strain = omega[order], normal[:, order], strain[:, order]
+    omega = omega[order]
+    normal = normal[:, order]
+    strain = strain[:, order]
     shapes = normal / root[:, None]
     dissipation = (system.rows.T * damping) @ system.rows + np.diag(system.drag)
     modal = np.einsum("ij,ik,kj->j", shapes, dissipation, shapes)

@@ -52,7 +52,9 @@ class MultistepMarch:
         self.task, self.problem = task, FieldProblem.of(task)
         self.field = plain = contiguous(self.problem.field)
         elements = len(plain.rows)
-        laws, lowest, ends = plain.laws, plain.laws.first[:-1], np.full(elements, np.inf)
+        laws = plain.laws
+        lowest = plain.laws.first[:-1]
+        ends = np.full(elements, np.inf)
         slopes = laws.stiffness[lowest], laws.damping[lowest], laws.offset[lowest]
         held = plain._replace(laws=Laws._make([np.arange(elements + 1), *slopes, -ends, ends]))
         self.block = Block.of(self.problem, held if events else None)

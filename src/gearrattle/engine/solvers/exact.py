@@ -65,7 +65,9 @@ class ExactMarch:
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots
         self.flow = self.slots.flow
-        flow, scaling, size = self.flow, self.flow.scaling, self.slots.size
+        flow = self.flow
+        scaling = self.flow.scaling
+        size = self.slots.size
         deflection, unloaded = np.empty(len(flow.coordinates.elements)), np.zeros(size.memories)
         deflect(np.ascontiguousarray(flow.coordinates.basis), np.ascontiguousarray(task.angle, dtype=float), deflection)
         states = np.concatenate([deflection * scaling.deflection, task.velocity * scaling.velocity, unloaded])
@@ -164,7 +166,9 @@ class ExactMarch:
 
     def _enter_next_region(self) -> Outcome:
         """Go to the region across the corner; build it if it is new."""
-        counts, before, known = self.march.counts, self.slots, len(self.slots.pieces)
+        counts = self.march.counts
+        before = self.slots
+        known = len(self.slots.pieces)
         clearance, upward = divmod(int(counts[packed.PENDING]), 2)
         self.slots, counts[packed.SLOT] = before.beyond(int(counts[packed.SLOT]), clearance, upward)
         counts[packed.PENDING] = -1
@@ -209,7 +213,9 @@ class ExactMarch:
         counted, tried = self.march.counts - self.before[0], float(self.march.tried[0]) - self.before[1]
         steps = int(counted[packed.STEPS])
         sampled, (forces, memory) = sampled_quantities(flow, self.sampled_z(), self.samples)
-        clearances, log, auxiliaries = len(flow.system.clearances), self._logged(), None
+        clearances = len(flow.system.clearances)
+        log = self._logged()
+        auxiliaries = None
         if flow.system.auxiliaries:
             pieces, initial = self.samples.pieces[:, clearances:], self.initial[clearances:]
             auxiliaries = Auxiliaries(forces, memory, pieces, initial, passages_of(flow, log))

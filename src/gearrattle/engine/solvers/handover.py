@@ -133,7 +133,9 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
     Returns:
         fields of ``Motion`` by name; forces and memories of auxiliaries.
     """
-    system, count, clearances = flow.system, len(z), len(flow.system.clearances)
+    system = flow.system
+    count = len(z)
+    clearances = len(flow.system.clearances)
     sizes = {"angle": system.size, "velocity": system.size, "acceleration": system.size, "force": len(system.laws)}
     out = {name: np.empty((count, size)) for name, size in sizes.items()}
     out["deflection"] = np.empty((clearances, count)).T  # one clearance after the other, as criteria read it
@@ -141,7 +143,9 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
     for part in slices(count, flow.width + sum(sizes.values())):
         pieces = samples.pieces[part]
         sampled = _seen(flow, z[part])
-        deflection, rate, torque = sampled["deflection"], sampled["rate"], sampled["torque"]
+        deflection = sampled["deflection"]
+        rate = sampled["rate"]
+        torque = sampled["torque"]
         force = out["force"][part]
         force[...] = _forces_of_laws(system, pieces, deflection, rate)
         forces[part], memory[part] = forces_beside(flow, z[part], pieces, deflection, rate)
@@ -159,7 +163,9 @@ def sampled_quantities(flow: Flow, z: Array, samples: packed.Samples) -> tuple[d
 
 def _seen(flow: Flow, z: Array) -> dict[str, Array]:
     """Angles but for those of the references, velocities, torques, deflections and rates at some states [SI]."""
-    coordinates, n, m = flow.coordinates, flow.system.size, len(flow.system.laws)
+    coordinates = flow.coordinates
+    n = flow.system.size
+    m = len(flow.system.laws)
     shape = np.zeros((n, flow.width))
     shape[:, : len(coordinates.elements)] = coordinates.angle_from_basis / flow.scaling.deflection
     rows = np.vstack([shape, flow.velocity, flow.torque, flow.deflection, flow.rate])
@@ -218,7 +224,9 @@ def passages_of(flow: Flow, log: packed.Log) -> Passages:
     """All crossings of a log in the order in which they came; owns its arrays, for the log is written anew."""
     period, count = flow.system.inputs.period, len(flow.system.clearances)
     velocity = np.where(log.clearance < count, log.rate * flow.corner_scale[log.clearance] / period, np.nan)
-    time, watch, upward = (log.cycle + log.fraction) * period, log.clearance.copy(), log.upward.copy()
+    time = (log.cycle + log.fraction) * period
+    watch = log.clearance.copy()
+    upward = log.upward.copy()
     return Passages(time, watch, upward, velocity, log.memory / flow.memory)
 
 

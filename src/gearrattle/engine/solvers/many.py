@@ -174,9 +174,16 @@ class _BatchState:
         from gearrattle.engine.kernels._jit import address_of, compact, vectorised
         from gearrattle.engine.kernels._llvm import lapack_address
 
-        cases, buffers, regions, workspace = self.cases, self.buffers, self.store.packed, self.store.builder.words
-        stages, zgees, counts = building.stages(), lapack_address("zgees"), self.march.counts
-        system, frame, acceleration = picked(cases.numbers, 0), cases.frame, buffers.acceleration
+        cases = self.cases
+        buffers = self.buffers
+        regions = self.store.packed
+        workspace = self.store.builder.words
+        stages = building.stages()
+        zgees = lapack_address("zgees")
+        counts = self.march.counts
+        system = picked(cases.numbers, 0)
+        frame = cases.frame
+        acceleration = buffers.acceleration
         marched = regions, self.inputs, self.instants, self.march, self.samples, self.notes, self.log, 0
         tallied = (
             cases.judged,
@@ -213,7 +220,9 @@ class _BatchState:
 def _buffers(flow: Flow, cases: Any) -> Any:
     from gearrattle.engine.kernels.many import Buffers
 
-    deflections, inertias, clearances = len(flow.coordinates.elements), flow.system.size, len(flow.system.clearances)
+    deflections = len(flow.coordinates.elements)
+    inertias = flow.system.size
+    clearances = len(flow.system.clearances)
     scales = Scales(*map(np.empty, (deflections, inertias, 1 + flow.frequency.size, clearances)))
     statics = cases.statics
     return Buffers(

@@ -50,7 +50,10 @@ class StepMarch:
         from gearrattle.engine.kernels.steps import Stepper, step_on
 
         self._step_on = vectorised(step_on)
-        self.task, self.tableau, self.fixed, self.problem = task, tableau, fixed, FieldProblem.of(task)
+        self.task = task
+        self.tableau = tableau
+        self.fixed = fixed
+        self.problem = FieldProblem.of(task)
         self.step, self._limit = _first_step(self.problem), StepLimit(task.system, a_period=MOST_CHOSEN)
         if fixed:
             _check_count(task, self.step)
@@ -119,7 +122,9 @@ class StepMarch:
         from gearrattle.engine.kernels.steps import CALLS, EVENTS, REJECTED, SMALLEST, STEP, TRIED
 
         s = self.stepper
-        steps, rejected, count = int(s.counts[STEP]), int(s.counts[REJECTED]), int(s.counts[EVENTS])
+        steps = int(s.counts[STEP])
+        rejected = int(s.counts[REJECTED])
+        count = int(s.counts[EVENTS])
         log = (a[:count] for a in (s.event_time, s.event_element, s.event_pieces, s.event_rate, s.event_integral))
         crossings = self.problem.crossings(*log)
         notes: tuple[str, ...] = ()

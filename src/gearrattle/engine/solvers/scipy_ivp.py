@@ -49,7 +49,10 @@ class ScipyStepper:
         self._given, self._answer = np.zeros(block.states), np.zeros(block.states)
         self._addresses = tuple(a.ctypes.data for a in (self._given, self._answer, block.words))
         self.block, self.implicit = block, method == "Radau"
-        self.rejected_steps, self.refreshed, self._between, self.tried = 0, 0, 0, 0.0
+        self.rejected_steps = 0
+        self.refreshed = 0
+        self._between = 0
+        self.tried = 0.0
         asked = TOLERANCE if task.tolerance is None else task.tolerance
         relative, absolute = block.tolerances(asked)
         self.notes: tuple[str, ...] = ()
@@ -113,7 +116,9 @@ class ScipyStepper:
         ):  # SciPy would try such a step for ever
             return Outcome.NON_FINITE
         first = min(float(solver.h_abs), solver.t_bound - begin)
-        calls, factors, refreshed = solver.nfev, solver.nlu, self.refreshed
+        calls = solver.nfev
+        factors = solver.nlu
+        refreshed = self.refreshed
         fresh = getattr(solver, "LU_real", None) is None
         try:
             with warnings.catch_warnings(), np.errstate(all="ignore"):

@@ -81,7 +81,9 @@ class StepwiseMarch:
         self.piece = np.array(self.problem.start, dtype=np.int64)
         self.deflection = self._elements(0.0, self.block.initial)[0]
         self.log: list[tuple[float, int, int, int, float, float]] = []
-        self.steps, self.smallest, self._limit = 0, np.inf, StepLimit(task.system, _MOST_STEPS, _MOST_A_PERIOD)
+        self.steps = 0
+        self.smallest = np.inf
+        self._limit = StepLimit(task.system, _MOST_STEPS, _MOST_A_PERIOD)
 
     def advance(self) -> Outcome:
         """Take steps for one slice of time."""
@@ -133,7 +135,9 @@ class StepwiseMarch:
         """Log entries of the corners of one element between the pieces at the step's ends."""
         from scipy.optimize import toms748
 
-        entries, piece, end = [], int(self.piece[k]), self.stepper.time
+        entries = []
+        piece = int(self.piece[k])
+        end = self.stepper.time
         carried = self.block.states - len(self.block.field.rows) + k
         while piece != target:
             up = 1 if target > piece else -1

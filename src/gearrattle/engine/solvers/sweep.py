@@ -85,7 +85,9 @@ class SweepMarch:
         self._sweep_on = vectorised(sweep_on)
         self.task, self.plan = task, plan_of(task.system)
         self.flow = self.plan.flow
-        flow, system, inputs = self.flow, task.system, task.system.inputs
+        flow = self.flow
+        system = task.system
+        inputs = task.system.inputs
         scaling, clearances = flow.scaling, list(system.clearances)
         basis = flow.coordinates.basis @ task.angle
         z = np.concatenate(
@@ -190,7 +192,9 @@ class SweepMarch:
 
     def _states(self, columns: Array) -> Array:
         """(t, N + R + K) scaled states, reference angles and force integrals, from columns of the table."""
-        flow, m, n = self.flow, len(self.flow.system.laws), self.flow.system.size
+        flow = self.flow
+        m = len(self.flow.system.laws)
+        n = self.flow.system.size
         elements, carried = list(flow.coordinates.elements), m + n + len(flow.system.clearances)
         out = np.empty((len(columns), len(elements) + columns.shape[1] - m))
         for part in slices(*columns.shape):
@@ -201,7 +205,9 @@ class SweepMarch:
 
     def motion(self) -> Motion:
         """Sampled states turned into angles, accelerations and forces."""
-        task, counts, period = self.task, self.sweep.counts, self.flow.system.inputs.period
+        task = self.task
+        counts = self.sweep.counts
+        period = self.flow.system.inputs.period
         samples = self.samples._replace(states=self._states(self.samples.states))
         sampled, _ = sampled_quantities(self.flow, sampled_z(self.flow, samples), samples)
         steps, expansions = int(counts[packed.STEPS]), int(counts[packed.EXPANSIONS])

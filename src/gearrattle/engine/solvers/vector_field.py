@@ -127,7 +127,9 @@ class FieldProblem:
         from gearrattle.engine.kernels.sampling import element_samples
 
         system, coordinates = self.task.system, self.flow.coordinates
-        r, n, clearances = len(coordinates.elements), system.size, list(system.clearances)
+        r = len(coordinates.elements)
+        n = system.size
+        clearances = list(system.clearances)
         angle, velocity, acceleration = np.empty((3, len(states), n))
         force, deflection = np.empty((len(states), len(system.laws))), np.empty((len(clearances), len(states))).T
         pieces = np.empty((len(clearances), len(states)), np.int64).T

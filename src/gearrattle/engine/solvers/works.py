@@ -34,7 +34,10 @@ class SweepAuditor:
         """
         from gearrattle.engine.kernels.works import Intervals
 
-        self.flow, self.arrays, self.windows, self.samples = flow, arrays, windows, samples
+        self.flow = flow
+        self.arrays = arrays
+        self.windows = windows
+        self.samples = samples
         grid = np.arange(1, len(samples.states)) / samples.per_cycle
         at = np.concatenate([grid, crossings.time / flow.system.inputs.period])
         order = np.argsort(at, kind="stable")
@@ -103,12 +106,17 @@ def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) 
     from gearrattle.engine.kernels.works import WorkBuffers, Works
 
     network = arrays[0]
-    system, orders, columns = flow.system, packed.ORDER + 1, samples.states.shape[1]
+    system = flow.system
+    orders = packed.ORDER + 1
+    columns = samples.states.shape[1]
     pieces = np.zeros(len(system.laws), dtype=np.int64)
     pieces[network.clearances] = samples.pieces[0]
     laws = [(law.stiffness[p], law.damping[p], law.offset[p]) for law, p in zip(system.laws, pieces, strict=True)]
     present = np.array(laws, dtype=float).reshape(-1, 3).T
-    m, n, count, errors = len(system.laws), system.size, system.inputs.count, network.erring.size
+    m = len(system.laws)
+    n = system.size
+    count = system.inputs.count
+    errors = network.erring.size
     buffers = WorkBuffers(
         np.zeros(2),
         np.zeros((orders, columns)),

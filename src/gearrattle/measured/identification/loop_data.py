@@ -158,7 +158,9 @@ def _is_one_cycle_begun_between_its_ends(deflection: Array, torque: Array, turns
 
 def _turns(deflection: Array, least: float) -> list[int]:
     """Positions of the first sample, of every turn, and of the last sample."""
-    turns, extreme, way = [0], 0, 0.0
+    turns = [0]
+    extreme = 0
+    way = 0.0
     values = deflection.tolist()
     for i, value in enumerate(values):
         if way == 0.0:

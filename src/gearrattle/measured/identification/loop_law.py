@@ -29,7 +29,9 @@ from gearrattle.measured.identification.loop_data import Loop
 
 Array = NDArray[np.float64]
 
-DRIVE, COAST, CENTRE = "drive", "coast", "centre"
+DRIVE = "drive"
+COAST = "coast"
+CENTRE = "centre"
 _KEPT = 4000  # columns
 _PARTS = 5  # of a cell, in which columns are looked at before they are averaged
 
@@ -153,7 +155,9 @@ class Regression:
         return made
 
     def _weigh(self, weight: Array, whole: float) -> None:
-        self.weight, self.whole, self._root = weight, whole, np.sqrt(weight)
+        self.weight = weight
+        self.whole = whole
+        self._root = np.sqrt(weight)
         self._pull = self._root * self.torque
 
     def labels(self, shape: Shape, without: frozenset[tuple[str, int]]) -> tuple[tuple[str, str, int], ...]:
@@ -235,7 +239,9 @@ def stretch(loop: Loop, side: str, start: float, reach: float) -> Array:
         behind = np.abs(loop.deflection - loop.turn)
         return np.asarray(loop.way * np.minimum(behind / reach - 1.0, 1.0), dtype=np.float64)
     way = 1.0 if side == DRIVE else -1.0
-    delta, turn, outward = way * loop.deflection, way * loop.turn, way * loop.way > 0.0
+    delta = way * loop.deflection
+    turn = way * loop.turn
+    outward = way * loop.way > 0.0
     top = np.minimum(turn - start, reach)
     free = np.where(outward, np.minimum(delta - start, reach), np.maximum(top - (turn - delta), -reach))
     return np.asarray(way * np.where(delta > start, free, 0.0) / reach, dtype=np.float64)

@@ -126,7 +126,9 @@ class Polish:
 
     def _moved(self, solution: Solved, sliders: tuple[Slider, ...], step: Array) -> Shape:
         low, high = self.loop.ends
-        least, shape, j = LEAST * (high - low), solution.shape, len(solution.labels)
+        least = LEAST * (high - low)
+        shape = solution.shape
+        j = len(solution.labels)
         for side, end in ((DRIVE, high), (COAST, -low)):
             breaks, edge = [], 0.0
             for i, value in enumerate(solution.shape.breaks(side)):

@@ -34,7 +34,9 @@ Array = NDArray[np.float64]
 
 _WIDE, _FINE = 32, 15  # values of log r: over all the room, and about the least squares
 _ERRORS = 4.0  # standard errors to each side that have the fine values
-_CHAINS, _COOLING, _KEPT = 48, 8, 14
+_CHAINS = 48
+_COOLING = 8
+_KEPT = 14
 _HOT = 30.0
 _STARTS = 6
 _OPEN = math.exp(-0.5 * 3.841458820694124)  # of the highest density: a bound that dense is no end

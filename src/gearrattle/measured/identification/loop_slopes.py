@@ -49,8 +49,12 @@ def carried(loop: Loop, solution: Solved, side: str, index: int) -> Array:
 
 
 def _in_break(loop: Loop, solution: Solved, side: str, index: int) -> Array:
-    way, start, slopes = (1.0 if side == DRIVE else -1.0), solution.shape.breaks(side)[index], slopes_of(solution, side)
-    delta, turn, outward = way * loop.deflection, way * loop.turn, way * loop.way > 0.0
+    way = 1.0 if side == DRIVE else -1.0
+    start = solution.shape.breaks(side)[index]
+    slopes = slopes_of(solution, side)
+    delta = way * loop.deflection
+    turn = way * loop.turn
+    outward = way * loop.way > 0.0
     change = np.full(delta.size, slopes[index] - slopes[index + 1])
     height = heights_of(solution).get((side, index + 1), 0.0)
     if height > 0.0:
@@ -67,7 +71,9 @@ def _in_reach(loop: Loop, solution: Solved, slider: tuple[str, int]) -> Array:
         behind = np.abs(loop.deflection - loop.turn) / reach
         return np.asarray(-height * loop.way * np.where(behind < 2.0, behind, 0.0), dtype=np.float64)
     way, start = (1.0 if side == DRIVE else -1.0), 0.0 if index == 0 else solution.shape.breaks(side)[index - 1]
-    delta, turn, outward = way * loop.deflection, way * loop.turn, way * loop.way > 0.0
+    delta = way * loop.deflection
+    turn = way * loop.turn
+    outward = way * loop.way > 0.0
     top = np.minimum(turn - start, reach)
     back = (top - (turn - delta)) / reach
     out = (delta - start) / reach

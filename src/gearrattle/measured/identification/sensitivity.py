@@ -108,7 +108,9 @@ class Spectrum:
 
         ``derivatives``: 0 the angle, 1 the velocity, 2 the acceleration.
         """
-        c, basis, rows = self.of, self.of.basis, self.of.rows
+        c = self.of
+        basis = self.of.basis
+        rows = self.of.rows
         stiffness = (rows.T * self.stiffness) @ rows
         damping = (rows.T * self.damping) @ rows + np.diag(self.drag)
         mass, damping, stiffness = (basis.T @ m @ basis for m in (np.diag(self.inertia), damping, stiffness))

@@ -91,7 +91,9 @@ def read_mapping(source: str | os.PathLike[str] | Mapping[str, Any]) -> Measurem
         ModelError: every problem of the mapping with its place, then those of the record.
     """
     if isinstance(source, Mapping):
-        plain, positions, folder = source, Positions(), Path()
+        plain = source
+        positions = Positions()
+        folder = Path()
     else:
         name = os.fspath(source)
         plain, positions = read_tables(read_text(name, KIND), name, KIND)

@@ -36,7 +36,10 @@ _DEEPEST = 20
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _TEXTS = {2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 _MATRIX, _PACKED = 14, 15
-_STRUCTURE, _TEXT, _FIRST_NUMBER, _LAST_NUMBER = 2, 4, 6, 15
+_STRUCTURE = 2
+_TEXT = 4
+_FIRST_NUMBER = 6
+_LAST_NUMBER = 15
 _COMPLEX, _LOGICAL = 0x800, 0x200
 
 

@@ -79,7 +79,9 @@ def compared(run: Run, recording: Recording, wanted: Wanted, progress: Callable[
         words = f"{counted(wanted.draws, 'run')}, seed {wanted.seed}: {listed(errors)}{told_apart}"
         known = replace(known, parameters=repeats.uncertainty(known.scatter[1]), parameters_words=words)
     pairs = _pairs(matter, known, clock, lines)
-    cycles, drawn, pairing = matter.cycles, matter.drawn, matter.pairing
+    cycles = matter.cycles
+    drawn = matter.drawn
+    pairing = matter.pairing
     by_parameters = None if repeats is None else explained(repeats, pairs, cycles, drawn)
     impacts = compare_impacts(run.trajectory, cycles, drawn, pairing.measured, wanted.thresholds)
     return Validation(
@@ -199,9 +201,13 @@ def _drawn(cycles: tuple[Cycles, Cycles], seed: int) -> tuple[Draws, Draws]:
 
 def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
     """Return the clock, and the lines of both records on it."""
-    cycles, drawn, wanted = matter.cycles, matter.drawn, matter.wanted
+    cycles = matter.cycles
+    drawn = matter.drawn
+    wanted = matter.wanted
     own = orders.lines_of(cycles[0], drawn[0]), orders.lines_of(cycles[1], drawn[1])
-    z, x, period = own[0].mean, own[1].mean, cycles[1].period
+    z = own[0].mean
+    x = own[1].mean
+    period = cycles[1].period
     nan = float("nan")
     replicates = len(own[0].replicates)
     if wanted.clock == "none" or not isinstance(wanted.clock, str):
@@ -228,7 +234,11 @@ def _clock(matter: _Matter) -> tuple[Clock, tuple[orders.Lines, orders.Lines]]:
 
 def _known(matter: _Matter) -> budget.Known:
     """Gather what is known of every channel."""
-    run, sources, cycles, drawn, setting = matter.run, matter.sources, matter.cycles, matter.drawn, matter.setting
+    run = matter.run
+    sources = matter.sources
+    cycles = matter.cycles
+    drawn = matter.drawn
+    setting = matter.setting
     shape = (2, cycles[0].values.shape[2])
     between = [budget.between_samples(source, cycle, setting) for source, cycle in zip(sources, cycles, strict=True)]
     end = cycles[1].start, sources[1].last

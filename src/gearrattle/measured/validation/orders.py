@@ -121,7 +121,9 @@ def compare_orders(measured: Lines, simulated: Lines, base: float, frequency: fl
         strongest = np.argsort(-size, kind="stable")[:MOST]
         rows = []
         for k in sorted(k for k in strongest.tolist() if size[k] > _SMALL * float(size.max(initial=0.0))):
-            a, b, far = float(one[k]), float(other[k]), float(reach[k, c])
+            a = float(one[k])
+            b = float(other[k])
+            far = float(reach[k, c])
             ratio = 100.0 / a if there[0][k] else float("nan")
             phase = float(np.angle(measured.mean[k, c] * np.conj(simulated.mean[k, c]), deg=True))
             both = there[0][k] and there[1][k]

@@ -35,7 +35,9 @@ def standard_errors(model: Model, source: Errors | Fit) -> dict[str, tuple[float
         ModelError: no such path, no positive number there, an error that is not positive or as large as the value.
     """
     errors = {p.path: p.standard_error for p in source.parameters} if isinstance(source, Fit) else dict(source)
-    tables, names, problems = model.to_tables(), model.path_names(), []
+    tables = model.to_tables()
+    names = model.path_names()
+    problems = []
     values = {}
     for path, error in errors.items():
         if path not in names:

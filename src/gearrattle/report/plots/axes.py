@@ -37,10 +37,14 @@ class Axis:
 
     def at(self, values: Array) -> Array:
         """Return the pixels of some values; what a logarithmic axis cannot show stands far below it."""
-        low, high, shown = self.low, self.high, np.asarray(values, dtype=np.float64)
+        low = self.low
+        high = self.high
+        shown = np.asarray(values, dtype=np.float64)
         if self.log:
             tiny = self.low * 1e-3
-            low, high, shown = math.log(low), math.log(high), np.log(np.maximum(shown, tiny))
+            low = math.log(low)
+            high = math.log(high)
+            shown = np.log(np.maximum(shown, tiny))
         return np.asarray(self.start + (self.end - self.start) * (shown - low) / (high - low), dtype=np.float64)
 
     def ticks(self) -> list[float]:

@@ -26,7 +26,9 @@ from gearrattle.studies.probability import running
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEWEST, _MOST_PANELS, _MOST_POINTS = 8, 6, 600
+_FEWEST = 8
+_MOST_PANELS = 6
+_MOST_POINTS = 600
 
 
 def probability_convergence(data: xr.Dataset) -> Chart | None:

@@ -114,7 +114,9 @@ def body(scene: Scene, number: int, lines: Sequence[str], up: float = 0.0, down:
 
 def element(scene: Scene, number: int, colour: str, label: Sequence[str]) -> str:
     """Draw one coupling or mesh between its two bodies, or between a body and ground, with escaped lines of text."""
-    layout, placement, words = scene.layout, scene.placement, list(label)
+    layout = scene.layout
+    placement = scene.placement
+    words = list(label)
     ends: list[int] = layout.between[number].tolist()
     gap = number in layout.clearance
     if number in placement.seats:

@@ -22,7 +22,10 @@ from gearrattle.trajectory import Array
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
 
-_TOP, _BOTTOM, _LEFT, _RIGHT = 30, 46, 62, 40
+_TOP = 30
+_BOTTOM = 46
+_LEFT = 62
+_RIGHT = 40
 _TITLE_GAP, _AXIS_GAP = 32, 40
 _COLUMN_GAP = 0.085
 _GL_FROM = 20_000

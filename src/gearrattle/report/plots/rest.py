@@ -24,7 +24,9 @@ def rest_chart(rest: Equilibrium) -> Chart | None:
     layout, si = driveline.layout, rest.model.units == "SI"
     panels = []
     for j, k in enumerate(layout.clearance[:_MOST_PANELS].tolist()):
-        name, law, is_mesh = layout.element_names[k], driveline.system.laws[k], bool(layout.is_mesh[k])
+        name = layout.element_names[k]
+        law = driveline.system.laws[k]
+        is_mesh = bool(layout.is_mesh[k])
         at = rest.deflection[name]
         low, high = reach(np.array([at]), law.corners)
         low, high = min(low, *law.corners), max(high, *law.corners)

@@ -36,7 +36,9 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_PANELS, _MOST_VALUES, _ROW = 8, 12, 24
+_MOST_PANELS = 8
+_MOST_VALUES = 12
+_ROW = 24
 _NAMES = 1.9  # room for names left of the bars, in units of a correlation
 
 

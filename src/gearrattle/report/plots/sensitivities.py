@@ -23,7 +23,9 @@ from gearrattle.trajectory import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_PANELS, _MOST_VALUES, _ROW = 8, 12, 30
+_MOST_PANELS = 8
+_MOST_VALUES = 12
+_ROW = 30
 _NAMES = 0.75  # share of the bars' width that names take, left of them
 FIRST, TOTAL = ACCENT, "#8fb8d6"
 

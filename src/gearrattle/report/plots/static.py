@@ -21,7 +21,10 @@ from gearrattle.trajectory import Array
 
 _FONT = "'Helvetica Neue', Helvetica, 'Liberation Sans', Arial, sans-serif"
 _WIDTH = 880
-_TOP, _BOTTOM, _LEFT, _RIGHT = 26, 46, 62, 16
+_TOP = 26
+_BOTTOM = 46
+_LEFT = 62
+_RIGHT = 16
 _TITLE_GAP, _AXIS_GAP = 32, 40
 _COLUMN_GAP = 74
 
@@ -56,7 +59,9 @@ def draw(chart: Chart, *, legend: bool = False) -> bytes:
 
 def _legend(keys: tuple[Key, ...]) -> tuple[str, int]:
     """Swatches and words, row by row, and the height they take."""
-    drawn, x, row = [], float(_LEFT), 0
+    drawn = []
+    x = float(_LEFT)
+    row = 0
     for key in keys:
         width = 26.0 + 6.6 * len(key.name)
         if x + width > _WIDTH - _RIGHT and x > _LEFT:

@@ -26,7 +26,9 @@ from gearrattle.wording import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_SAID, _MOST_ROWS, _ROOM = 6, 40, 10.0
+_MOST_SAID = 6
+_MOST_ROWS = 40
+_ROOM = 10.0
 
 
 def charts(data: xr.Dataset) -> list[Chart]:

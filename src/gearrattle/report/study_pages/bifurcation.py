@@ -28,7 +28,9 @@ from gearrattle.wording import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_CHARTS, _MOST_SAID, _MOST_ROWS = 4, 5, 60
+_MOST_CHARTS = 4
+_MOST_SAID = 5
+_MOST_ROWS = 60
 
 
 def charts(data: xr.Dataset) -> list[Chart]:

@@ -196,7 +196,9 @@ def column_of(layout: Layout, channel: str) -> tuple[str, int]:
         ModelError: the run of this driveline has no such signal.
     """
     kind, _, subject = channel.partition(".")
-    inertias, clearances, elements = layout.inertia_names, layout.clearance_names, layout.element_names
+    inertias = layout.inertia_names
+    clearances = layout.clearance_names
+    elements = layout.element_names
     axes = dict.fromkeys(_OF_INERTIAS, inertias) | dict.fromkeys(_OF_CLEARANCES, clearances) | {"torque": elements}
     if subject not in axes.get(kind, ()):
         names = [f"{quantity}.{name}" for quantity, names in axes.items() for name in names]

@@ -102,7 +102,9 @@ class _Dealer:
     """Chunks under way, and what is known against some of them."""
 
     def __init__(self, client: Any, handed: Handed, store: Store) -> None:
-        self._client, self._handed, self._store = client, handed, store
+        self._client = client
+        self._handed = handed
+        self._store = store
         self._under_way: dict[str, tuple[int, Any]] = {}
         self._ended: SimpleQueue[Any] = SimpleQueue()
         self._again: list[int] = []
