@@ -2,7 +2,7 @@
 
 A result has a title, one sentence that says what came out, notes, its numbers as an xarray Dataset, tables and figures;
 it saves itself, and a notebook shows it. The class of a result holds the numbers and names its ``kind``; how a kind is
-worded, tabulated and drawn stands once, in ``gearrattle.report.kinds``. That package lies far above: it is imported when a
+worded, tabulated and drawn stands once, in ``gearrattle.report.kinds``. That package lies above: it is imported when a
 result is asked to show itself, by its name, so that a simulation loads nothing of it.
 
 What is a DataFrame, a Series or an xarray object remains one: ``attrs["result"]`` names its kind, and ``gr.figures``

@@ -1,4 +1,4 @@
-"""Storage: a study kept behind an address is the one kept in a folder, whatever stops it; every kind of storage keeps its promises."""
+"""Storage: a study kept behind an address is the one kept in a folder, whatever stops it."""
 
 from __future__ import annotations
 

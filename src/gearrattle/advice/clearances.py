@@ -45,7 +45,8 @@ def clearances_line(layout: Layout, excursions: Excursions, pilot: Pilot, notes:
         least = int(np.argmax(excursions.used))
         evidence.append(
             "the steady linear response about rest reaches no corner, so it is an exact motion of the driveline; "
-            f"nearest to one: {names[least]}, whose oscillation takes {100.0 * excursions.used[least]:.3g} % of its room"
+            f"nearest to one: {names[least]}, whose oscillation takes "
+            f"{100.0 * excursions.used[least]:.3g} % of its room"
         )
         if moving:
             evidence.append("the pilot moves otherwise: there is more than one motion, or it has not settled yet")

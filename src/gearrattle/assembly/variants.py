@@ -96,7 +96,7 @@ class Columns:
 
     Attributes:
         model: what is varied; a variant itself.
-        given: by path (V,) values.
+        varied: by path (V,) values.
         count: V.
         good: (V,) which variants share the structure of the model, and satisfy it for certain.
     """
@@ -153,7 +153,7 @@ def coefficients(model: Model, varied: Mapping[str, Array], count: int) -> tuple
 
     Args:
         model: one of them, under nothing but laws and harmonics (``system.is_plain``); what is not varied stands in it.
-        given: by path (V,) values in SI.
+        varied: by path (V,) values in SI.
         count: V.
 
     Returns:

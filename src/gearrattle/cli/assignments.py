@@ -15,7 +15,7 @@ def numbers(option: str, entries: Sequence[str]) -> dict[str, float]:
 
     Args:
         option: its name, for messages.
-        given: words of the form NAME=NUMBER.
+        entries: words of the form NAME=NUMBER.
 
     Raises:
         ModelError: a word of another form.
@@ -28,7 +28,7 @@ def labels(option: str, entries: Sequence[str]) -> dict[str, int]:
 
     Args:
         option: its name, for messages.
-        given: words of the form NAME=WHOLE NUMBER.
+        entries: words of the form NAME=WHOLE NUMBER.
 
     Raises:
         ModelError: a word of another form.
@@ -41,7 +41,7 @@ def lists(option: str, entries: Sequence[str]) -> dict[str, list[float]]:
 
     Args:
         option: its name, for messages.
-        given: words of the form NAME=NUMBER,NUMBER,...
+        entries: words of the form NAME=NUMBER,NUMBER,...
 
     Raises:
         ModelError: a word of another form.
@@ -54,7 +54,7 @@ def texts(option: str, entries: Sequence[str]) -> dict[str, list[float | str]]:
 
     Args:
         option: its name, for messages.
-        given: words of the form NAME=VALUE,VALUE,...
+        entries: words of the form NAME=VALUE,VALUE,...
 
     Raises:
         ModelError: a word of another form.
@@ -67,7 +67,7 @@ def words(option: str, entries: Sequence[str]) -> dict[str, str]:
 
     Args:
         option: its name, for messages.
-        given: words of the form NAME=WORD.
+        entries: words of the form NAME=WORD.
 
     Raises:
         ModelError: a word of another form.

@@ -51,7 +51,8 @@ class Item(Record):
     Attributes:
         quantity: which, in words.
         subject: of which inertia or clearance.
-        candidate, reference: its value, and the mean of the exact motions' [unit]; NaN where it has no value of its own.
+        candidate, reference: its value, and the mean of the exact motions' [unit]; NaN where it has
+            none of its own.
         unit: of these two.
         measure: what is tested, in words with its unit.
         value: that measure.

@@ -60,7 +60,7 @@ def stated(achieved: Accuracy, names: Sequence[str], limit: float) -> ReductionE
     """Put names to errors.
 
     Args:
-        found: as the mathematics has them.
+        achieved: as the mathematics has them.
         names: of the elements.
         limit: what was allowed.
     """

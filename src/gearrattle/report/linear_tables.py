@@ -106,7 +106,8 @@ def _shape(shape: Array, names: tuple[str, ...]) -> str:
         ", ".join(f"{names[i]} {numeral(values[i], 2)}" for i in most) + (f", {left} more" if left else "")
     )
     return Markup(
-        f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" aria-label="{description}">'
+        f'<svg class="shape" viewBox="0 0 {width} 26" width="{width}" height="26" role="img" '
+        f'aria-label="{description}">'
         f"<title>{description}</title>"
         f'<path d="M0 13 H{width}"/><path class="bars" stroke-width="{0.6 * step:g}" d="{bars}"/></svg>'
     )

@@ -37,7 +37,7 @@ def output_tables(dataset: xr.Dataset, measured: xr.Dataset) -> list[Table]:
     """What one output follows, a table or two a subject that varies.
 
     Args:
-        found: from ``sensitivities``.
+        dataset: from ``sensitivities``.
         measured: holds the values that scatter, with their words and units.
     """
     subject, output = str(dataset.attrs["subject"]), str(dataset.attrs["output"])

@@ -143,7 +143,7 @@ def changes_table(dataset: xr.Dataset, measured: xr.Dataset, places: Sequence[st
     """Where the regime changes, a row a change.
 
     Args:
-        found: from ``regime_boundary``.
+        dataset: from ``regime_boundary``.
         measured: holds axes and places, with their words and units.
         places: variables that say where.
         subject: the variable that says of which part; empty if there is none.

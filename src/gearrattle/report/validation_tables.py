@@ -117,7 +117,8 @@ def _effects(explanation: Explained) -> Table:
     )
     head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
     note = (
-        f"From a straight line through {explanation.runs} runs. Alone: by how many of its standard errors the parameter would "
+        f"From a straight line through {explanation.runs} runs. Alone: by how many of its "
+        "standard errors the parameter would "
         "have to be off to explain the whole difference; a dash: its effect is less than two of its errors."
     )
     return Table(head, rows, frozenset({0, 1, 2}), "Parameters, each alone", note)
@@ -131,7 +132,8 @@ def _pulls(explanation: Explained) -> Table:
     )
     before, after = explanation.chi_square
     note = (
-        f"All together, to first order, by the rms of {', '.join(explanation.channels)}: the squared differences fall from "
+        f"All together, to first order, by the rms of {', '.join(explanation.channels)}: "
+        "the squared differences fall from "
         f"{numeral(before, 3)} to {numeral(after, 3)}. A pull of more than two speaks against the error stated."
     )
     return Table(head, rows, frozenset({0}), "Parameters, all together", note)

@@ -2,7 +2,7 @@
 
 C. Padmanabhan, R. C. Barlow, T. E. Rook, R. Singh, "Computational Issues Associated with Gear Rattle Analysis", ASME J.
 Mech. Design 117 (1995) 185-192. ``printed`` holds what stands there, ``cases`` builds its models under any mean load,
-``measurements`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned to look alike.
+``measurements`` makes every run once, and each other file compares one table, figure or claim. Nothing is tuned.
 
 ``reproduce`` gives a Reproduction; ``page`` presents it.
 """

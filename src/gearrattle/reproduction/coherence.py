@@ -63,7 +63,7 @@ def kappa(
 
     Args:
         measurements: all runs.
-        given, reference: which two.
+        setup, reference: which two.
         filtered: whether samples pass an anti-aliasing filter before some are left out.
     """
     mine, theirs = measurements.run(setup), measurements.run(reference)

@@ -46,7 +46,8 @@ def section(measurements: Measurements) -> Section:
     ]
     words = (
         "Case 3, mean over largest harmonic 0.05 and 0.5; which inertia carries the mean is our assumption. The exact "
-        f"motion after the start-up: {'; '.join(motions)}. Cost is counted in function calls, which do not depend on the "
+        f"motion after the start-up: {'; '.join(motions)}. Cost is counted in function calls, which do not "
+        "depend on the "
         "machine."
     )
     return Section("load", "Section 9: light and moderate load", words, tuple(rows), (_table(measurements),))

@@ -1,6 +1,6 @@
 """Which event of one list is which event of another, when some are missing from either.
 
-Both lists ascend. An *alignment* pairs events without changing their order; it costs |t_candidate - t_reference| a pair and
+Both lists ascend. An *alignment* pairs events without changing their order; it costs |t_c - t_r| a pair and
 half the *reach* an event left alone, and the cheapest one is taken (global alignment by dynamic programming:
 S. B. Needleman, C. D. Wunsch 1970, J. Mol. Biol. 48, 443-453). So no pair is further apart than the reach, and an event
 that one list lacks is left alone instead of shifting all pairs after it.

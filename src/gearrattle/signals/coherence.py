@@ -145,7 +145,7 @@ def coherence_at_harmonics(
     """Return the coherence of two signals at the harmonics of ``fundamental``, from their last samples.
 
     Args:
-        given, reference: (N,) samples.
+        candidate, reference: (N,) samples.
         rate: their rate [Hz].
         fundamental: lowest frequency of the excitation [Hz].
         ensembles, points: segments, and samples in each.

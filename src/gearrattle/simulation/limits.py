@@ -68,7 +68,7 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
     Args:
         system: the driveline.
         cycles, samples_per_cycle: of the run, or of what is in memory at a time.
-        place: the setting to name.
+        location: the setting to name.
 
     Raises:
         ModelError: with what it would take, and what fits.
@@ -78,7 +78,8 @@ def check_memory(system: PiecewiseSystem, cycles: int, samples_per_cycle: int, l
         return
     fits = max(1, int(cycles * most / need))
     took, available = need / 2**30, most / 2**30
-    rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory, of {available:.3g} at most"
+    rule = f"{cycles} cycles of {samples_per_cycle} samples would take {took:.3g} GiB of memory"
+    rule += f", of {available:.3g} at most"
     fewer = f"{counted(fits, 'cycle')} or fewer, fewer samples_per_cycle"
     remedy = f"{fewer}, or gearrattle stream, which holds a chunk at a time"
     raise ModelError(Problem(location, f"{cycles}", rule, remedy))

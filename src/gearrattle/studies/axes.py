@@ -85,7 +85,7 @@ def axes_of(requested: Mapping[str, Any], model: Model) -> tuple[Axis, ...]:
     """Read axes.
 
     Args:
-        given: by path a list of values or a range; by another name a mapping from paths to such lists.
+        requested: by path a list of values or a range; by another name a mapping from paths to such lists.
         model: what they vary.
 
     Raises:
@@ -133,7 +133,7 @@ def values_of(path: str, entry: Any, read: Callable[[Any], Any]) -> tuple[Any, .
 
     Args:
         path: what they are of, for messages.
-        given: a list, or a mapping with from, to, count, spacing.
+        entry: a list, or a mapping with from, to, count, spacing.
         read: takes a value as written, gives it in SI, refuses with ModelError.
 
     Raises:

@@ -53,7 +53,7 @@ def batched(
 
     Args:
         plan, outputs, chunk: as in ``cases.compute``.
-        progress: called now and then with the share of the chunk's cases that are through; what it raises ends the work.
+        progress: called now and then with the share of the chunk's cases that are done; what it raises ends the work.
 
     Returns:
         Values by output, (cases, subjects) or (cases,), in the chunk's order, and (cases,) which of them are there.

@@ -48,7 +48,7 @@ def compute(plan: Plan, outputs: Outputs, chunk: int, progress: Callable[[float]
         plan: the study's cases.
         outputs: what is kept of them.
         chunk: its number.
-        told: called now and then, and after every case computed alone, with the finished share; what it raises ends
+        progress: called now and then, and after every case computed alone, with the finished share; what it raises ends
             the work.
     """
     computed = empty(plan, outputs, chunk)

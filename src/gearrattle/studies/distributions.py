@@ -71,7 +71,7 @@ def distributions_of(tables: Mapping[str, Any], model: Model) -> tuple[Distribut
     """Read distributions.
 
     Args:
-        given: by path a mapping with ``distribution`` and its parameters.
+        tables: by path a mapping with ``distribution`` and its parameters.
         model: whose values they are; both ends of every range must be values it takes.
 
     Raises:

@@ -92,7 +92,7 @@ def objectives_of(requested: Mapping[str, Any], outputs: Outputs) -> tuple[Objec
     """Read objectives.
 
     Args:
-        given: by label "min" or "max".
+        requested: by label "min" or "max".
         outputs: there are.
 
     Raises:
@@ -116,7 +116,7 @@ def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model)
     """Read constraints.
 
     Args:
-        given: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model, any label.
+        requested: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model, any label.
         outputs: there are.
         model: to try such functions on.
 
@@ -168,7 +168,7 @@ def _quantity(location: str, label: str, outputs: Outputs, *, small: bool) -> Qu
     """Return what a label names.
 
     Args:
-        place: where it stands.
+        location: where it stands.
         label: the user's.
         outputs: there are.
         small: whether small values are wanted: then a design must not lose for want of what it shall have least of.

@@ -46,7 +46,7 @@ class Done:
     Attributes:
         data: what came out.
         messages: why cases failed, by their place in the grid of ``data["outcome"]``.
-        told: what became of it, in a line.
+        outcome_counts: what became of it, in a line.
         cost: what it took, in a sentence.
         summary: the same as ``told`` for machines: plain values by name.
         notes: what the user must know besides.

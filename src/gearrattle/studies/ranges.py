@@ -58,7 +58,7 @@ def ranges_of(requested: Mapping[str, Any], model: Model) -> tuple[Range, ...]:
     """Read ranges.
 
     Args:
-        given: by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
+        requested: by path a pair, or a mapping with ``from``, ``to`` and ``spacing``.
         model: whose values they are.
 
     Raises:

@@ -26,7 +26,7 @@ def screening_of(asked: StudyFile, location: str) -> tuple[Model, list[float], d
 
     Args:
         asked: from ``read_study``.
-        place: of the file, for messages.
+        location: of the file, for messages.
 
     Raises:
         ModelError: another kind of study, values that scatter, no axis of the speed alone, more than two axes; or

@@ -59,7 +59,7 @@ class Stepper(NamedTuple):
 
 @inlined
 def _four(elements):
-    """StepBuffers for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
+    """Buffers for deflections, rates, pieces and forces: apart, for a row of a matrix costs more than its numbers."""
     return np.empty(elements), np.empty(elements), np.empty(elements), np.empty(elements)
 
 

@@ -304,7 +304,7 @@ def sweep_on(network, laws, near, band, inputs, sweep, samples, log, buffers, bu
         network, laws, near: see ``network``.
         band: (K,) rounding band of each clearance [SI]; 0: relative to its motion.
         inputs: see ``packed``; all amplitudes one.
-        sweep, samples, log, buffers: see above and ``packed``; sweep, samples and log change. Samples are the columns of
+        sweep, samples, log, buffers: see above and ``packed``; sweep, samples and log change. Samples are columns of
             a table.
         budget: most windows and crossings in this slice.
 

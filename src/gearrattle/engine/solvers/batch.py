@@ -43,7 +43,7 @@ class Ended(Generic[T]):
         index: which, counted from 0 in the order given.
         outcome: DONE, or what stopped it: CHATTER, NON_FINITE.
         kept: what was kept of its motion; None if it failed.
-        place: where it stopped; None if it is done, or could not begin.
+        position: where it stopped; None if it is done, or could not begin.
         reason: words for what could not be computed at all; empty otherwise.
     """
 

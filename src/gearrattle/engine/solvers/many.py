@@ -91,7 +91,7 @@ def march_variants(
         numbers: V variants.
         start: (V, n) angles [rad], ignored for a static start, and (V, n) velocities [rad/s].
         window: (V, 3) begin and end of the steady part [s], and the period.
-        told: called now and then with the finished share; what it raises ends the work.
+        progress: called now and then with the finished share; what it raises ends the work.
 
     Returns:
         Tallies with a leading axis, and (V,) which variants are judged.

@@ -200,7 +200,7 @@ def slots_of(system: PiecewiseSystem) -> Slots:
 
 
 def fresh_slots(system: PiecewiseSystem, capacity: Capacity | None = None) -> Slots:
-    """Slots of a system for one run alone: on no shelf, and kept by no one; with capacity for what is likely to come."""
+    """Slots of a system for one run alone: on no shelf, kept by no one; with capacity for what is likely to come."""
     return Slots(flow_of(system), Alone(), capacity)
 
 

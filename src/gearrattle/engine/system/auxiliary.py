@@ -14,8 +14,8 @@ its law. All is piecewise linear, so the exact engine sees nothing new: e is one
 
       min(max(c delta', -E), E) = c delta' + min(0, E - c delta') + max(0, -E - c delta'),
 
-  so what damping would push, and what it would pull, beyond E is an auxiliary element each: nothing, or the elastic force
-  without the damping.
+  so what damping would push, and what it would pull, beyond E is an auxiliary element each: nothing, or the elastic
+  force without the damping.
 
 * ``alternation``: the part of a stiffness that is lacking half of the time; when is up to a ``Clock``.
 

@@ -20,7 +20,7 @@ class Passages:
 
     Attributes:
         time: (E,) [s].
-        watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element), 1 for the upper one.
+        watch, upward: (E,) what crossed its bound (a clearance, or behind them an auxiliary element); 1: the upper one.
         velocity: (E,) delta' of clearances [SI].
         memory: (E, S) memories of auxiliaries before each crossing [SI].
     """

@@ -73,7 +73,7 @@ def spread(polish: Polish, solution: Solved) -> Spread:
 
     Args:
         polish: the loop.
-        found: the law.
+        solution: the law.
     """
     sliders = rubbing(solution)
     samples = Regression(polish.loop, 0, polish.moments.reach)
@@ -117,7 +117,7 @@ def resampled(polish: Polish, solution: Solved, number: int, seed: int) -> list[
 
     Args:
         polish: the loop.
-        found: its law.
+        solution: its law.
         number: of fits.
         seed: of the blocks drawn.
 

@@ -53,7 +53,7 @@ def intervals(
     Args:
         settled: the law.
         known: how far it is known.
-        found: values and standard errors by name.
+        estimates: values and standard errors by name.
         breaks: of ``places``.
     """
     values, errors = estimates

@@ -79,7 +79,7 @@ def interval(linear: Linear, solution: Solved, where: tuple[str, int], variance:
 
     Args:
         linear: the law made linear in all that is free.
-        found: the law, its least squares.
+        solution: the law, its least squares.
         where: side and index of the break.
         variance: of the noise, times its autocorrelation time [(N m)^2].
         reaches: of its slider, each as likely as the next; none: that of the law.

@@ -131,7 +131,7 @@ def densities(polish: Polish, solution: Solved, known: Spread) -> tuple[dict[Sli
 
     Args:
         polish: the loop.
-        found: its least squares.
+        solution: its least squares.
         known: how far that is known.
     """
     if not known.sliders:

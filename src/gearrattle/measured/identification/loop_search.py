@@ -66,7 +66,7 @@ class Search:
         """Search breaks and reaches, one after another, until a round gains nothing.
 
         Args:
-            found: where to begin.
+            solution: where to begin.
             rounds: the most.
             near: whether breaks stay near where they are.
         """

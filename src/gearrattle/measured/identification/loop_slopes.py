@@ -28,7 +28,7 @@ def slopes_in(loop: Loop, solution: Solved, sliders: tuple[tuple[str, int], ...]
 
     Args:
         loop: where.
-        found: the law.
+        solution: the law.
         sliders: the R sliders whose reaches count.
     """
     columns = [

@@ -36,7 +36,7 @@ def values_of(
     """Every number of the law by its name in a coupling.
 
     Args:
-        found: the law.
+        solution: the law.
         fixed: sliders whose stick stiffness is the default and no value.
         sticks: the sliders of the stick stiffnesses; None: those that have a height.
     """

@@ -45,7 +45,7 @@ class _Matter:
 
     Attributes:
         run: the simulation.
-        found: the pairs of channels.
+        pairing: the pairs of channels.
         wanted: the arguments.
         setting: how records become cycles.
         sources, cycles, drawn: of both.

@@ -39,7 +39,7 @@ class Segments:
 
     Attributes:
         frequency: (f,) [Hz].
-        each: (f, C, K) one-sided densities of every segment [unit^2/Hz].
+        periodograms: (f, C, K) one-sided densities of every segment [unit^2/Hz].
     """
 
     frequency: Array

@@ -84,7 +84,7 @@ def delays(
         simulated, measured: each by its own clock.
         channel: that sets the clock.
         used: (K,) which of its lines do.
-        found: the delay of the means and the period [s].
+        timing: the delay of the means and the period [s].
     """
     cross = np.conj(simulated.replicates[:, :, channel]) * measured.replicates[:, :, channel]
     delay, period = timing

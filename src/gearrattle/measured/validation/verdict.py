@@ -96,7 +96,8 @@ def _of_impacts(impacts: Impacts) -> str:
         return f"{exact}; {impacts.words}."
     verdict = "within chance" if impacts.low <= 0.0 <= impacts.high else "more than chance"
     return (
-        f"{exact}; {impacts.words}: {impacts.measured:.4g} measured, {impacts.simulated:.4g} simulated, difference {verdict} "
+        f"{exact}; {impacts.words}: {impacts.measured:.4g} measured, {impacts.simulated:.4g} simulated, "
+        f"difference {verdict} "
         f"(95 %: {impacts.low:.3g} to {impacts.high:.3g})."
     )
 

@@ -29,7 +29,7 @@ def campbell_chart(diagram: Campbell, *, si: bool) -> Chart:
     """Draw the diagram.
 
     Args:
-        found: what to draw.
+        diagram: what to draw.
         si: whether speeds are rad/s, drawn in rpm and Hz; otherwise they are drawn as they are.
     """
     kinds = {

@@ -67,7 +67,7 @@ def map_panel(
     orders: Sequence[float] = (),
     natural: Sequence[float] = (),
 ) -> Panel:
-    """Draw one map: frequency or order on the y axis, speed on the x axis; time where there is no speed, or it comes back.
+    """Draw one map: frequency or order over speed; over time where there is no speed, or it comes back.
 
     Args:
         data: from ``waterfall``, or the amplitude of ``order_map``.

@@ -42,7 +42,7 @@ def sobol_panels(dataset: xr.Dataset, measured: xr.Dataset) -> list[Panel]:
     """Draw the indices of one output, a panel a subject that varies.
 
     Args:
-        found: from ``sensitivities``.
+        dataset: from ``sensitivities``.
         measured: holds the values that scatter, with their words and units.
     """
     parts = [(title, one) for title, _, one in _by_subject(dataset) if np.isfinite(one["total_order"].values).any()]

@@ -71,7 +71,7 @@ def sound_path(source: Any, rate: float, scale: float = 1.0) -> SoundPath:
     """Make a path.
 
     Args:
-        given: None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV
+        source: None: the assumed casing; rows of frequency [Hz], damping ratio and gain [Pa/(N s)]; a path of a WAV
             file; or of a CSV file with the columns ``time [s], response [Pa/(N*s)]``.
         rate: samples a second that the path is wanted at [Hz].
         scale: what 1 in a WAV file is worth [Pa/(N s)].

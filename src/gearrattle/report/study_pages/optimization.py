@@ -44,7 +44,8 @@ def summary_of(data: xr.Dataset) -> str:
     certificate = (
         "It is certified" if sure else "A run of its own, exact and audited, does not confirm it: see the front"
     )
-    sentence = f"{word}: {reached}, with {values}. {certificate}. {certificate_of(data)[:1].upper()}{certificate_of(data)[1:]}."
+    certified = certificate_of(data)
+    sentence = f"{word}: {reached}, with {values}. {certificate}. {certified[:1].upper()}{certified[1:]}."
     return " ".join([sentence, *lacking_said(data, "design")])
 
 

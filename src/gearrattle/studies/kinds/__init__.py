@@ -29,7 +29,7 @@ def kind_named(name: object, location: str) -> type[StudySpec]:
 
     Args:
         name: as the user wrote it.
-        place: where, for the message.
+        location: where, for the message.
 
     Raises:
         ModelError: there is no such kind.

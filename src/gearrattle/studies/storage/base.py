@@ -1,9 +1,9 @@
-"""What a storage location is: somewhere to keep a study, a folder or an address, that may be written by several processes.
+"""What a storage location is: a folder or an address that keeps a study and may be written by several processes.
 
-A storage location holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
+It holds files by name, "/" between folders. ``put`` promises that a file appears whole or not at all, and that it
 appears after everything that was written before it: a study's markers rest on that. ``write`` promises nothing.
 
-To add a storage location: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
+To add a kind: its file with a class, and a line in ``storage_of``. The tests of the store run over all of them.
 
 Takes nothing; the other kinds of storage build on this, and do not see each other.
 """
@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True)
 class File:
-    """One file of a storage location, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
+    """One file in storage, there or not; its methods are those of ``pathlib.Path``, but what it writes is whole.
 
     Attributes:
         storage: where.

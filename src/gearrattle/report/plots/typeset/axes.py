@@ -1,6 +1,6 @@
 """Axes of a panel: limits, scales, labels with units, and ticks with as much room as their words need.
 
-Limits are those of the static SVG (``plots.axes``). Ticks follow when somebody sets other limits later, except those a chart
+Limits are those of the static SVG (``plots.axes``). Ticks follow when other limits are set later, except those a chart
 prescribes. How many there are is decided by the words' own sizes (``settle``).
 
 Takes a Panel and matplotlib axes; gives them limits, labels and ticks.

@@ -59,7 +59,7 @@ def known_formats(requested: str | Sequence[str]) -> list[str]:
     """Return formats, each once.
 
     Args:
-        given: names, or one text with commas between them; a dot before is allowed.
+        requested: names, or one text with commas between them; a dot before is allowed.
 
     Raises:
         ModelError: none, or one that figures are not saved as.
