@@ -15,6 +15,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import gearrattle
+from gearrattle.errors import ModelError, Problem
 from gearrattle.files import allowed_root
 
 if TYPE_CHECKING:
@@ -59,8 +61,6 @@ __all__ = ["COMMANDS", "app", "main"]
 def app() -> App:
     """Build the command line's parser; no command is imported yet."""
     from cyclopts import App
-
-    import gearrattle
 
     built = App(
         name="gearrattle",
@@ -108,8 +108,6 @@ def _root_of(words: list[str]) -> tuple[str | None, list[str]]:
     Raises:
         ModelError: it names no folder.
     """
-    from gearrattle.errors import ModelError, Problem
-
     root, rest = None, []
     ahead = iter(words)
     for word in ahead:

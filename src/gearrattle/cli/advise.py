@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output, Settings, number_or_text
 
 if TYPE_CHECKING:
@@ -36,9 +38,6 @@ def advise(
     up_to
         End of the band for lumping, e.g. "75 Hz"; default: the highest order of any torque.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = gearrattle.load(model)
 
     def work(watch: Watch) -> Advice:

@@ -7,7 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import gearrattle
 from gearrattle.cli.options import Json
+from gearrattle.json_types import json_text
+from gearrattle.wording import counted
 
 if TYPE_CHECKING:
     from gearrattle.model import Model
@@ -24,9 +27,6 @@ def check(model: Path, /, *, json: Json = False) -> None:
     model
         Model file (TOML).
     """
-    import gearrattle
-    from gearrattle.json_types import json_text
-
     try:
         driveline = gearrattle.load(model)
         rest = gearrattle.equilibrium(driveline)
@@ -71,8 +71,6 @@ def _content(model: Model) -> dict[str, Any]:
 
 def _records(model: Model) -> list[str]:
     """Say how many points the records have, and how long a run they last."""
-    from gearrattle.wording import counted
-
     signals = [torque.signal for torque in model.torques if torque.signal] + [motion.signal for motion in model.motions]
     return [f"{counted(s.time.size, 'point')}, {s.time[-1] - s.start:.6g} s" for s in signals]
 

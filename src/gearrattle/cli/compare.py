@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output, Whole, number_or_text
 
 if TYPE_CHECKING:
@@ -59,8 +61,6 @@ def compare(
     work_precision
         Whether what -o writes has error against work over a range of tolerances; takes longer.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
     from gearrattle.comparison.compare import side_by_side
     from gearrattle.comparison.precision import work_precision as measured
     from gearrattle.report.comparison import ComparisonPage

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
@@ -49,9 +51,6 @@ def condense(
     margin
         Modes up to margin times the band's end are represented.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = gearrattle.load(model)
     band = number_or_text(up_to)
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output
+from gearrattle.errors import ModelError, Problem
 
 
 def criteria(run: Path, /, *, output: Output = None, json: Json = False) -> None:
@@ -15,9 +18,6 @@ def criteria(run: Path, /, *, output: Output = None, json: Json = False) -> None
     run
         Saved motion (netCDF-4, .nc), or the folder of a "stream".
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.quantities.criteria import criteria as judged
 
     if run.suffix == ".toml":

@@ -15,6 +15,7 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 from gearrattle.cli.background import watched
+from gearrattle.json_types import json_text
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -65,7 +66,6 @@ def print_result(presentation: Presentation[Any], written: Path | File | None = 
         written: the file or page; None if it was not saved.
         json: whether it is printed as JSON.
     """
-    from gearrattle.json_types import json_text
     from gearrattle.report.saved import summary
     from gearrattle.report.text import plain_text
 

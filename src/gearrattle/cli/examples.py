@@ -7,7 +7,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
 from gearrattle.cli.options import Json
+from gearrattle.errors import ModelError, Problem
+from gearrattle.json_types import json_text
+from gearrattle.wording import columns
+from gearrattle.writing import Staging
 
 
 def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None, json: Json = False) -> None:
@@ -18,10 +23,7 @@ def examples(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"]
     output
         New or empty folder for models, studies, measured files and scripts.
     """
-    import gearrattle
-    from gearrattle.json_types import json_text
     from gearrattle.model.examples import example_files
-    from gearrattle.wording import columns
 
     if output is not None:
         _copy(output)
@@ -43,9 +45,7 @@ def _copy(output: Path) -> None:
     """
     import shutil
 
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.model.examples import examples_folder
-    from gearrattle.writing import Staging
 
     if output.is_dir() and any(output.iterdir()):
         raise ModelError(Problem("-o", f'"{output}"', "is not empty", "give a new or an empty folder"))

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from gearrattle.cli.background import watched
 from gearrattle.cli.options import Json
+from gearrattle.errors import ModelError
+from gearrattle.json_types import json_text
+from gearrattle.wording import columns
+from gearrattle.writing import Staging
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -63,9 +68,7 @@ def figures(
     dpi
         Points an inch of PNG and TIFF, and of maps inside the others.
     """
-    from gearrattle.cli.background import watched
     from gearrattle.report.plots.typeset.files import checked_dpi, known_formats
-    from gearrattle.writing import Staging
 
     with _as_options():
         how = {"style": look_of(look), "kinds": known_formats(formats), "dpi": checked_dpi(dpi)}
@@ -106,8 +109,6 @@ def _as_options() -> Iterator[None]:
     """Name the options in what is refused."""
     from dataclasses import replace
 
-    from gearrattle.errors import ModelError
-
     try:
         yield
     except ModelError as error:
@@ -118,9 +119,6 @@ def _as_options() -> Iterator[None]:
 
 def _print_figures(drawings: Figures, names: list[str], where: tuple[Path, list[str]], *, json: bool) -> None:
     """Print what was drawn."""
-    from gearrattle.json_types import json_text
-    from gearrattle.wording import columns
-
     folder, kinds = where
     rows = []
     for name in names:

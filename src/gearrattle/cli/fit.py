@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.assignments import labels, numbers
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Whole, number_or_text
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -34,8 +38,6 @@ class Search:
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``fit``."""
-        from gearrattle.cli.assignments import labels, numbers
-
         return {
             "bounds": _bounds(self.bounds),
             "factor": self.factor,
@@ -77,9 +79,6 @@ def fit(
         File for the fitted model, ending in .toml; or a folder for report.html, summary.json, results.nc and figures/;
         or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     start, arguments = gearrattle.load(model), search.arguments()
 
     def work(watch: Watch) -> Fit:
@@ -91,8 +90,6 @@ def fit(
 
 def _bounds(entries: Sequence[str]) -> dict[str, tuple[Any, Any]]:
     """Split words of the form PATH=LOW..HIGH."""
-    from gearrattle.errors import ModelError, Problem
-
     bounds: dict[str, tuple[Any, Any]] = {}
     for text in entries:
         path, _, ends = text.partition("=")

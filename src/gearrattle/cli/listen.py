@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Whole
+from gearrattle.cli.sources import is_model, motion_or_recording
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -63,9 +67,6 @@ def listen(
     quality
         Also loudness, sharpness and roughness (extra "sound").
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.report.sound.page import SoundPage
 
     if not motions:
@@ -85,9 +86,6 @@ def listen(
 
 def _opened(motions: Sequence[Path], hearing: Hearing) -> dict[str, Model | Run | Recording]:
     """Open every motion or model, by the name of its file, once all of them can be heard."""
-    import gearrattle
-    from gearrattle.cli.sources import is_model, motion_or_recording
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.report.sound.listen import audible
     from gearrattle.report.sound.path import sound_path
 

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json
+import gearrattle
+from gearrattle.cli.emit import emit
+from gearrattle.cli.options import Json, number_or_text
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -39,10 +42,6 @@ def look(
     sampled
         Rate of a file without times, such as "10 kHz".
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-    from gearrattle.errors import ModelError, Problem
-
     if output is not None and output.is_file() and output.suffix.lower() == ".toml" and not _is_same(output, source):
         raise ModelError(Problem("-o", f'"{output}"', "is there already", "remove it, or choose another name"))
     rate = None if sampled is None else _rate(sampled)
@@ -61,8 +60,6 @@ def _rate(text: str) -> float:
     """Return a rate [Hz]."""
     from pydantic_core import PydanticCustomError
 
-    from gearrattle.cli.options import number_or_text
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.model import units
     from gearrattle.model.quantity import Quantity
 

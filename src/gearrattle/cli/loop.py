@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Whole
+from gearrattle.errors import ModelError, Problem
+from gearrattle.wording import listed
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -61,9 +65,6 @@ def loop(
     figure
         File for the fitted law drawn over the loop, ending in .svg; for print .pdf, .eps, .png or .tiff.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     _check_figure(figure)
 
     def work(_watch: Watch) -> LoopFit:
@@ -78,10 +79,8 @@ def loop(
 
 
 def _check_figure(figure: Path | None) -> None:
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.report.presentation import FIGURE_ENDINGS
     from gearrattle.report.saved import check_target
-    from gearrattle.wording import listed
 
     if figure is None:
         return
@@ -92,8 +91,6 @@ def _check_figure(figure: Path | None) -> None:
 
 def _numbers(text: str | None) -> int | tuple[int, int] | None:
     """Return how many stages a text asks for."""
-    from gearrattle.errors import ModelError, Problem
-
     if text is None:
         return None
     try:
@@ -108,8 +105,6 @@ def _numbers(text: str | None) -> int | tuple[int, int] | None:
 
 def _pair(text: str) -> tuple[str, str]:
     """Return the two names of a text."""
-    from gearrattle.errors import ModelError, Problem
-
     first, comma, second = (part.strip() for part in text.partition(","))
     if not (first and comma and second) or "," in second:
         raise ModelError(

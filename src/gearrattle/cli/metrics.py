@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output
 from gearrattle.cli.sources import motion_or_recording
 
@@ -43,8 +45,6 @@ def metrics(
     kappa
         What makes a level of the intensity of impacts [1/N].
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
     from gearrattle.quantities.metrics import metrics as measured
 
     driveline = None if model is None else gearrattle.load(model)

@@ -8,6 +8,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.assignments import labels, lists, numbers
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json
 
 
@@ -43,9 +46,6 @@ def modes(
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the tables on the terminal only.
     """
-    import gearrattle
-    from gearrattle.cli.assignments import labels, lists, numbers
-    from gearrattle.cli.emit import emit
     from gearrattle.report.modes import ModesPage
 
     driveline = gearrattle.load(model)

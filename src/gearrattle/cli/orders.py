@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Whole
 from gearrattle.cli.sources import motion_or_recording
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,9 +67,6 @@ def orders(
     output
         Folder for the page; or a file: .svg, .pdf, .png and others of figures (the map), .nc or .csv (its numbers).
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     unfit = {"--order": bool(order), "--highest": highest is not None, "--speed-step": speed_step is not None}
     _check({name for name, is_set in unfit.items() if is_set}, spectra)
     signal, lines = motion_or_recording(source), {}
@@ -88,8 +88,6 @@ def orders(
 
 def _check(options: set[str], spectra: bool) -> None:
     """Refuse options that do not go together."""
-    from gearrattle.errors import ModelError, Problem
-
     first = "--spectra" if spectra else "--order" if "--order" in options else ""
     clash = sorted(
         options & ({"--order", "--highest"} if spectra else {"--highest", "--speed-step"} if first else set())
@@ -100,7 +98,6 @@ def _check(options: set[str], spectra: bool) -> None:
 
 def _lines(signal: Run | Recording, model: Path | None) -> dict[str, list[float]]:
     """Return orders and natural frequencies [rad/s] to draw over a map; nothing of a recording alone."""
-    import gearrattle
     from gearrattle.recording import Recording
 
     driveline = None if model is None else gearrattle.load(model)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, number_or_text
 
 if TYPE_CHECKING:
@@ -53,9 +55,6 @@ def reduce(
     check
         "simulate": also run both models and compare what the criteria say.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = gearrattle.load(model)
     band = number_or_text(up_to)
 

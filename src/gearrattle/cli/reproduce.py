@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ def reproduce(
     quick
         Shorten the runs to about a tenth: samples, not results.
     """
-    from gearrattle.cli.emit import emit
     from gearrattle.reproduction import reproduce as run
 
     def work(watch: Watch) -> Reproduction:

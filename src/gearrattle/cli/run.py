@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Settings
 
 if TYPE_CHECKING:
@@ -35,9 +37,6 @@ def run(
     output
         Folder for the results; default: the model file's name with "-results", here.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = gearrattle.load(model)
 
     def work(watch: Watch) -> Findings:

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.assignments import numbers
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json
 
 if TYPE_CHECKING:
@@ -37,9 +40,6 @@ def scale(
         File for the dimensionless model, ending in .toml; or a folder for report.html, summary.json, results.nc and
         figures/; or a file for the numbers, ending in .nc or .csv. Default: the answer on the terminal only.
     """
-    import gearrattle
-    from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.emit import emit
     from gearrattle.report.scaling import ScalingPage
 
     driveline, ratios = gearrattle.load(model), numbers("--contact-ratio", contact_ratio)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gearrattle
+from gearrattle.json_types import json_text
+
 
 def schema(*, study: str | None = None) -> None:
     """Print the JSON Schema of model files, or of study files of a kind; editors use it to complete and check them.
@@ -11,9 +14,6 @@ def schema(*, study: str | None = None) -> None:
     study
         Kind of study file, such as "grid" or "bifurcation"; without it, model files.
     """
-    import gearrattle
-    from gearrattle.json_types import json_text
-
     if study is None:
         print(json_text(gearrattle.json_schema()))
         return

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from gearrattle.cli.options import Json, Settings, Whole
+import gearrattle
+from gearrattle.cli.assignments import texts
+from gearrattle.cli.emit import emit
+from gearrattle.cli.options import Json, Settings, Whole, number_or_text
+from gearrattle.cli.sources import is_model
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -56,8 +61,6 @@ def screen(
     output
         Folder for the page; or a file for the numbers, ending in .nc or .csv. Default: the table on the terminal only.
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
     from gearrattle.report.screening import ScreeningPage
 
     model, asked, title = _asked(source, speeds, count, loads, load)
@@ -75,11 +78,6 @@ def _asked(
     source: Path, speeds: str | None, count: int | None, loads: str | None, load: Sequence[str]
 ) -> tuple[Model, tuple[Any, Any], str]:
     """Return the model, the speeds and loads, and what to call the page."""
-    import gearrattle
-    from gearrattle.cli.assignments import texts
-    from gearrattle.cli.sources import is_model
-    from gearrattle.errors import ModelError, Problem
-
     if source.suffix.lower() == ".toml" and source.exists() and not is_model(source):
         from gearrattle.studies.file import read_study
         from gearrattle.studies.screening_study import screening_of
@@ -102,8 +100,6 @@ def _asked(
 
 def _speeds(model: Model, speeds: str | None, count: int | None) -> Any:
     """Return the speeds as ``screen`` takes them."""
-    from gearrattle.cli.options import number_or_text
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.model.units import with_last_unit
 
     if speeds is not None and ":" not in speeds:
@@ -121,8 +117,6 @@ def _speeds(model: Model, speeds: str | None, count: int | None) -> Any:
 
 def _factors(loads: str) -> list[float]:
     """Read factors."""
-    from gearrattle.errors import ModelError, Problem
-
     try:
         return [float(factor) for factor in loads.split(",")]
     except ValueError:
@@ -136,8 +130,6 @@ def _settled(model: Model, settings: Settings, *, simulate: bool, workers: int |
     Raises:
         ModelError: settings without simulations.
     """
-    from gearrattle.errors import ModelError, Problem
-
     options = {key: value for key, value in settings.arguments().items() if value is not None}
     if not simulate and (options or workers is not None):
         names = ", ".join(f"--{key.replace('_', '-')}" for key in (*options, *(("workers",) if workers else ())))

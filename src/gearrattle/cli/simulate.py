@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output, Settings
 
 if TYPE_CHECKING:
@@ -32,9 +34,6 @@ def simulate(
     model
         Model file (TOML).
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = gearrattle.load(model)
 
     def work(watch: Watch) -> SimulationReport:

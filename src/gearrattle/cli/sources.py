@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import gearrattle
+from gearrattle.errors import ModelError, Problem
+
 if TYPE_CHECKING:
     from gearrattle.recording import Recording
     from gearrattle.results import Run
@@ -16,8 +19,6 @@ def motion_or_recording(source: Path) -> Run | Recording:
     Raises:
         ModelError: a folder, or what ``gearrattle.read`` refuses.
     """
-    import gearrattle
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.measured.readers import format_of
 
     if source.is_dir():
@@ -32,7 +33,6 @@ def is_model(source: Path) -> bool:
     """Return whether a file is a model: TOML with inertias, or TOML that cannot be read (``load`` says why)."""
     import tomllib
 
-    from gearrattle.errors import ModelError
     from gearrattle.model.file import read_text
 
     if source.suffix.lower() != ".toml":

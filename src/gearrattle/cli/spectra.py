@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Settings
+from gearrattle.cli.sources import is_model, motion_or_recording
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,9 +69,6 @@ def spectra(
     """
     from dataclasses import asdict
 
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     driveline = None if model is None else gearrattle.load(model)
     signal = _signal(source, settings, [channel] if against is None else [channel, against])
 
@@ -86,10 +87,7 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
     Raises:
         ModelError: settings for what is not simulated; a channel that a run does not have.
     """
-    import gearrattle
     from gearrattle.assembly import assemble
-    from gearrattle.cli.sources import is_model, motion_or_recording
-    from gearrattle.errors import ModelError, Problem
     from gearrattle.signals.spectral.sampled import column_of
 
     arguments = settings.arguments()
@@ -109,7 +107,6 @@ def _signal(source: Path, settings: Settings, channels: list[str]) -> Callable[[
 
 def _natural(signal: Run | Recording, driveline: Model | None) -> list[float]:
     """Return natural frequencies [rad/s] of a model, or of the run's own; none of a recording alone."""
-    import gearrattle
     from gearrattle.recording import Recording
 
     if driveline is None:

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.assignments import numbers
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output, number_or_text
 
 if TYPE_CHECKING:
@@ -49,11 +52,8 @@ def stiffness(
         Simulate with the file's settings, and tell the regions that the motion visits, with how long it stays; of very
         many, those it stays in longest.
     """
-    import gearrattle
     from gearrattle.analysis.stiffness import regions
     from gearrattle.assembly import assemble
-    from gearrattle.cli.assignments import numbers
-    from gearrattle.cli.emit import emit
     from gearrattle.report.stiffness import OverRatios, StiffnessPage
     from gearrattle.simulation.simulate import needs_exact
     from gearrattle.simulation.steps import step_limits

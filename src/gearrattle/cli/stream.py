@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.background import watched
+from gearrattle.cli.emit import print_result
+from gearrattle.cli.failures import disk_is_full
 from gearrattle.cli.options import Json, Settings, Whole
+from gearrattle.errors import Cancelled, GearRattleError
+from gearrattle.json_types import json_text
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
@@ -42,10 +48,6 @@ def stream(
     resume
         Go on with what the folder holds: same model, same options.
     """
-    import gearrattle
-    from gearrattle.cli.background import watched
-    from gearrattle.cli.emit import print_result
-    from gearrattle.json_types import json_text
     from gearrattle.report.kinds import presentation_of
     from gearrattle.report.saved import summary
 
@@ -79,9 +81,6 @@ def stream(
 
 def _with_what_is_kept(error: BaseException, under_way: list[Stream], folder: Path) -> BaseException:
     """Say what is kept and how to go on, if anything is."""
-    from gearrattle.cli.failures import disk_is_full
-    from gearrattle.errors import Cancelled, GearRattleError
-
     done = under_way[0].close() if under_way else 0
     if not done:
         return error

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from gearrattle.cli.background import watched
+from gearrattle.cli.emit import print_result
+from gearrattle.cli.failures import disk_is_full
 from gearrattle.cli.options import Json, Whole
+from gearrattle.errors import Cancelled, GearRattleError, ModelError, Problem, SchedulerLost
+from gearrattle.json_types import json_text
+from gearrattle.writing import staged
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -60,8 +66,6 @@ def study(
     function
         MODULE:NAME of a Python function that takes a run and returns numbers by name: further outputs.
     """
-    from gearrattle.cli.background import watched
-    from gearrattle.json_types import json_text
     from gearrattle.studies.claims import check_storage
     from gearrattle.studies.file import read_study
     from gearrattle.studies.schedulers import check_scheduler
@@ -96,8 +100,6 @@ def study(
 
 def _outliving(folder: Storage) -> Storage:
     """Refuse a storage location that is gone when the command ends."""
-    from gearrattle.errors import ModelError, Problem
-
     if folder.address.startswith("memory://"):
         rule = "is the memory of this process, and is gone when the command ends"
         raise ModelError(Problem("--output", folder.address, rule, "give a folder, or an address such as s3://BUCKET"))
@@ -130,9 +132,6 @@ def _carried_out(
 
 def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Storage) -> BaseException:
     """Say what is kept and how to go on, if anything is."""
-    from gearrattle.cli.failures import disk_is_full
-    from gearrattle.errors import Cancelled, GearRattleError, SchedulerLost
-
     kept = under_way[0].kept(folder) if under_way else ""
     if not kept:
         return error
@@ -148,7 +147,6 @@ def _with_what_is_kept(error: BaseException, under_way: list[Study], folder: Sto
 def _page(done: Done, folder: Storage, title: str) -> StudyReport:
     """Write page, summary and figures into the folder, whole or not at all."""
     from gearrattle.report.study import StudyReport
-    from gearrattle.writing import staged
 
     facts = {"folder": folder.address, **done.summary}
     report = StudyReport(done.data, done.messages, title=title, cost=done.cost, facts=facts, remarks=done.notes)
@@ -160,8 +158,6 @@ def _page(done: Done, folder: Storage, title: str) -> StudyReport:
 
 def _options(spec: StudySpec, function: str | None) -> dict[str, Any]:
     """What the command line gives to ``spec.prepare``."""
-    from gearrattle.errors import ModelError, Problem
-
     if function is None:
         return {}
     if "function" not in spec.options:
@@ -173,8 +169,6 @@ def _options(spec: StudySpec, function: str | None) -> dict[str, Any]:
 def _function(named: str) -> Any:
     """Find a function by MODULE:NAME, modules of the working folder included."""
     from importlib import import_module
-
-    from gearrattle.errors import ModelError, Problem
 
     module, _, name = named.partition(":")
     if not module or not name:
@@ -191,7 +185,6 @@ def _function(named: str) -> Any:
 
 
 def _print_answer(done: Done, report: StudyReport, folder: Storage, *, json: bool) -> None:
-    from gearrattle.cli.emit import print_result
     from gearrattle.report.saved import PAGE
     from gearrattle.studies.storage import File
 

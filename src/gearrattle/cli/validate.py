@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.assignments import numbers, words
+from gearrattle.cli.emit import emit
 from gearrattle.cli.options import Json, Output, Settings, Whole, number_or_text
-from gearrattle.cli.validate_run_up import OverSpeed
+from gearrattle.cli.validate_run_up import OverSpeed, is_run_up
+from gearrattle.errors import ModelError, Problem
 
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
@@ -41,8 +45,6 @@ class Comparison:
 
     def arguments(self) -> dict[str, Any]:
         """Return the settings as keyword arguments of ``validate``."""
-        from gearrattle.cli.assignments import numbers, words
-
         return {
             "match": words("--match", self.match),
             "start": self.start,
@@ -101,9 +103,6 @@ def validate(
     measurement
         Measured file, or a mapping of one (measurement.toml).
     """
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     if _is_run_up(model, how, over_speed):
         from gearrattle.cli.validate_run_up import validate_run_up
 
@@ -120,9 +119,6 @@ def validate(
 
 def _is_run_up(model: Path, how: Comparison, over_speed: OverSpeed) -> bool:
     """Return whether speeds change; refuse options of the other kind."""
-    from gearrattle.cli.validate_run_up import is_run_up
-    from gearrattle.errors import ModelError, Problem
-
     swept = is_run_up(model)
     wrong = how.unfit() if swept else over_speed.given()
     if wrong:

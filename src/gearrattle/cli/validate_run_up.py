@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import gearrattle
+from gearrattle.cli.emit import emit
+from gearrattle.cli.sources import is_model
+
 if TYPE_CHECKING:
     from gearrattle.cli.background import Watch
     from gearrattle.measured.validation import RunUp
@@ -37,9 +41,6 @@ class OverSpeed:
 
 def is_run_up(model: Path) -> bool:
     """Return whether a model file has a sweep, or a saved run ran along one."""
-    import gearrattle
-    from gearrattle.cli.sources import is_model
-
     if model.suffix.lower() == ".toml":
         return is_model(model) and gearrattle.load(model).excitation.sweep is not None
     return gearrattle.open_run(model).speed is not None
@@ -55,9 +56,6 @@ def validate_run_up(
     json: bool,
 ) -> None:
     """Compare a run-up, and print or save what came out."""
-    import gearrattle
-    from gearrattle.cli.emit import emit
-
     repeats = [Path(path) for path in how.repeat]
     more = {} if how.turns is None else {"turns": how.turns}
 

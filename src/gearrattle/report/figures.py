@@ -10,10 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gearrattle.errors import ModelError, Problem
 from gearrattle.report.drawn import charts_of
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.plots.typeset import Style, matplotlib_figure
 from gearrattle.report.plots.typeset.files import DPI, checked_dpi, known_formats, saved
+from gearrattle.writing import Staging
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,8 +74,6 @@ class Figures(Mapping[str, "Figure"]):
             ModelError: another format, a resolution that is none, a name that is none.
             OSError: the folder cannot be written; then nothing has changed.
         """
-        from gearrattle.writing import Staging
-
         kinds = known_formats(formats)
         resolution = checked_dpi(dpi)
         names = self.named(only)
@@ -90,8 +90,6 @@ class Figures(Mapping[str, "Figure"]):
         Raises:
             ModelError: one that no figure has.
         """
-        from gearrattle.errors import ModelError, Problem
-
         wrong = [name for name in only or () if name not in self._charts]
         if wrong:
             listed_names = ", ".join(f'"{name}"' for name in wrong)

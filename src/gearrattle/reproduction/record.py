@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
+from gearrattle.json_types import json_value
 from gearrattle.report.plots.chart import Chart
 from gearrattle.report.tables import Table
 from gearrattle.result import Result
@@ -116,8 +117,6 @@ class Reproduction(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the charts in JSON types; numbers that are not finite become None."""
-        from gearrattle.json_types import json_value
-
         sections = [
             {
                 "key": section.key,

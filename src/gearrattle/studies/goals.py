@@ -116,7 +116,7 @@ def constraints_of(requested: Mapping[str, Any], outputs: Outputs, model: Model)
     """Read constraints.
 
     Args:
-        requested: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model, any label.
+        requested: by label a mapping with ``below``, ``above`` or both; with ``of``, a function of the Model.
         outputs: there are.
         model: to try such functions on.
 
