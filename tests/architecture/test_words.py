@@ -24,6 +24,49 @@ def test_module_opens_with_a_docstring(path: Path) -> None:
     assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
 
 
+EMPTY_NAMES = {"found", "told", "given", "each", "place", "beside", "bench", "got", "thing", "stuff", "tmp", "foo"}
+"""Names that do not say what they hold."""
+
+PLACES = {"errors.py", "model/table.py", "model/csv_layout.py"}
+"""Where ``place`` is the word of messages: place, value, rule, remedy."""
+
+
+def _bound_names(tree: ast.Module) -> set[str]:
+    nodes = list(ast.walk(tree))
+    stored = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    return stored | {node.arg for node in nodes if isinstance(node, ast.arg)}
+
+
+@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_names_say_what_they_hold(path: Path) -> None:
+    allowed = {"place"} if path.relative_to(SOURCE).as_posix() in PLACES else set()
+    names = _bound_names(ast.parse(path.read_text(encoding="utf-8")))
+    assert names & EMPTY_NAMES <= allowed
+
+
+def _documented(docstring: str) -> list[str]:
+    """Return the parameters that the section ``Args:`` of a docstring explains."""
+    section = re.search(r"^( *)Args:\n((?:\1    .*\n?|\n(?=\1    ))+)", docstring, flags=re.MULTILINE)
+    if section is None:
+        return []
+    lines = re.findall(
+        rf"^{section[1]}    (\*{{0,2}}\w+(?:, \*{{0,2}}\w+)*,?)(?: \(.*?\)| \[.*?\])?:", section[2], re.MULTILINE
+    )
+    return [name.strip(" *") for line in lines for name in line.split(",") if name.strip()]
+
+
+@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(SOURCE)))
+def test_docstrings_explain_parameters_that_exist(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            known = {argument.arg for argument in ast.walk(node.args) if isinstance(argument, ast.arg)}
+            assert set(_documented(ast.get_docstring(node) or "")) <= known, node.name
+
+
+def test_a_parameter_that_is_not_there_is_noticed() -> None:
+    assert _documented("Do.\n\nArgs:\n    a, b: two.\n        more: of them.\n    *c: rest.\n") == ["a", "b", "c"]
+
+
 @pytest.mark.parametrize("name", PUBLIC)
 def test_public_name_is_explained(name: str) -> None:
     thing = PUBLIC[name]

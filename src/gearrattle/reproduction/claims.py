@@ -6,6 +6,7 @@ Takes Measurements; gives a section.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 
 from gearrattle.report.tables import Table
 from gearrattle.reproduction.cases import SPEED
@@ -120,16 +121,15 @@ def _trial_steps(measurements: Measurements) -> Row:
     parts = []
     larger = 0
     total = 0
-    for _, case, _ in TABLES:
-        for kind, loaded in KINDS.items():
-            for name in ("rkf", "rkv", "bulirsch-stoer"):
-                run = measurements.run(of_tables(measurements.scope, case, name, loaded=loaded))
-                if run is not None:
-                    total += 1
-                    larger += run.cost.average_trial_step > run.cost.average_step
-                    if name == "rkv":
-                        pair = (SPEED * run.cost.average_trial_step, SPEED * run.cost.average_step)
-                        parts.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
+    for (_, case, _), (kind, loaded), name in product(TABLES, KINDS.items(), ("rkf", "rkv", "bulirsch-stoer")):
+        run = measurements.run(of_tables(measurements.scope, case, name, loaded=loaded))
+        if run is None:
+            continue
+        total += 1
+        larger += run.cost.average_trial_step > run.cost.average_step
+        if name == "rkv":
+            pair = (SPEED * run.cost.average_trial_step, SPEED * run.cost.average_step)
+            parts.append(f"case {case} {kind} {figure(pair[0], 2)} and {figure(pair[1], 2)}")
     return row(
         "Sec. 9, trial steps are larger than steps taken",
         f"RKF, RKV, case 3: 0.0400, 0.0377 against span over count {850 / 125034:.4f}, {850 / 170441:.4f}",

@@ -44,7 +44,7 @@ from gearrattle.studies.kept import (
     markers_in,
     messages_in,
 )
-from gearrattle.studies.outputs import Outputs
+from gearrattle.studies.outputs import Output, Outputs
 from gearrattle.studies.plan import SAMPLE, Plan
 from gearrattle.studies.storage import Address, File, Storage, storage_of
 from gearrattle.writing import flush, in_temporary_folder
@@ -209,30 +209,7 @@ class Store:
             for path, column in zip(plan.samples.paths, plan.samples.points.T, strict=True):
                 _coordinate(group, path, SAMPLE, column.tolist(), self._described(path))
         for output in self.outputs.all:
-            dimensions = list(plan.dimensions)
-            shape = list(plan.shape)
-            chunks = list(plan.chunk_shape)
-            if output.dimension:
-                if output.dimension not in group:
-                    _coordinate(group, output.dimension, output.dimension, output.subjects)
-                dimensions.append(output.dimension)
-                shape.append(len(output.subjects))
-                chunks.append(len(output.subjects))
-            array = _array(group, output.name, (dimensions, shape, chunks), output.dtype, output.nothing)
-            array.attrs.update(
-                {"units": _unit(output.unit)} | ({"sampling_error": output.error} if output.error else {})
-            )
-            if output.dimension == "cycle":  # a quantity of a section
-                array.attrs["long_name"] = path_label(output.name, plan.model).words
-            if len(output.applies_to) < len(output.subjects):
-                array.attrs["applies_to"] = " ".join(map(str, output.applies_to))
-            if output.lacking:
-                array.attrs["lacking"] = output.lacking
-                array.attrs["absent"] = "no value" if isnan(output.absent) else output.absent
-            if output.words:
-                array.attrs["flag_values"] = list(range(len(output.words)))
-                array.attrs["flag_meanings"] = " ".join(output.words)
-                array.attrs["can_rattle"] = " ".join(output.gaps)
+            self._lay_out_output(group, output)
         grid = list(plan.dimensions), list(plan.shape), list(plan.chunk_shape)
         outcome = _array(group, OUTCOME, grid, "int8", MISSING)
         outcome.attrs["flag_values"] = list(range(len(OUTCOMES)))
@@ -245,6 +222,31 @@ class Store:
         group.attrs[OF] = plan.fingerprint
         self.flush(RESULTS)  # nothing may be missing of what the order names
         group.attrs["order"] = self._arrays()
+
+    def _lay_out_output(self, group: Any, output: Output) -> None:
+        """Make an output's array, empty, and the coordinate of its parts."""
+        dimensions = list(self.plan.dimensions)
+        shape = list(self.plan.shape)
+        chunks = list(self.plan.chunk_shape)
+        if output.dimension:
+            if output.dimension not in group:
+                _coordinate(group, output.dimension, output.dimension, output.subjects)
+            dimensions.append(output.dimension)
+            shape.append(len(output.subjects))
+            chunks.append(len(output.subjects))
+        array = _array(group, output.name, (dimensions, shape, chunks), output.dtype, output.nothing)
+        array.attrs.update({"units": _unit(output.unit)} | ({"sampling_error": output.error} if output.error else {}))
+        if output.dimension == "cycle":  # a quantity of a section
+            array.attrs["long_name"] = path_label(output.name, self.plan.model).words
+        if len(output.applies_to) < len(output.subjects):
+            array.attrs["applies_to"] = " ".join(map(str, output.applies_to))
+        if output.lacking:
+            array.attrs["lacking"] = output.lacking
+            array.attrs["absent"] = "no value" if isnan(output.absent) else output.absent
+        if output.words:
+            array.attrs["flag_values"] = list(range(len(output.words)))
+            array.attrs["flag_meanings"] = " ".join(output.words)
+            array.attrs["can_rattle"] = " ".join(output.gaps)
 
     def _described(self, path: str) -> dict[str, str]:
         """What a path is called, and its unit, as attributes of its coordinate."""

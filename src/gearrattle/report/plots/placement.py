@@ -70,20 +70,25 @@ def _grow(layout: Layout, start: int, placement: Placement) -> None:
                 if body not in pair or bool(layout.is_mesh[element]) != meshes:
                     continue
                 other = pair[1] if pair[0] == body else pair[0]
-                if other in placement.bodies or (other < 0 and element in placement.grounds):
-                    if meshes and element not in placement.seats:
-                        _stand(body, element, other, placement)
-                    continue
-                if meshes and other >= 0:
-                    _hang(body, element, other, placement)
-                else:
-                    _append(body, element, other, placement)
-                if other >= 0:
+                if _join(body, element, other, placement, meshes=meshes) and other >= 0:
                     queue.append(other)
         for carrier in carriers(layout, body):
             if carrier not in placement.bodies:
                 _carry(body, carrier, placement)
                 queue.append(carrier)
+
+
+def _join(body: int, element: int, other: int, placement: Placement, *, meshes: bool) -> bool:
+    """Place what an element leads to; False if it has a place already."""
+    if other in placement.bodies or (other < 0 and element in placement.grounds):
+        if meshes and element not in placement.seats:
+            _stand(body, element, other, placement)
+        return False
+    if meshes and other >= 0:
+        _hang(body, element, other, placement)
+    else:
+        _append(body, element, other, placement)
+    return True
 
 
 def carriers(layout: Layout, planet: int) -> list[int]:
