@@ -131,7 +131,7 @@ def finished(
         "log": [int(variable.log) for variable in ranges],
         "senses": [goal.sense for goal in goals[0]],
         "units": [goal.quantity.unit for goal in goals[0]],
-        "constraints": [each.words for each in goals[1]],
+        "constraints": [goal.words for goal in goals[1]],
         "best": chosen,
         "ideal": (ideal * signs).tolist(),
         "reference": (reference * signs).tolist(),

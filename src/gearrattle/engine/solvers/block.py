@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearrattle.engine.kernels.laws import Laws
+from gearrattle.engine.kernels.vector_field import Field
 from gearrattle.engine.solvers.vector_field import FieldProblem
 
 if TYPE_CHECKING:
-    from gearrattle.engine.kernels.vector_field import Field
+    pass
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -23,9 +25,6 @@ UNCONTROLLED = 1e100
 
 def contiguous(field: Field) -> Field:
     """The field with arrays of the very types that C reads."""
-
-    from gearrattle.engine.kernels.laws import Laws
-    from gearrattle.engine.kernels.vector_field import Field
 
     def laid(array: Any) -> Any:
         return np.ascontiguousarray(array, np.int64 if array.dtype.kind == "i" else np.float64)

@@ -13,6 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.march import march_on
+from gearrattle.engine.kernels.notes import work_out
+from gearrattle.engine.kernels.start import deflect
 from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import (
     StepLimit,
@@ -56,11 +60,6 @@ class ExactMarch:
     """A run of the exact algorithm under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task, slots: Slots | None = None) -> None:
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.march import march_on
-        from gearrattle.engine.kernels.notes import work_out
-        from gearrattle.engine.kernels.start import deflect
-
         self._march_on, self._work_out = vectorised(march_on), vectorised(work_out)
         self.task = task
         self.slots = slots_of(task.system) if slots is None else slots

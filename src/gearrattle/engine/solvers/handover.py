@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.sampling import rows_at
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.system.flow import Flow
 from gearrattle.engine.system.passages import Passages
@@ -115,9 +117,6 @@ def sampled_z(flow: Flow, samples: packed.Samples) -> Array:
 
 def _by_row(rows: Array, states: Array) -> Array:
     """states @ rows.T, each state by itself: how many there are changes no bit."""
-    from gearrattle.engine.kernels._jit import vectorised
-    from gearrattle.engine.kernels.sampling import rows_at
-
     stack = strips(rows)[None]
     out = np.empty((len(states), 4 * stack.shape[1]))
     part = max(1, _PRODUCTS // max(1, stack.size))  # so that Ctrl-C works

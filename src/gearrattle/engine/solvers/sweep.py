@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels._jit import vectorised
+from gearrattle.engine.kernels.sweep import SIZE, WINDOW, Sweep, SweepBuffers, sweep_on
 from gearrattle.engine.kernels.variants import Crossings
 from gearrattle.engine.solvers.base import Motion, Position, Task
 from gearrattle.engine.solvers.handover import (
@@ -79,9 +81,6 @@ class SweepMarch:
     """A run of the sweep under way (see ``base.Marching``)."""
 
     def __init__(self, task: Task) -> None:
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.sweep import sweep_on
-
         self._sweep_on = vectorised(sweep_on)
         self.task, self.plan = task, plan_of(task.system)
         self.flow = self.plan.flow
@@ -163,8 +162,6 @@ class SweepMarch:
 
     def _now(self) -> float:
         """Time in periods."""
-        from gearrattle.engine.kernels.sweep import WINDOW
-
         counts = self.sweep.counts
         return float(counts[packed.CYCLE] + (counts[WINDOW] + self.sweep.clock.sum()) / self.plan.windows)
 
@@ -233,8 +230,6 @@ class SweepMarch:
 
 def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns: Array) -> Any:
     """The sweeper at the start."""
-    from gearrattle.engine.kernels.sweep import SIZE, Sweep
-
     system, clearances = plan.flow.system, list(plan.flow.system.clearances)
     table = np.zeros((packed.ORDER + 1, columns.size))
     table[0] = columns
@@ -262,8 +257,6 @@ def _sweep(plan: Plan, pieces: tuple[int, ...], side: NDArray[np.int64], columns
 
 def _buffers(plan: Plan, columns: int) -> Any:
     """Scratch."""
-    from gearrattle.engine.kernels.sweep import SweepBuffers
-
     system, orders = plan.flow.system, packed.ORDER + 1
     elements = int(np.diff(plan.near.element_start).max(initial=0))
     inertias = int(np.diff(plan.near.inertia_start).max(initial=0))

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.engine.kernels import packed
+from gearrattle.engine.kernels._jit import vectorised
 from gearrattle.engine.kernels.variants import Crossings
+from gearrattle.engine.kernels.works import Intervals, WorkBuffers, Works, integrate_works
 from gearrattle.engine.system.energy import NODES, EnergyAudit, stored_energy
 from gearrattle.engine.system.flow import Flow
 
@@ -32,8 +34,6 @@ class SweepAuditor:
             samples: columns of the sweep's table, and the pieces.
             crossings: the log.
         """
-        from gearrattle.engine.kernels.works import Intervals
-
         self.flow = flow
         self.arrays = arrays
         self.windows = windows
@@ -58,9 +58,6 @@ class SweepAuditor:
 
     def advance(self, columns: float = _COLUMNS) -> bool:
         """Work through the next intervals, of about so many columns of windows; whether that was the last of them."""
-        from gearrattle.engine.kernels._jit import vectorised
-        from gearrattle.engine.kernels.works import integrate_works
-
         network, laws, inputs = self.arrays
         spent = self._work[self.done - 1] if self.done else 0.0
         last = max(self.done + 1, int(np.searchsorted(self._work, spent + columns)))
@@ -103,8 +100,6 @@ class SweepAuditor:
 
 def _buffers(flow: Flow, arrays: tuple[Any, Any, Any], samples: packed.Samples) -> tuple[Any, Any]:
     """What the quadrature changes on its way, in the region the motion starts in; and the sums."""
-    from gearrattle.engine.kernels.works import WorkBuffers, Works
-
     network = arrays[0]
     system = flow.system
     orders = packed.ORDER + 1
