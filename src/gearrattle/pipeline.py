@@ -21,8 +21,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from gearrattle.advice import advise
+from gearrattle.analysis.statics import equilibrium, modes
+from gearrattle.assembly import unsteady
 from gearrattle.errors import ConvergenceError
+from gearrattle.quantities import rows_of
+from gearrattle.quantities.criteria import criteria
+from gearrattle.quantities.metrics import inputs_of
 from gearrattle.result import Result
+from gearrattle.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from gearrattle.advice import Advice, Score
@@ -65,9 +72,6 @@ class Findings(Result):
     @cached_property
     def metrics(self) -> tuple[Row, ...]:
         """Every rattle metric of the run, measured once for all pages and files."""
-        from gearrattle.quantities import rows_of
-        from gearrattle.quantities.metrics import inputs_of
-
         return tuple(rows_of(inputs_of(self.motion), units=self.model.units))
 
 
@@ -107,9 +111,6 @@ def run(
         'double-sided'
         >>> page = findings.save("case3-results")
     """
-    from gearrattle.quantities.criteria import criteria
-    from gearrattle.simulation.simulate import simulate
-
     if phase is not None:
         phase("static rest and modes")
     linear = _linear(model)
@@ -138,15 +139,11 @@ def run(
 
 def judged(motion: Run) -> Findings:
     """Carry out the procedure on a motion that has been simulated, perhaps saved and opened again; without advice."""
-    from gearrattle.quantities.criteria import criteria
-
     return Findings(motion.model, *_linear(motion.model), motion, criteria(motion))
 
 
 def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
     """Where a driveline rests, how it would vibrate about that, and with every clearance closed."""
-    from gearrattle.analysis.statics import equilibrium, modes
-
     rest = equilibrium(model)
     in_contact = modes(model, contact_ratio=dict.fromkeys(rest.region, 1.0))
     return rest, modes(model, region=rest.region), in_contact
@@ -154,9 +151,6 @@ def _linear(model: Model) -> tuple[Equilibrium, Modes, Modes]:
 
 def _advice(model: Model, settings: dict[str, Any], progress: Callable[[float], None] | None) -> Advice | None:
     """Advice on the run planned; None where its pilot fails, which the run may not, and without one speed."""
-    from gearrattle.advice import advise
-    from gearrattle.assembly import unsteady
-
     if unsteady(model):
         return None
     try:

@@ -13,6 +13,7 @@ from gearrattle.advice.forecasts import CROSSED, Forecast
 from gearrattle.advice.linear import Excursions
 from gearrattle.advice.pilot import Pilot
 from gearrattle.advice.record import Line
+from gearrattle.analysis.contact_ratio import forecast_ratios
 from gearrattle.errors import ConvergenceError
 from gearrattle.model import Model
 from gearrattle.trajectory import Layout
@@ -62,8 +63,6 @@ def _corners(over: list[str]) -> str:
 
 def contact_ratios_line(model: Model, pilot: Pilot) -> Line:
     """Mean slopes of the pilot, and those of equivalent linearisation."""
-    from gearrattle.analysis.contact_ratio import forecast_ratios
-
     slopes = {name: float(value) for name, value in pilot.of("mean slope").items()}
     if not slopes:
         return Line("contact ratios", "There are none.")

@@ -19,6 +19,7 @@ from gearrattle.analysis.stiffness import Visited, regions_visited
 from gearrattle.engine.system.variation import GROWTH
 from gearrattle.model import Model
 from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
 from gearrattle.wording import counted
 
 CYCLES = 32
@@ -119,8 +120,6 @@ def run_pilot(
         ModelError: no static equilibrium to start from.
         ConvergenceError: the exact solution failed.
     """
-    from gearrattle.simulation.simulate import simulate
-
     cycles = min(cycles, planned)
     simulate(model, "exact", cycles=1, discard=0)
     return Pilot(simulate(model, "exact", cycles=cycles, discard=cycles // 2, progress=progress), planned)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearrattle.analysis.contact_ratios import ROUTES
+from gearrattle.analysis.contact_ratios.forecast import forecast
 from gearrattle.analysis.statics import named_equilibrium
 from gearrattle.assembly import assemble, left_out, refuse_motions, steady, unsteady
 from gearrattle.errors import ConvergenceError, ModelError, Problem
@@ -66,8 +67,6 @@ def contact_ratio(run_or_model: Run | Model, method: str = "mean-slope") -> pd.S
 
 def forecast_ratios(model: Model, method: str, *, thorough: bool = True) -> pd.Series[float]:
     """Contact ratios forecast by equivalent linearisation, as of ``contact_ratio``; from two starts if not thorough."""
-    from gearrattle.analysis.contact_ratios.forecast import forecast
-
     if method not in _LINEARISED:
         raise ModelError(Problem("method", f'"{method}"', "needs a motion, not a model", "simulate it first"))
     refuse_motions(model, "a forecast")

@@ -13,6 +13,7 @@ from typing import Any
 from gearrattle.errors import ConvergenceError, ModelError, NotInstalled, Problem
 from gearrattle.model import Model
 from gearrattle.results import Run
+from gearrattle.simulation.simulate import simulate
 
 PAPER = ("rk2", "rk4", "rkf", "rkv", "adams", "gear", "bulirsch-stoer")
 """The seven algorithms of Padmanabhan et al. 1995, sec. 8, in the order of its Table 3."""
@@ -121,8 +122,6 @@ def run_one(
     Raises:
         ModelError: bad settings. An algorithm that is not installed is no error but a status.
     """
-    from gearrattle.simulation.simulate import simulate
-
     arguments: dict[str, Any] = {**settings, **contender.settings, "algorithm": contender.algorithm, "audit": False}
     limit, begin = float("inf"), time.perf_counter()
 

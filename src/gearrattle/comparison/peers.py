@@ -19,6 +19,7 @@ import numpy as np
 from gearrattle.comparison.pointwise import deflection_scale
 from gearrattle.comparison.portrait import Portrait, portrait
 from gearrattle.model import Model
+from gearrattle.simulation.simulate import simulate
 from gearrattle.trajectory import Array, Layout, Trajectory
 
 MANY = 21
@@ -80,8 +81,6 @@ def exact_portraits(
     Raises:
         ModelError: too short for statistics.
     """
-    from gearrattle.simulation.simulate import simulate
-
     begun, random = time.perf_counter(), np.random.default_rng(_SEED)
     portraits: list[Portrait] = []
     shared = {**settings, "algorithm": "exact", "audit": False}

@@ -26,9 +26,11 @@ from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model, units
 from gearrattle.model.quantity import Quantity
 from gearrattle.model.table import did_you_mean, listed, shown
+from gearrattle.quantities.criteria import criteria
 from gearrattle.reductions import Accuracy, Request, accuracy
 from gearrattle.reductions.lumping import LIMIT, REASONS, Lumps, Refused, lump
 from gearrattle.reductions.reduction import Compared, ElementFate, Reduction, Simulated, stated
+from gearrattle.simulation.simulate import simulate
 from gearrattle.wording import counted
 
 MARGIN = 2.0
@@ -218,9 +220,6 @@ def _notes(model: Model, smaller: Model, request: Request, lumps: Lumps) -> list
 
 def _both(model: Model, smaller: Model) -> Simulated:
     """Run both models and set what the criteria say side by side."""
-    from gearrattle.quantities.criteria import criteria
-    from gearrattle.simulation.simulate import simulate
-
     full, reduced = (criteria(simulate(variant, audit=False)) for variant in (model, smaller))
     values = {(e.name, e.subject, e.quantity, e.unit): e.value for e in reduced.entries}
     entries = tuple(

@@ -17,6 +17,7 @@ import numpy as np
 
 from gearrattle.analysis.statics import equilibrium
 from gearrattle.assembly import assemble
+from gearrattle.engine.kernels.steps import CALLS, EVENTS, NOW, STEP
 from gearrattle.engine.solvers.base import Task
 from gearrattle.engine.solvers.one_step import StepMarch
 from gearrattle.engine.solvers.tableaus import CLASSICAL, MIDPOINT
@@ -58,8 +59,6 @@ def count_steps(
         loaded: which of our loads.
         tick: called with the finished share; what it raises ends everything.
     """
-    from gearrattle.engine.kernels.steps import CALLS, EVENTS, NOW, STEP
-
     model = load_case(case, loaded=loaded)
     rest = equilibrium(model).angle
     cycles = math.ceil(steps * step / (2.0 * math.pi)) + 1

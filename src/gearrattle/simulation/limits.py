@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from gearrattle.assembly import Driveline, free_names
+from gearrattle.engine.solvers.choice import is_large
 from gearrattle.engine.system.piecewise import PiecewiseSystem
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model
@@ -91,8 +92,6 @@ def check_tables(system: PiecewiseSystem) -> None:
     Raises:
         ModelError: with what the tables would take, and what fits.
     """
-    from gearrattle.engine.solvers.choice import is_large
-
     states, most = 2 * system.size, _SHARE * memory()
     need = 8.0 * _MATRICES * states**2
     if need <= most or is_large(system):

@@ -21,15 +21,17 @@ from gearrattle.assembly import (
     places,
     whole_trajectory,
 )
+from gearrattle.engine.solvers import Task
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Initial, Model, check_model
 from gearrattle.results import Run
+from gearrattle.simulation.integrate import integrate
 from gearrattle.simulation.limits import check_memory, check_rates, check_tables
 from gearrattle.simulation.settings import settled
 from gearrattle.trajectory import Layout, Trajectory
 
 if TYPE_CHECKING:
-    from gearrattle.engine.solvers import Task
+    pass
 
 Array = NDArray[np.float64]
 
@@ -69,7 +71,6 @@ def simulate(
         ConvergenceError: the algorithm failed; carries time, state and what to try.
     """
     check_model(model)
-    from gearrattle.simulation.integrate import integrate
 
     arguments = {
         "algorithm": algorithm,
@@ -123,8 +124,6 @@ def prepare(model: Model, arguments: dict[str, Any], audit: bool) -> Plan:
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
-    from gearrattle.engine.solvers import Task
-
     used = settled(model, arguments)
     settings = used.simulation
     assert settings.algorithm is not None and settings.cycles is not None  # noqa: PT018 - settled() filled them in

@@ -9,6 +9,9 @@ import numpy as np
 
 from gearrattle.analysis.stiffness import RegionStiffness
 from gearrattle.assembly import assemble
+from gearrattle.engine.solvers import SOLVERS
+from gearrattle.engine.solvers.one_step import FixedStep
+from gearrattle.engine.solvers.stability import largest_stable_step
 from gearrattle.model import Model
 from gearrattle.simulation.simulate import needs_exact, prepare
 
@@ -47,10 +50,6 @@ def step_limits(
     Raises:
         ModelError: bad settings, or no static equilibrium.
     """
-    from gearrattle.engine.solvers import SOLVERS
-    from gearrattle.engine.solvers.one_step import FixedStep
-    from gearrattle.engine.solvers.stability import largest_stable_step
-
     if needs_exact(assemble(model)):
         return ()
     values = [np.hstack([r.eigenvalues.elastic, r.eigenvalues.rigid]) for r in regions]

@@ -15,18 +15,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
+from gearrattle.engine.solvers import SOLVERS, Extensible
 from gearrattle.errors import ModelError, Problem
 from gearrattle.model import Model, check_model
 from gearrattle.model.quantity import Count, argument_problems
 from gearrattle.quantities import Sums, Verdict, add, verdict_of
 from gearrattle.results import Run
+from gearrattle.simulation.integrate import finish
 from gearrattle.simulation.limits import check_memory
 from gearrattle.simulation.simulate import Plan, prepare
 from gearrattle.simulation.store import Store
 from gearrattle.wording import counted
 
 if TYPE_CHECKING:
-    from gearrattle.engine.solvers import Extensible
+    pass
 
 MOST_SAMPLES = 100_000
 MOST_CYCLES = 5000
@@ -115,8 +117,6 @@ def _begun(plan: Plan, chunk: int) -> Extensible:
     Raises:
         ModelError: the algorithm cannot go on where it ended.
     """
-    from gearrattle.engine.solvers import SOLVERS, Extensible
-
     task = replace(plan.task, cycles=min(chunk, plan.task.cycles))
     march = SOLVERS[plan.algorithm](task)
     if not isinstance(march, Extensible):
@@ -170,8 +170,6 @@ class Stream:
 
     def __next__(self) -> Run:
         """Compute, judge and store the next chunk."""
-        from gearrattle.simulation.integrate import finish
-
         if self.done >= self.cycles:
             if self._store is not None:
                 self._store.release()
