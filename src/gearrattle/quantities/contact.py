@@ -88,7 +88,7 @@ class ContactSides(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return shares and rates of every gap proper."""
-        layout = inputs.plate
+        layout = inputs.known_layout
         deflections = inputs.of("deflection")
         rows = list[Row]()
         cycles = inputs.duration / (inputs.period or math.nan)

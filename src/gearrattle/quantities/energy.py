@@ -38,7 +38,7 @@ class ImpactLoss(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the rate, and the mean of an impact, of every gap."""
-        layout, rows = inputs.plate, list[Row]()
+        layout, rows = inputs.known_layout, list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue
@@ -73,7 +73,7 @@ class ContactWork(Quantity[Inputs]):
         """Return the mean power that every element with a corner takes."""
         work = inputs.work
         assert work is not None
-        layout, (loss, time, share) = inputs.plate, work
+        layout, (loss, time, share) = inputs.known_layout, work
         note = f"work of contacts counts the discarded start-up, {100.0 * share:.3g} % of the run" if share else ""
         return [
             self.row(name, "contact work rate", float(loss[element]) / time, "W", note)

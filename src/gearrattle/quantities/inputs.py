@@ -84,7 +84,7 @@ class Inputs:
         return float(self.time[-1] - self.time[0])
 
     @property
-    def plate(self) -> Layout:
+    def known_layout(self) -> Layout:
         """The layout, to metrics that need one."""
         assert self.layout is not None
         return self.layout
@@ -102,11 +102,11 @@ class Inputs:
 
     def contacts(self, clearance: int) -> Contacts:
         """Return what the contacts of a clearance add up to over the window, to metrics that need the log."""
-        return contacts_of(self.crossings, self.plate, clearance, float(self.time[-1]))
+        return contacts_of(self.crossings, self.known_layout, clearance, float(self.time[-1]))
 
     def sides(self, clearance: int) -> Sides:
         """Return where a clearance spends its time and how its impacts change flanks, to metrics that need the log."""
-        return sides_of(self.crossings, self.plate, clearance, self.duration)
+        return sides_of(self.crossings, self.known_layout, clearance, self.duration)
 
     @property
     def work(self) -> tuple[Array, float, float] | None:
@@ -301,7 +301,7 @@ _NEEDS: dict[str, tuple[Any, str]] = {
         "needs the deflection of a clearance, and a model that knows its corners",
     ),
     "gaps": (
-        lambda h: h.has_log and bool(h.plate.clearance.size),
+        lambda h: h.has_log and bool(h.known_layout.clearance.size),
         "needs a clearance and the log of its crossings, which a simulated motion has",
     ),
     "energy": (

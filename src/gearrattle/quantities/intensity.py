@@ -37,7 +37,7 @@ class ImpactIntensity(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return mean restitution and mean intensity of every gap."""
-        layout, rows = inputs.plate, list[Row]()
+        layout, rows = inputs.known_layout, list[Row]()
         for k, name in enumerate(layout.clearance_names):
             if not is_gap(layout, k):
                 continue

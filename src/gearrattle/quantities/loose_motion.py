@@ -38,8 +38,8 @@ class LooseMotion(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return rms and peak of every loose gear."""
         rows, accelerations = list[Row](), inputs.of("acceleration")
-        for gear in loose_gears(inputs.plate):
-            name = inputs.plate.inertia_names[gear.loose]
+        for gear in loose_gears(inputs.known_layout):
+            name = inputs.known_layout.inertia_names[gear.loose]
             signal = accelerations.get(name)
             full = None if signal is None else inputs.summary("acceleration", name)
             note = f"{name}: no acceleration is known" if full is None else ""

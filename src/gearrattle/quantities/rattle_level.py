@@ -47,7 +47,7 @@ class RattleLevel(Quantity[Inputs]):
 
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the level of every mesh with backlash by itself, and of all together."""
-        layout, intensities = inputs.plate, {}
+        layout, intensities = inputs.known_layout, {}
         for k, name in enumerate(layout.clearance_names):
             element = int(layout.clearance[k])
             if layout.is_mesh[element] and is_gap(layout, k):

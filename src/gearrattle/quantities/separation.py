@@ -39,16 +39,16 @@ class SeparationRatio(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return ratio and margin of every loose gear."""
         rows, accelerations = list[Row](), inputs.of("acceleration")
-        for gear in loose_gears(inputs.plate):
-            mesh, driver = inputs.plate.element_names[gear.mesh], inputs.plate.inertia_names[gear.driver]
+        for gear in loose_gears(inputs.known_layout):
+            mesh, driver = inputs.known_layout.element_names[gear.mesh], inputs.known_layout.inertia_names[gear.driver]
             summary = inputs.summary("acceleration", driver) if driver in accelerations else None
-            ratio = math.nan if summary is None else torque_ratio(inputs.plate, gear, summary.peak)
+            ratio = math.nan if summary is None else torque_ratio(inputs.known_layout, gear, summary.peak)
             note = (
                 f"{mesh}: no acceleration of its driver {driver}"
                 if summary is None
                 else sampled(mesh, summary, summary.peak)
             )
-            missed = math.nan if summary is None else torque_ratio(inputs.plate, gear, summary.miss)
+            missed = math.nan if summary is None else torque_ratio(inputs.known_layout, gear, summary.miss)
             rows.append(self.row(mesh, "separation ratio", ratio, "1", note, missed))
             margin = decibels(ratio)
             still = note if math.isfinite(margin) else note or f"{mesh}: its driver {driver} does not move"
@@ -74,15 +74,15 @@ class HarmonicSeparation(Quantity[Inputs]):
     def rows(self, inputs: Inputs) -> list[Row]:
         """Return the ratio of every order, and the order of the largest, of every loose gear."""
         rows: list[Row] = []
-        for gear in loose_gears(inputs.plate):
-            mesh, driver = inputs.plate.element_names[gear.mesh], inputs.plate.inertia_names[gear.driver]
+        for gear in loose_gears(inputs.known_layout):
+            mesh, driver = inputs.known_layout.element_names[gear.mesh], inputs.known_layout.inertia_names[gear.driver]
             velocities = inputs.velocities_at(driver)
             if velocities is None:
                 note = f"{mesh}: nothing is known of the motion of its driver {driver}"
                 rows.append(self.row(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
-            ratios = torque_ratio(inputs.plate, gear, inputs.orders * inputs.speed * np.abs(velocities))
-            errors = torque_ratio(inputs.plate, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver))
+            ratios = torque_ratio(inputs.known_layout, gear, inputs.orders * inputs.speed * np.abs(velocities))
+            errors = torque_ratio(inputs.known_layout, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver))
             for order, ratio, error in zip(inputs.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
                 rows.append(self.row(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))
