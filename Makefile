@@ -38,7 +38,7 @@ test: $(VENV)/.test         ## all tests but the long ones
 test-long: $(VENV)/.test    ## the long, seeded attacks
 	$(PY) -m pytest -n auto -m long $(PYTEST_ARGS)
 
-lint: $(VENV)/.lint         ## style, types, import floors
+lint: $(VENV)/.lint         ## style, types, import contracts
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
@@ -101,6 +101,7 @@ reliability: $(VENV)/.test  ## what was attacked, how often, what failed: writes
 
 images: $(VENV)/.package    ## redraw the pictures in docs/images
 	$(PY) docs/images/draw.py
+	$(PY) docs/images/packages.py
 
 constraints: $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.peers  ## rewrite constraints.txt from what .venv holds
 	{ grep '^#' constraints.txt; $(PY) -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > $(VENV)/pins

@@ -1,1 +1,1 @@
-"""The house rules, as tests: floors, sizes, words, and documents that keep up with the code."""
+"""The rules of the project, as tests: layers, sizes, words, and documents that keep up with the code."""

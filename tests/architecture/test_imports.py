@@ -1,10 +1,11 @@
-"""Floors hold statically (import-linter), and heavy libraries stay unloaded until they are needed."""
+"""Layers hold statically (import-linter), and heavy libraries stay unloaded until they are needed."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from runpy import run_path
 
 import grimp
 import pytest
@@ -19,6 +20,11 @@ def _python(code: str) -> str:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def test_the_drawing_of_the_packages_is_that_of_the_imports() -> None:
+    drawing = run_path(str(ROOT / "docs" / "images" / "packages.py"))["drawing"]
+    assert (ROOT / "docs" / "images" / "packages.svg").read_text(encoding="utf-8") == drawing(), "make images"
 
 
 def test_import_contracts_are_kept() -> None:

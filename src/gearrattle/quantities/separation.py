@@ -82,7 +82,9 @@ class HarmonicSeparation(Quantity[Inputs]):
                 rows.append(self.row(mesh, "largest separation ratio of an order", math.nan, "1", note))
                 continue
             ratios = torque_ratio(inputs.known_layout, gear, inputs.orders * inputs.speed * np.abs(velocities))
-            errors = torque_ratio(inputs.known_layout, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver))
+            errors = torque_ratio(
+                inputs.known_layout, gear, inputs.orders * inputs.speed * inputs.velocity_errors(driver)
+            )
             for order, ratio, error in zip(inputs.orders.tolist(), ratios.tolist(), errors.tolist(), strict=True):
                 note = "" if math.isfinite(ratio) else "the samples cannot show this order"
                 rows.append(self.row(mesh, f"separation ratio at {order_word(order)}", ratio, "1", note, error))

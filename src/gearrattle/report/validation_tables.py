@@ -117,8 +117,8 @@ def _effects(explanation: Explained) -> Table:
     )
     head = ("parameter", "channel", "level", "by one standard error", "± s.e.", "alone, standard errors")
     note = (
-        f"From a straight line through {explanation.runs} runs. Alone: by how many of its "
-        "standard errors the parameter would "
+        f"From a straight line through {explanation.runs} runs. "
+        "Alone: by how many of its standard errors the parameter would "
         "have to be off to explain the whole difference; a dash: its effect is less than two of its errors."
     )
     return Table(head, rows, frozenset({0, 1, 2}), "Parameters, each alone", note)

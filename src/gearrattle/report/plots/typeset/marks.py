@@ -57,7 +57,7 @@ def draw_marks(axes: Axes, rows: Rows, looks: Looks, *, inches: float) -> list[A
         _bars(axes, bars, looks)
     for order, line in enumerate(panel.lines):
         _line(axes, line, looks, order, most=round(4.0 * inches * PRINTER))
-    placement: Any = {"shift": (3.0, 0.0), "place": ("left", "center"), "along": "yaxis"}
+    placement: Any = {"shift": (3.0, 0.0), "alignment": ("left", "center"), "along": "yaxis"}
     for label in rows.right:
         _words(axes, label.words, (1.0, label.y), label.colour, **placement).set_in_layout(True)
     return words + [_label(axes, label) for label in panel.labels]
